@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hfsm_runtime import Component
-from hfsm_runtime.component import parameters_of, proxies_of
+from hfsm_runtime.component import parameters_of, proxies_of, ros_of
 from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.errors import OnRefused
 from hfsm_runtime.recording.clocks import intercepted_time
@@ -31,6 +31,11 @@ from .guards import GuardTable, path_of
 from .journal import Call, Fired
 from .loading import forget, load_component
 from .robot import CameraKind, RobotKind, RobotUnderTest
+
+if TYPE_CHECKING:
+    from hfsm_runtime.ros import Endpoints
+
+    from .ros import FakeRos
 
 __tracebackhide__ = says_it_all
 
@@ -69,6 +74,8 @@ class Behavior(ReloadableRun):
         self._date: Final = time.time()
         clock: Final = TaskClock()
         self._network: Final = VirtualNetwork(clock)
+        self._ros: FakeRos | None = None
+        self._endpoints: Endpoints | None = None
         self._robot: Final = (
             None if robot is None else RobotUnderTest(robot, clock, self._network, camera=camera, **settings)
         )
@@ -192,6 +199,13 @@ class Behavior(ReloadableRun):
             raise UnknownName("this behavior has no robot: pass robot='fake' or robot='sim'")
         return self._robot
 
+    @property
+    def ros(self) -> FakeRos:
+        """The ROS of the test: to publish, to answer, to carry out goals, and to see what was sent."""
+        if self._ros is None:
+            raise UnknownName("this behavior has no interfaces of ROS")
+        return self._ros
+
     def set(self, automaton: str | int, **variables: object) -> None:
         """Set variables of an automaton."""
         for name, value in variables.items():
@@ -301,6 +315,19 @@ class Behavior(ReloadableRun):
             # Without a servant the calls say so: a test need not stub what it does not reach.
             cast = declared.type.checkedCast if served else declared.type.uncheckedCast
             vars(component)[name] = cast(untyped)
+        if ros_of(component):
+            self._connect_ros(component)
+
+    def _connect_ros(self, component: Component) -> None:
+        from hfsm_runtime.ros import Endpoints  # only such behaviors need what `ros2` needs
+
+        from .ros import FakeRos
+
+        if self._endpoints is None:
+            network = self._network
+            self._ros = FakeRos(network.clock.now, network.clock.wait_for, network.journal.called)
+            self._endpoints = Endpoints(self._ros, self._ros.types)
+        self._endpoints.connect(component)
 
     def _stub(self, component: Component, name: str, stub: Object | Mapping[str, object]) -> None:
         declared = proxies_of(component)

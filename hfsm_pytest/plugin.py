@@ -46,7 +46,7 @@ class MakeBehavior(Protocol):
         A relative path is looked for beside the test, then below the root of the project. `robot` is `fake`,
         `sim` or None; `stubs` answer interfaces by hand; `include` are directories with packages of
         interfaces that are neither beside the document nor in the project's folder `interfaces`; `settings`
-        are those of the robot, such as `posture`.
+        are those of the robot, such as `posture`, or `body="H21"`.
         """
 
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Final, Literal, cast
 import numpy as np
 
 from naoserver.assembly import Assembly
+from naoserver.body import H25, find_body
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
-from naoserver.fake.camera import Point, paint
+from naoserver.fake.robot import Point, paint
 from naoserver.jobs import Job, is_due
 from naoserver.options import ServerOptions
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
@@ -73,7 +74,7 @@ class RobotUnderTest:
 
     `camera` says where images come from: `drawn` paints the balls as discs, `rendered` lets the simulation
     render, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Images that are
-    drawn are the same on every machine.
+    drawn are the same on every machine. `body` is the name of its body: `H25` or `H21`.
     """
 
     def __init__(
@@ -83,11 +84,13 @@ class RobotUnderTest:
         network: VirtualNetwork,
         *,
         camera: CameraKind = "auto",
+        body: str = H25.name,
         options: ServerOptions | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
         if kind not in ("fake", "sim"):
             raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
+        settings["body"] = find_body(body)
         self.device: Final[Robot] = (
             FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
         )

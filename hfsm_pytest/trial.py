@@ -11,7 +11,8 @@ from __future__ import annotations
 import logging
 import math
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
@@ -19,7 +20,7 @@ from typing import Any, Final, NoReturn
 
 from hfsm_command.cli import run
 from hfsm_runtime.command import World, make_app
-from hfsm_runtime.component import Component, Proxy, proxies_of
+from hfsm_runtime.component import Component, Proxy, proxies_of, ros_of
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.errors import ComponentError, ValueTypeError
 from hfsm_runtime.loading import load_module
@@ -35,6 +36,7 @@ from zenoh_ice.in_process import InProcessTransport
 from .communicator import blank, make_stub
 
 _FASTEST: Final = 100.0
+_LOOK: Final = 0.01  # s between two looks at what is waited for
 _PERIOD: Final = 0.1  # s of the trial's time between samples of the stand-ins' streams
 
 _logger = logging.getLogger(__name__)
@@ -111,6 +113,8 @@ def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> 
     """Connect the proxies of a component; one whose servant is missing, or another one, gets a stand-in."""
     network = adapter.getCommunicator()
     jobs: list[Job] = []
+    if ros_of(component):
+        _connect_ros(component, network.clock)
     for name, declared in proxies_of(component).items():
         served = adapter.find(declared.identity)
         if served is None or declared.type.ice_interface not in served.ice_interface.lineage:
@@ -120,6 +124,28 @@ def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> 
     if jobs:
         stack.enter_context(JobThreads(jobs))
     connect(component, network)
+
+
+def _connect_ros(component: Component, clock: Clock) -> None:
+    """Give a component a ROS in which nobody publishes, services answer with zeros and goals succeed."""
+    from hfsm_runtime.ros import Endpoints  # only such components need what `ros2` needs
+
+    from .ros import FakeRos
+
+    ros = FakeRos(clock.now, _wait, stand_ins=True)
+    Endpoints(ros, ros.types).connect(component)
+    for name in ros_of(component):
+        _logger.warning("self.%s is a stand-in for ROS", name)
+
+
+def _wait(holds: Callable[[], bool], timeout: float) -> bool:
+    """Wait in wall time, as time may stand still."""
+    end = time.monotonic() + timeout
+    while not holds():
+        if time.monotonic() >= end:
+            return False
+        time.sleep(_LOOK)
+    return True
 
 
 def _serve_stand_in(declared: Proxy[Any], adapter: ObjectAdapter) -> Iterator[Job]:

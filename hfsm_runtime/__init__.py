@@ -13,12 +13,13 @@ from .loading import add_to_path, load_extension, prepare_program
 prepare_program()  # before what takes long to import
 
 from .automaton import Automaton, Event, Input, State, Transition  # noqa: E402
-from .component import Component, Parameter, Proxy  # noqa: E402
+from .component import Component, Parameter, Proxy, Ros  # noqa: E402
 from .errors import ComponentError  # noqa: E402
 from .virtual import VirtualRun, run  # noqa: E402
 
 if TYPE_CHECKING:
-    from typing import NoReturn
+    from collections.abc import Callable, Mapping
+    from typing import Any, NoReturn
 
 __all__ = [
     "Automaton",
@@ -28,12 +29,15 @@ __all__ = [
     "Input",
     "Parameter",
     "Proxy",
+    "Ros",
     "State",
     "Transition",
     "VirtualRun",
     "add_to_path",
     "load_extension",
     "main",
+    "ros_message",
+    "ros_tf",
     "run",
 ]
 
@@ -43,3 +47,19 @@ def main(component: type[Component]) -> NoReturn:
     from .command import main as run_command  # a component in a test needs neither Zenoh nor a command line
 
     run_command(component)
+
+
+def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
+    """Return what makes messages of a type of ROS: see `hfsm_runtime.ros`."""
+    from .ros import ros_message as message  # only such components need what `ros2` needs
+
+    return message(name, texts)
+
+
+def ros_tf() -> Any:  # noqa: ANN401
+    """Return what old documents use of the module `tf` of ROS 1."""
+    from types import SimpleNamespace
+
+    from .ros import Transformations
+
+    return SimpleNamespace(transformations=Transformations)

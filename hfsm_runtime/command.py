@@ -8,12 +8,12 @@ import re
 import shlex
 import threading
 import time
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path, PurePath
-from typing import Annotated, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
 
 import msgspec
 import typer
@@ -23,13 +23,16 @@ from interfaces.hfsm import Breakpoint
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, Settings, initialize
 
-from .component import Component, Parameter, parameters_of
+from .component import Component, Parameter, parameters_of, ros_of
 from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
 from .errors import ComponentError, OnError, OnRefused
 from .robot import commands_accepted, servers_present, stop_robot
 from .robot import connect as connect_proxies
 from .runtime import Runtime
+
+if TYPE_CHECKING:
+    from .ros import Node
 
 _LOOK: Final = 0.1  # s after which the main thread looks whether a signal came
 _RETRY: Final = 1.0  # s between two checks whether refused commands are accepted again
@@ -103,6 +106,54 @@ _RecordImages = Annotated[
 ]
 
 
+_PANEL: Final = "ROS 2"
+_ROS_OPTIONS: Final = {
+    "ros": Annotated[
+        bool,
+        typer.Option(
+            "--ros",
+            help="Let ROS see and steer the component, as it does one with interfaces of ROS.",
+            rich_help_panel=_PANEL,
+        ),
+    ],
+    "ros_domain": Annotated[
+        int | None,
+        typer.Option(
+            "--ros-domain",
+            min=0,
+            max=232,
+            help="Domain of ROS. Default: ROS_DOMAIN_ID, or 0.",
+            rich_help_panel=_PANEL,
+        ),
+    ],
+    "ros_connect": Annotated[
+        list[str] | None,
+        typer.Option(
+            "--ros-connect",
+            metavar="ENDPOINT",
+            help="Endpoint of the router of ROS, where it is not that of --connect; may be repeated.",
+            rich_help_panel=_PANEL,
+        ),
+    ],
+    "ros_namespace": Annotated[
+        str,
+        typer.Option(
+            "--ros-namespace", metavar="NAME", help="Where relative names begin.", rich_help_panel=_PANEL
+        ),
+    ],
+    "remap": Annotated[
+        list[str] | None,
+        typer.Option(
+            "--remap",
+            metavar="FROM:=TO",
+            help="Use another topic, service or action, such as /cmd_vel:=/turtle1/cmd_vel; may be repeated.",
+            rich_help_panel=_PANEL,
+        ),
+    ],
+}
+_ROS_DEFAULTS: Final = {"ros": False, "ros_namespace": "/"}
+
+
 def main(component: type[Component]) -> NoReturn:
     """Run a component from the command line, and exit.
 
@@ -141,10 +192,12 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
     @app.command(help=inspect.getdoc(component), epilog=examples)
     @cli.with_settings()
     @with_parameters(component)
+    @_with_ros
     def run(
         *,
         settings: Settings,
         parameters: dict[str, object],
+        ros: dict[str, Any],
         on_error: _OnError = None,
         on_refused: _OnRefused = None,
         seconds: _Seconds = None,
@@ -160,10 +213,15 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
             raise typer.BadParameter("--record-images needs --record")
         if record is not None and trial is not None:
             raise typer.BadParameter("a trial is not recorded")
+        if ros["ros"] and trial is not None:
+            raise typer.BadParameter("a trial is not shown in ROS")
         with initialize(settings) as communicator, ExitStack() as stack:
-            made = make_component(component, parameters)
+            made, node = make_component(component, parameters), None
             if trial is None:
                 world = World(communicator, partial(connect_proxies, communicator=communicator))
+                if ros["ros"] or ros_of(component):
+                    node = stack.enter_context(_ros_node(component, settings, ros))
+                    world = replace(world, connect=_with_endpoints(world.connect, node))
             else:
                 world = stack.enter_context(trial())
             world.connect(made)
@@ -187,7 +245,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
                 stack.enter_context(recorded_surroundings(communicator, recorder))
             if first is not None:
                 runtime.begin_at(*first)
-            with Monitor(runtime, communicator, breakpoints, world.connect):
+            with Monitor(runtime, communicator, breakpoints, world.connect) as monitor, _shown(monitor, node):
                 safety = SafetyPrx.uncheckedCast(world.communicator.stringToProxy("Safety"))
                 _run(runtime, seconds, stop, safety, stay_halted=stay_halted)
             if runtime.failed and not stop.is_set():
@@ -267,6 +325,54 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
             return
 
 
+@contextmanager
+def _ros_node(component: type[Component], settings: Settings, options: Mapping[str, Any]) -> Iterator[Node]:
+    """Open a node of ROS for a component in a `with` block."""
+    from ros2 import DEFAULT_SETTINGS, RosError  # only such components need what it needs
+
+    from .ros import Node
+
+    names: dict[str, str] = {}
+    for each in options["remap"] or []:
+        former, _, names[former] = each.partition(":=")
+        if not (former and names[former]):
+            raise typer.BadParameter(
+                f"--remap takes FROM:=TO, such as /cmd_vel:=/turtle1/cmd_vel, not {each!r}"
+            )
+    connect = tuple(options["ros_connect"] or settings.connect)
+    settings = msgspec.structs.replace(DEFAULT_SETTINGS, connect=connect, security=settings.security)
+    name = re.sub(r"\W", "_", PurePath(component._hfsm_document).stem or component.__name__, flags=re.ASCII)
+    namespace, domain = options["ros_namespace"], options["ros_domain"]
+    try:
+        node = Node(name, namespace=namespace, domain=domain, settings=settings, remap=names)
+    except RosError as error:
+        raise ComponentError(f"the node of ROS cannot start: {error}") from error
+    with node:
+        yield node
+
+
+def _with_endpoints(connect: Callable[[Component], None], node: Node) -> Callable[[Component], None]:
+    """Return what connects a component's proxies, and what it uses of ROS."""
+    from .ros import Endpoints
+
+    endpoints = Endpoints(node, node.types)
+
+    def connect_both(component: Component) -> None:
+        connect(component)
+        endpoints.connect(component)
+
+    return connect_both
+
+
+def _shown(monitor: Monitor, node: Node | None) -> AbstractContextManager[object]:
+    """Return what shows a component in the graph of ROS, if it has a node there."""
+    if node is None:
+        return nullcontext()
+    from .debugger.ros import RosMonitor
+
+    return RosMonitor(monitor, node)
+
+
 _PREFIX: Final = "parameter_"
 """Prefix of the options' names in Python, to avoid collisions."""
 
@@ -291,6 +397,25 @@ def with_parameters(component: type[Component]) -> Callable[[Callable[..., None]
         return with_options
 
     return decorate
+
+
+def _with_ros(function: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of ROS, which it takes as `ros`."""
+
+    @functools.wraps(function)
+    def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
+        function(ros={name: options.pop(name) for name in _ROS_OPTIONS}, **options)
+
+    own = inspect.signature(function, eval_str=True).parameters.values()
+    added = [
+        inspect.Parameter(
+            name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=_ROS_DEFAULTS.get(name)
+        )
+        for name, annotation in _ROS_OPTIONS.items()
+    ]
+    options = [*(each for each in own if each.name != "ros"), *added]
+    with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    return with_options
 
 
 def option_of(name: str) -> str:

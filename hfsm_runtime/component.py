@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import PurePath
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
@@ -56,6 +56,24 @@ class Proxy(_Declared[P]):
         raise NotConnectedError(f"self.{self.name} (servant {self.identity}) is not connected")
 
 
+class Ros(_Declared[Any]):
+    """Declare a topic, service or action of ROS 2 that a component uses.
+
+    `kind` is `publish`, `subscribe`, `service` or `action`, and `qos` has fields of `ros2.QoS`. With `stop` a
+    default message is published when the component stops, if it has published before.
+    """
+
+    def __init__(self, kind: str, target: str, type: str, *, stop: bool = False, **qos: object) -> None:
+        self.kind = kind
+        self.target = target
+        self.type = type
+        self.stop = stop
+        self.qos = qos
+
+    def _value(self) -> Any:  # noqa: ANN401
+        raise NotConnectedError(f"self.{self.name} ({self.target} of ROS) is not connected")
+
+
 class Parameter(_Declared[P]):
     """Declare a parameter of a component: its default, of type int, float, bool or str, and what it is for.
 
@@ -88,7 +106,8 @@ class Component:
     """The `self` of user code: proxies and functions of the document, the clock and the log.
 
     A subclass names the document it was generated from, what follows an error (`stop` or `continue`) and a
-    refused command (`pause` or `error`), and defines `automaton`. Nobody must rely on `__init__`, `clock`,
+    refused command (`pause` or `error`), has the texts of the project's own types of ROS, and defines
+    `automaton`. Nobody must rely on `__init__`, `clock`,
     `log`, `sleep`, `send` and `mark`, so that a document may define functions with these names.
     """
 
@@ -103,6 +122,7 @@ class Component:
     _hfsm_document: ClassVar[str] = ""
     _hfsm_on_error: ClassVar[OnError] = OnError.STOP
     _hfsm_on_refused: ClassVar[OnRefused] = OnRefused.PAUSE
+    _hfsm_ros_types: ClassVar[Mapping[str, str]] = {}
     _hfsm_log: ClassVar[logging.Logger] = log
     _hfsm_clock: Clock = WallClock()
     _hfsm_sleep: Callable[[float], None] | None = None
@@ -115,12 +135,14 @@ class Component:
         document: str = "",
         on_error: str = "stop",
         on_refused: str = "pause",
+        ros_types: Mapping[str, str] | None = None,
         **others: Any,  # noqa: ANN401
     ) -> None:
         super().__init_subclass__(**others)
         cls._hfsm_document = document
         cls._hfsm_on_error = OnError(on_error)
         cls._hfsm_on_refused = OnRefused(on_refused)
+        cls._hfsm_ros_types = ros_types or {}
         cls._hfsm_log = logging.getLogger(PurePath(document).stem or cls.__name__)
         if isinstance(inspect.getattr_static(cls, "log"), logging.Logger):
             cls.log = cls._hfsm_log
@@ -174,6 +196,11 @@ def equip(
 def proxies_of(component: Component | type[Component]) -> dict[str, Proxy[Any]]:
     """Return the proxies that a component declares, by attribute."""
     return _declared(component, Proxy)
+
+
+def ros_of(component: Component | type[Component]) -> dict[str, Ros]:
+    """Return the topics, services and actions of ROS that a component declares, by attribute."""
+    return _declared(component, Ros)
 
 
 def parameters_of(component: Component | type[Component]) -> dict[str, Parameter[Any]]:

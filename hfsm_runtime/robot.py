@@ -9,7 +9,7 @@ from typing import Any, Final
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 
-from .component import Component, proxies_of
+from .component import Component, proxies_of, ros_of
 from .errors import ComponentError
 
 _STOP: Final = 1.0
@@ -74,7 +74,8 @@ def commands_accepted(safety: SafetyPrx, holder: str) -> bool:
 def stop_robot(component: Component) -> None:
     """Stop what a component may have commanded: call what the IDL marks as the stop of each of its proxies.
 
-    It takes at most 1 s; what does not answer is logged.
+    Over ROS, publish the messages that stop, and cancel goals. It takes at most 1.5 s; what does not answer
+    is logged.
     """
     calls: dict[Future[Any], str] = {}
     for name in proxies_of(component):
@@ -88,6 +89,10 @@ def stop_robot(component: Component) -> None:
                 calls[getattr(proxy, operation.method).begin(*arguments)] = name
             except ZenohIceError as error:
                 _logger.warning("self.%s could not be stopped: %s", name, error)
+    if ros_of(component):
+        from .ros import stop_ends  # only such components need what `ros2` needs
+
+        stop_ends(component)
     done, late = wait(calls, _STOP)
     for call in done:
         failure = call.exception()

@@ -81,7 +81,9 @@ class Definitions:
     def __init__(self, analysis: Analysis) -> None:
         document = analysis.document
         self.libraries = analysis.libraries
-        self.proxies = {interface.name for interface in document.interfaces} | set(document.proxy_aliases)
+        self.proxies = {each.name for each in document.all_interfaces} | set(document.proxy_aliases)
+        self._arriving = {each.name for each in document.ros} | set(document.ros_aliases)
+        """What holds the newest message, which may be another one at any time."""
         self._declared = self.proxies | {each.name for each in document.parameters}
         self._declared |= COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
         self._is_extended = analysis.extension is not None
@@ -197,6 +199,8 @@ class Definitions:
         if path[:1] != ["self"] or (len(path) > 2 and path[1] not in self.proxies):
             return UNKNOWN if node.attr in self.bound else Answer.UNKNOWN
         name = path[1]
+        if name in self._arriving:
+            return Answer.OTHER
         if name in self.functions:
             return UNKNOWN
         is_own = automaton != 0 and self._users.get(name) == {automaton}

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 NO_CHILD: Final = 0
 """The child id of a state without an automaton, and the father's id of the root."""
@@ -231,6 +231,36 @@ class Interface(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RosInterface(Node):
+    """A topic, service or action of ROS 2 that the component uses.
+
+    `name` is the attribute of `self`, `kind` is `publish`, `subscribe`, `service` or `action`, `target` the
+    ROS name (`/cmd_vel`) and `type` the ROS type (`geometry_msgs/msg/Twist`). `qos` has the words that
+    `codegen.hfsm.ros` explains. With `stop` `true` a default message is published when the component stops;
+    blank means `true` for velocities.
+    """
+
+    name: str
+    kind: str = "subscribe"
+    target: str = ""
+    type: str = ""
+    qos: Text = Text()
+    stop: Text = Text()
+
+    @property
+    def identity(self) -> str:
+        """The ROS name, which other interfaces may share."""
+        return self.target.strip()
+
+
+class RosAlias(NamedTuple):
+    """An operation of a ROS interface that has another name in the component."""
+
+    interface: str
+    operation: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Event(Node):
     """An event that may come from outside; events that only automata send need no declaration."""
 
@@ -263,19 +293,21 @@ class Property(Node):
 class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
-    `description`, `on_error`, `on_refused`, `dialect`, `language`, parameters, events and properties are our
-    additions; the original editor ignores them. `dialect` is blank for the current format, and otherwise
-    names the former editor (`VisualHFSM`, `VisualStates`) whose generator the code was written for.
-    `language` is blank for Python, and otherwise names the language of the code, which is kept but does not
-    run. `lists` has the unknown content of the elements around parameters, libraries, interfaces and so on,
-    such as settings of ROS in `config`. `functions` come from imported files, and `format` is the format that
-    the document was read from: neither is written.
+    `description`, `on_error`, `on_refused`, `world`, `dialect`, `language`, parameters, events, properties
+    and `ros` are our additions; the original editor ignores them. `dialect` is blank for the current format,
+    and otherwise names the former editor (`VisualHFSM`, `VisualStates`) whose generator the code was written
+    for. `language` is blank for Python, and otherwise names the language of the code, which is kept but does
+    not run. `lists` has the unknown content of the elements around parameters, libraries, interfaces and so
+    on, such as settings of ROS in `config`. `functions` come from imported files, and `format` is the format
+    that the document was read from: neither is written.
     """
 
     root_tag: str = "VisualHFSM"
     description: Text = Text()
     on_error: Text = Text()
     on_refused: Text = Text()
+    world: Text = Text()
+    """The world in which the editor starts a simulation for it; any does when it is blank."""
     dialect: Text = Text()
     language: Text = Text()
     parameters: tuple[Parameter, ...] = ()
@@ -284,6 +316,7 @@ class Document(Node):
     automata: tuple[Automaton, ...] = ()
     libraries: tuple[Library, ...] = ()
     interfaces: tuple[Interface, ...] = ()
+    ros: tuple[RosInterface, ...] = ()
     lists: tuple[Element, ...] = ()
     functions: tuple[Functions, ...] = ()
     format: str = field(default="native", compare=False)
@@ -297,6 +330,30 @@ class Document(Node):
     def proxy_aliases(self) -> dict[str, str]:
         """The second names that the original generators gave to proxies, each with the interface's name."""
         return {f"{each.name}Prx": each.name for each in self.interfaces} if self.is_old else {}
+
+    @property
+    def all_interfaces(self) -> tuple[Interface | RosInterface, ...]:
+        """The interfaces of servants and of ROS, which are all attributes of `self`."""
+        return (*self.interfaces, *self.ros)
+
+    @property
+    def ros_messages(self) -> dict[str, str]:
+        """The types whose short names the generator of VisualStates imported."""
+        topics = [each.type.strip() for each in self.ros if self.is_old and "/msg/" in each.type]
+        return {name.rpartition("/")[2]: name for name in topics}
+
+    @property
+    def ros_aliases(self) -> dict[str, RosAlias]:
+        """The names that VisualStates gave to newest messages and to functions that publish."""
+        found: dict[str, RosAlias] = {}
+        for each in self.ros if self.is_old else ():
+            if each.kind == "subscribe" and each.name.endswith("Sub"):
+                found[each.name.removesuffix("Sub")] = RosAlias(each.name, "value")
+            elif each.kind == "publish" and each.name.endswith("Pub"):
+                name = each.name.removesuffix("Pub")
+                for alias in (f"publish{name}", name):  # of 2018, and where the document names the function
+                    found.setdefault(alias, RosAlias(each.name, "publish"))
+        return found
 
     def automaton(self, id: int) -> Automaton | None:
         """Return the automaton with this id, or None."""

@@ -31,6 +31,7 @@ from .code.text import FUTURE, Code, CodeError, compile_source, definitions
 from .code.values import parse_value
 from .codes import Code as DocumentCode
 from .known_interfaces import KnownInterface, KnownInterfaces
+from .ros import TF, parse_qos, stops
 from .source_map import SourceMap, SourceRow
 
 __all__ = ["GENERATED_BY", "GeneratedComponent", "check_component", "generate"]
@@ -95,6 +96,7 @@ class _Generator:
             " ".join(self._document.description.text.split()) or f"The component {self._name}."
         )
         self._interfaces = {each.name: interfaces.find(each.type)[0] for each in self._document.interfaces}
+        self._ros_types = interfaces.ros.own_texts([each.type.strip() for each in self._document.ros])
         self._owners = {child: state for _, state in self._document.states() for child in state.children}
         self._automata = list(self._root_first())
         self._methods = self._make_methods()
@@ -172,6 +174,9 @@ class _Generator:
         used = {"Component", "main"}.union(*(writer.needs for writer in writers))
         used |= {"Parameter"} if document.parameters else set()
         used |= {"Proxy"} if document.interfaces else set()
+        used |= {"Ros"} if document.ros else set()
+        used |= {"ros_message"} if document.ros_messages else set()
+        used |= {"ros_tf"} if self._uses_tf else set()
         used |= {"load_extension"} if extension else set()
         directories = self._package_directories()
         used |= {"add_to_path"} if directories else set()
@@ -192,13 +197,37 @@ class _Generator:
             yield ""
         yield from ours
         for statement, library in reversed(theirs.items()):
-            if statement not in ours:
+            if statement not in ours and not (self._uses_tf and statement == f"import {TF}"):
                 code = Code((statement,), library.name.line)
                 yield CodeLines([statement], code, library.path or self._path, "library")
         if extension:
             where = f"__file__, __package__, {quoted(extension.path.stem)}, {quoted(extension.class_name)}"
             yield ""
             yield f"{extension.class_name} = load_extension({where})"
+        yield from self._type_texts()
+
+    def _type_texts(self) -> Iterator[str]:
+        """Yield the project's own types of ROS, and the messages that VisualStates imported."""
+        if self._ros_types:
+            yield ""
+            yield "ROS_TYPES = {"
+            for name, text in self._ros_types.items():
+                yield f"    {quoted(name)}: {quoted(text)},"
+            yield "}"
+        messages = self._document.ros_messages
+        if messages:
+            yield ""
+        if self._uses_tf:
+            yield f"{TF} = ros_tf()"
+        for local_name, type_name in messages.items():
+            types = ", ROS_TYPES" if self._ros_types else ""
+            yield f"{local_name} = ros_message({quoted(type_name)}{types})"
+
+    @property
+    def _uses_tf(self) -> bool:
+        """Whether an old document uses the module `tf` of ROS 1."""
+        is_used = any(TF in piece.used for piece in self._analysis.pieces)
+        return is_used and bool(self._document.ros_messages)
 
     def _package_directories(self) -> list[str]:
         """Return where the packages of proxies are that are not installed, relative to the component."""
@@ -211,6 +240,8 @@ class _Generator:
         policies = f"on_error={quoted(document.on_error.text.strip() or ON_ERROR[0])}"
         if document.on_refused.text.strip() not in ("", ON_REFUSED[0]):
             policies += f", on_refused={quoted(document.on_refused.text.strip())}"
+        if self._ros_types:
+            policies += ", ros_types=ROS_TYPES"
         bases = f"{self._extension.class_name}, Component" if self._extension else "Component"
         name = quoted(printable(self._path.name))
         yield f"class {self._class_name}({bases}, document={name}, {policies}):"
@@ -220,6 +251,8 @@ class _Generator:
             yield "    lock = threading.Lock()"
             for attribute in self._interfaces:
                 yield f"    {attribute}Prx = property(lambda self: self.{attribute})"
+            for alias, (attribute, operation) in document.ros_aliases.items():
+                yield f"    {alias} = property(lambda self: self.{attribute}.{operation})"
         if document.parameters:
             yield ""
         for parameter in document.parameters:
@@ -233,6 +266,15 @@ class _Generator:
         for interface in document.interfaces:
             proxy = local_names[self._interfaces[interface.name]]
             yield f"    {interface.name} = Proxy({quoted(interface.identity.strip())}, {proxy})"
+        if document.ros:
+            yield ""
+        for each in document.ros:
+            options: dict[str, object] = parse_qos(each.qos.text)
+            if stops(each.kind, each.type.strip(), each.stop.text.strip()):
+                options["stop"] = True
+            written = "".join(f", {name}={literal(value)}" for name, value in options.items())
+            where = f"{quoted(each.kind)}, {quoted(each.identity)}, {quoted(each.type.strip())}"
+            yield f"    {each.name} = Ros({where}{written})"
         for piece in self._analysis.all_functions:
             yield ""
             yield CodeLines(piece.code.indented(1), piece.code, piece.path, "functions", piece.automaton)
@@ -258,7 +300,8 @@ class _Generator:
         An automaton that is imported several times and owns no other has one method, named after its file.
         """
         taken = {node.name for piece in self._analysis.all_functions for node in definitions(piece.tree)}
-        taken |= {*self._interfaces, *(parameter.name for parameter in self._document.parameters)}
+        taken |= {*self._interfaces, *(each.name for each in self._document.ros)}
+        taken |= {*(parameter.name for parameter in self._document.parameters)}
         names: dict[_Place | None, list[str]] = {}
         for code in self._automata:
             if owner := self._owners.get(code.automaton.id):

@@ -29,6 +29,7 @@ from .document import (
     Library,
     Node,
     Parameter,
+    RosInterface,
     State,
     Text,
 )
@@ -43,7 +44,7 @@ _MAX_AUTOMATA: Final = 10_000
 _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
 
-_N = TypeVar("_N", Interface, Parameter, Event)
+_N = TypeVar("_N", Interface, RosInterface, Parameter, Event)
 _NodeT = TypeVar("_NodeT", bound=Node)
 
 
@@ -190,6 +191,7 @@ class _Resolver:
             document,
             libraries=self._merge_libraries(document.libraries, other.libraries, path),
             interfaces=self._merge_named("interface", document.interfaces, other.interfaces, path, _servant),
+            ros=self._merge_named("ROS interface", document.ros, other.ros, path, _endpoint),
             parameters=self._merge_named("parameter", document.parameters, other.parameters, path, _value),
             events=self._merge_named("event", document.events, other.events, path, lambda _: ()),
         )
@@ -326,6 +328,10 @@ def _shown(imported: Import) -> str:
 
 def _servant(interface: Interface) -> object:
     return interface.identity.strip(), interface.type.strip()
+
+
+def _endpoint(interface: RosInterface) -> object:
+    return replace(interface, comments=(), extras=(), attributes=(), path=None)
 
 
 def _value(parameter: Parameter) -> object:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..diagnostics import Location
+from .ros import RosTypes
 
 __all__ = [
     "DescriptionError",
@@ -80,10 +81,14 @@ class KnownInterface:
 
 @dataclass(frozen=True, slots=True)
 class KnownInterfaces:
-    """The known interfaces by their plain name; `generated` are files that are about to be written."""
+    """The known interfaces by their plain name; `generated` are files that are about to be written.
+
+    `ros` has the types of ROS interfaces.
+    """
 
     by_name: Mapping[str, tuple[KnownInterface, ...]]
     generated: Mapping[Path, str] = field(default_factory=dict)
+    ros: RosTypes = field(default_factory=RosTypes)
 
     def find(self, name: str) -> tuple[KnownInterface, ...]:
         """Return the interfaces that a plain or a scoped name may mean (`Camera`, `nao::PoseHead`).
@@ -198,7 +203,9 @@ def find_interfaces(
     for known in finder.all_interfaces(document, include):
         found.setdefault(known.scoped_name.rsplit("::", 1)[-1], {}).setdefault(known.scoped_name, known)
     by_name = {name: tuple(by_scope.values()) for name, by_scope in found.items()}
-    return KnownInterfaces(by_name, finder.generated)
+    places = interface_directories(document, include) if document else include
+    ros = RosTypes([each for place in places for each in (place, place / _PACKAGE)])
+    return KnownInterfaces(by_name, finder.generated, ros)
 
 
 class _Finder:

@@ -59,15 +59,15 @@ class _Servant(hfsm.HfsmMonitor):
     def getSnapshot(self, current: Current | None = None) -> hfsm.ComponentSnapshot:  # noqa: ARG002
         return take_snapshot(self._runtime, self._breakpoints, self._started_at)
 
-    def pause(self, current: Current) -> None:  # noqa: ARG002
+    def pause(self, current: Current | None = None) -> None:  # noqa: ARG002
         self._runtime.pause()
 
-    def resume(self, current: Current) -> None:  # noqa: ARG002
+    def resume(self, current: Current | None = None) -> None:  # noqa: ARG002
         with self._runtime.tree.lock:
             self._breakpoints.leave(self._runtime.tree.runs)
             self._runtime.resume()
 
-    def step(self, automaton: int, current: Current) -> None:  # noqa: ARG002
+    def step(self, automaton: int, current: Current | None = None) -> None:  # noqa: ARG002
         with _translated_errors():
             runs = self._runtime.tree.runs if automaton == 0 else (self._runtime.run(automaton),)
             self._breakpoints.leave(runs)
@@ -84,14 +84,14 @@ class _Servant(hfsm.HfsmMonitor):
     def getBreakpoints(self, current: Current) -> list[hfsm.Breakpoint]:  # noqa: ARG002
         return self._breakpoints.all
 
-    def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:  # noqa: ARG002
+    def setVariable(self, automaton: int, name: str, value: str, current: Current | None = None) -> None:  # noqa: ARG002
         with _translated_errors():
             read = _read_json(value)
             if automaton:
                 check_kind(self._runtime.run(automaton).automaton, name, read)
             self._runtime.set_variable(automaton, _checked(name), read)
 
-    def sendEvent(self, name: str, data: str, current: Current) -> None:  # noqa: ARG002
+    def sendEvent(self, name: str, data: str, current: Current | None = None) -> None:  # noqa: ARG002
         with _translated_errors():
             self._runtime.send(_checked(name), _read_json(data) if data else None)
 
@@ -103,13 +103,13 @@ class _Servant(hfsm.HfsmMonitor):
         with _translated_errors():
             return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.timeline)
 
-    def reload(self, current: Current) -> hfsm.ReloadReport:  # noqa: ARG002
+    def reload(self, current: Current | None = None) -> hfsm.ReloadReport:  # noqa: ARG002
         with _translated_errors():
             report = self._reloading.reload()
         report.notKept += self._breakpoints.renew()
         return report
 
-    def stop(self, current: Current) -> None:  # noqa: ARG002
+    def stop(self, current: Current | None = None) -> None:  # noqa: ARG002
         self._runtime.component._hfsm_log.warning("the monitor ends the component")
         self._runtime.request_stop()
 
@@ -160,12 +160,11 @@ class Monitor(Observer):
         connect_proxies: Callable[[Component], None] | None = None,
     ) -> None:
         self.identity: Final = f"Hfsm.{runtime.name}"
-        self._runtime = runtime
+        self.runtime: Final = runtime
         points = Breakpoints(runtime)
         points.set(breakpoints)
-        self._servant = _Servant(
-            runtime, points, connect_proxies or partial(connect, communicator=communicator)
-        )
+        connect_all = connect_proxies or partial(connect, communicator=communicator)
+        self.servant: Final = _Servant(runtime, points, connect_all)
         self._adapter = communicator.createObjectAdapter(self.identity)
         self._changed = threading.Event()
         self._closing = False
@@ -173,7 +172,7 @@ class Monitor(Observer):
         runtime.tree.observers.append(self)
 
     def __enter__(self) -> Self:
-        self._adapter.add(self._servant, self.identity)
+        self._adapter.add(self.servant, self.identity)
         self._adapter.activate()
         self._thread.start()
         return self
@@ -189,13 +188,13 @@ class Monitor(Observer):
         self._changed.set()
 
     def _publish(self) -> None:
-        publisher = self._servant.getSnapshotPublisher
+        publisher = self.servant.getSnapshotPublisher
         last = reported = False
         while not last:
             last = self._closing
             if publisher.listening:
                 try:
-                    publisher.publish(self._servant.getSnapshot(), self._runtime.clock.now())
+                    publisher.publish(self.servant.getSnapshot(), self.runtime.clock.now())
                     reported = False
                 except Exception:  # variables are user objects, and a watcher must not end the watching
                     if not reported:  # ten times a second would hide all else

@@ -24,7 +24,7 @@ from zenoh_ice import ObjectPrx
 from zenoh_ice.clock import Clock
 
 from ..automaton import Automaton
-from ..component import Component, parameter_values, proxies_of, source_of
+from ..component import Component, parameter_values, proxies_of, ros_of, source_of
 from ..errors import (
     ComponentError,
     ComponentStoppedError,
@@ -89,7 +89,13 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     log = LogRecorder(recorder)
     try:
         logging.getLogger().addHandler(log)
-        with recorded_proxies(component, recorder), intercepted_time(type(component), recorder.ask):
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(recorded_proxies(component, recorder))
+            stack.enter_context(intercepted_time(type(component), recorder.ask))
+            if ros_of(component):
+                from .ros import recorded_ros  # only such components need what `ros2` needs
+
+                stack.enter_context(recorded_ros(component, recorder.ask))
             yield recorder
     finally:
         logging.getLogger().removeHandler(log)

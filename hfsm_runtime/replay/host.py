@@ -14,7 +14,7 @@ from zenoh_ice.clock import VirtualClock
 
 from ..automaton import Automaton, Transition
 from ..automaton_run import make_event
-from ..component import Component, equip, make_automata, parameters_of
+from ..component import Component, equip, make_automata, parameters_of, ros_of
 from ..debugger.reload import Replacement, first_values_of
 from ..errors import (
     ComponentError,
@@ -114,8 +114,18 @@ class Host(Observer):
                 if name in declared and type(value) is type(declared[name].default):
                     setattr(component, name, value)
         self._transport.connect(component)
+        if ros_of(component):
+            from ..recording.ros import replayed_ros  # only such components need what `ros2` needs
+
+            replayed_ros(component, self._answers.ask, self._differs)
         self._stack.enter_context(intercepted_time(type(component), self._answers.ask))
         equip(component, InterceptedClock(VirtualClock(), self._answers.ask), self._sleep, self._send)
+
+    def _differs(self, what: str, recorded: object, replayed: object) -> None:
+        """Take what code sends over ROS, where it differs from what was recorded."""
+        context = self._answers.context
+        if context is not None:
+            self._answers.comparison.called(self._answers.now(), context, what, recorded, replayed)
 
     def _sleep(self, seconds: float) -> None:
         ending = self._answers.ask("sleep", waits=lambda: seconds)

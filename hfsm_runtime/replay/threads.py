@@ -148,6 +148,11 @@ class Answers:
         self._script = script
         self._threads = threads
 
+    @property
+    def context(self) -> str | None:
+        """The context of the code that this thread runs."""
+        return self._threads.context
+
     def now(self) -> int:
         """Return the component time in ns at which the replay is."""
         return self._script.time if self.own_time is None else self.own_time

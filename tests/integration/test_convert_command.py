@@ -16,7 +16,7 @@ from tests.support.limits import RUN_LIMIT
 from visualhfsm.command import app
 
 OLD = """<VisualStates>
-  <config type="1"><topics><topic id="0"><name>/scan</name></topic></topics></config>
+  <config type="1"><plugins><plugin id="0"><name>/scan</name></plugin></plugins></config>
   <state id="0" initial="True"><name>root</name><timestep>50</timestep>
     <state id="1" initial="True"><name>wait</name><code>print "waiting"</code><timestep>50</timestep></state>
   </state>
@@ -41,11 +41,11 @@ NEW = """<?xml version="1.0" encoding="UTF-8"?>
   </SubAutomata>
   <libraries/>
   <config type="1">
-    <topics>
-      <topic id="0">
+    <plugins>
+      <plugin id="0">
         <name>/scan</name>
-      </topic>
-    </topics>
+      </plugin>
+    </plugins>
   </config>
   <pseudostate id="0" initial="True">
     <name>root</name>
@@ -77,7 +77,7 @@ def test_what_is_kept_without_use_and_what_is_python_2_is_reported_with_its_line
     done = convert("old.xml", "new.xml")
     reported = [line for line in done.stderr.splitlines() if line.startswith("old.xml")]
     assert reported == [
-        "old.xml:2:20: note[N501]: `topics` is unknown: it is kept, but not used",
+        "old.xml:2:20: note[N501]: `plugins` is unknown: it is kept, but not used",
         'old.xml:4:57: warning[W506]: Python 2: `print "waiting"` is `print("waiting")` in Python 3',
     ]
 

@@ -52,7 +52,12 @@ def differences(original: Path, converted: str) -> list[str]:
             found.append(f"code: lost {tag} {text!r}")
     found += [f"id: lost {item!r}" for item in old.ids - new.ids]
     known = "\n".join(new.texts)
-    found += [f"text: lost {text!r}" for text in old.texts if text not in known and not _is_translated(text)]
+    topics = {text for each in before.iterfind("config/topics/topic") for text in _texts(each)}  # see above
+    found += [
+        f"text: lost {text!r}"
+        for text in old.texts
+        if text not in known and text not in topics and not _is_translated(text)
+    ]
     return found
 
 
@@ -135,6 +140,8 @@ def _native(root: ET.Element) -> Facts:
     _add_interfaces(
         facts, root, "config/iceinterface", ("nameinterface", "nameproxy", "ip", "port", "interface")
     )
+    for ros in root.iterfind("ros/rosinterface"):
+        facts.interfaces[ros.get("kind"), *(ros.findtext(tag) for tag in ("name", "target", "type"))] += 1
     facts.texts.update(_texts(root))
     return facts
 
@@ -209,6 +216,8 @@ def _visualstates(root: ET.Element) -> Facts:
     older = ("name", "proxyname", "ip", "port", "interface")
     _add_interfaces(facts, root, "config/interfaces/interface", newer)
     _add_interfaces(facts, root, "configs/config", older)
+    for topic in root.iterfind("config/topics/topic"):
+        facts.interfaces[_topic(topic)] += 1
     facts.texts.update(_texts(root))
     return facts
 
@@ -259,6 +268,17 @@ def _position(element: ET.Element, x: str, y: str) -> tuple[float, float]:
 def _add_code(facts: Facts, tag: str, text: str) -> None:
     if text.strip():
         facts.code[tag, text] += 1
+
+
+_ENDS = {"Publish": ("publish", "Pub"), "Subscribe": ("subscribe", "Sub")}
+
+
+def _topic(topic: ET.Element) -> tuple[str | None, ...]:
+    """Return a topic of ROS 1 as it is in the native dialect."""
+    kind, end = _ENDS[topic.findtext("opType") or ""]
+    target = topic.findtext("name") or ""
+    package, _, short = (topic.findtext("type") or "").partition("/")
+    return kind, target[1:].replace("/", "_") + end, target, f"{package}/msg/{short}"
 
 
 def _add_interfaces(facts: Facts, root: ET.Element, path: str, tags: tuple[str, ...]) -> None:

@@ -121,7 +121,7 @@ libraries = st.builds(Library, name=code, comments=comments, attributes=attribut
 
 documents = st.builds(
     Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=code, on_error=code, on_refused=code,
-    language=code, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
+    world=code, language=code, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
     properties=st.lists(
         st.builds(Property, name=texts, kind=texts, within=code, expression=code, **node), max_size=2
     ).map(tuple), automata=st.lists(automata, max_size=2).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),

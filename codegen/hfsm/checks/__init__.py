@@ -12,6 +12,7 @@ from ..code.language import first_foreign, notes_about, report_foreign
 from ..code.names import RESERVED, reserved_names
 from ..codes import Code
 from ..known_interfaces import KnownInterfaces
+from ..ros import TF
 from .attributes import check_attributes
 from .blocking import check_blocking
 from .component import check_component, check_file_name, check_functions, check_libraries, check_parameters
@@ -20,6 +21,7 @@ from .flow import check_flow
 from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
 from .report import Report
+from .ros import check_ros, check_ros_uses
 from .structure import check_automaton, check_tree
 
 __all__ = ["check"]
@@ -37,6 +39,7 @@ def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnost
     report = Report(path, diagnostics)
     check_file_name(analysis, report)
     check_component(document, interfaces, report)
+    check_ros(document, interfaces.ros, report)
     check_tree(document, report)
     for automaton in document.automata:
         check_automaton(automaton, report)
@@ -67,6 +70,7 @@ def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report)
         check_variables(code, report)
     if analysis.is_complete:
         check_attributes(analysis, interfaces, report)
+        check_ros_uses(analysis, interfaces.ros, report)
         if analysis.extension is None:
             for code in analysis.automata:
                 check_start(code, analysis.defined, report)
@@ -80,6 +84,8 @@ def _check_names(analysis: Analysis, report: Report) -> None:
     interfaces = analysis.document.interfaces
     proxies = {interface.type.strip().rsplit("::", 1)[-1] + "Prx" for interface in interfaces}
     known = {*RESERVED, *analysis.libraries, *proxies, "Event", "Input", "Parameter"}
+    if analysis.document.ros_messages:
+        known |= {*analysis.document.ros_messages, TF}
     for piece in analysis.functions:
         check_names(piece, known, report)
     for code in analysis.automata:

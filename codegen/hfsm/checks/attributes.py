@@ -14,7 +14,7 @@ from ..definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
 from .report import Report
 
-__all__ = ["STREAM", "check_attributes"]
+__all__ = ["STREAM", "check_attributes", "check_call"]
 
 _BEGIN: Final = "begin"
 """Calls an operation without waiting, with the same parameters."""
@@ -52,8 +52,10 @@ def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report)
             *COMPONENT_ATTRIBUTES,
             *COMPONENT_ALIASES,
             *given,
-            *(interface.name for interface in document.interfaces),
+            *(interface.name for interface in document.all_interfaces),
+            *(["ros"] if document.ros else []),
             *document.proxy_aliases,
+            *document.ros_aliases,
             *(["lock"] if document.is_old else []),
             *(parameter.name for parameter in document.parameters),
         }
@@ -113,7 +115,7 @@ def _check_calls(
             notes = did_you_mean(access.path[1], available)
             report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), notes)
         elif len(access.path) == 2:
-            _check_arguments(access, operation, report)
+            check_call(access, operation, report)
         else:
             _check_stream(access, operation, report)
 
@@ -128,7 +130,7 @@ def _check_stream(access: Access, operation: Operation, report: Report) -> None:
         return
     if name == _BEGIN:
         if len(access.path) == 3:
-            _check_arguments(access, operation, report)
+            check_call(access, operation, report)
     elif not operation.is_streamed:
         message = f"`{operation.name}` is not streamed and has no `{name}`: it can only be called"
         report.warning(Code.UNKNOWN_OPERATION, message, access.place(2))
@@ -136,10 +138,11 @@ def _check_stream(access: Access, operation: Operation, report: Report) -> None:
         message = f"a streamed operation has no `{name}`: it has {', '.join([_BEGIN, *STREAM])}"
         report.warning(Code.UNKNOWN_OPERATION, message, access.place(2), did_you_mean(name, STREAM))
     elif len(access.path) == 3:
-        _check_arguments(access, STREAM[name], report)
+        check_call(access, STREAM[name], report)
 
 
-def _check_arguments(access: Access, operation: Operation, report: Report) -> None:
+def check_call(access: Access, operation: Operation, report: Report) -> None:
+    """Check the number and the names of the arguments of a call."""
     call = access.call
     if call is None or any(isinstance(argument, ast.Starred) for argument in call.args):
         return

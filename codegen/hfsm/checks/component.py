@@ -19,7 +19,7 @@ from ..code.text import definitions
 from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
 from ..codes import Code
 from ..definitions import COMPONENT_ATTRIBUTES
-from ..document import Document, Interface, Parameter
+from ..document import Document, Interface, Parameter, RosInterface
 from ..known_interfaces import KnownInterfaces
 from .report import Report
 
@@ -46,13 +46,15 @@ STANDARD_OPTIONS: Final = frozenset(
         *("clock", "timeout", "config", "show_config", "log_level", "log_file", "log_format"),
         *("on_error", "on_refused", "seconds", "begin_at", "breakpoint", "stay_halted"),
         *("record", "record_images", "help"),
+        *("ros", "ros_domain", "ros_connect", "ros_namespace", "remap"),
     }
 )
 """Options that every component has, which cannot be names of parameters."""
 
 _LIBRARIES: Final = sys.stdlib_module_names | {
     *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
-    *("hfsm_recording", "hfsm_runtime", "interfaces", "hfsm_command", "zenoh_ice"),
+    *("hfsm_recording", "hfsm_runtime", "interfaces", "hfsm_command", "ros2", "rosbags", "soccer_field"),
+    "zenoh_ice",
 }
 """Packages that a component may import, directly or not."""
 
@@ -67,10 +69,11 @@ def check_component(document: Document, known: KnownInterfaces, report: Report) 
         if value not in ("", *values):
             message = f"`{element}` must be {' or '.join(f'`{each}`' for each in values)}, not `{value[:40]}`"
             report.error(Code.BAD_POLICY, message, report.place(document, text))
-    first: dict[str, Interface] = {}
+    first: dict[str, Interface | RosInterface] = {}
+    for each in document.all_interfaces:
+        _check_name(each, first, report)
+        first.setdefault(each.name, each)
     for interface in document.interfaces:
-        _check_name(interface, first, report)
-        first.setdefault(interface.name, interface)
         if not _IDENTITY.fullmatch(interface.identity):
             message = f"`{interface.identity[:60]}` is not a valid identity of a servant"
             note = Note("use only letters, digits and _ . -; `@realm` may follow")
@@ -112,7 +115,7 @@ def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
                     Code.FUNCTION_NAME_TAKEN, f"a second function has the name `{name}`", place, [note]
                 )
             first.setdefault(name, place)
-    for interface in analysis.document.interfaces:
+    for interface in analysis.document.all_interfaces:
         if interface.name in first:
             note = Note("the function is here", first[interface.name])
             message = f"`{interface.name}` is both an interface and a function"
@@ -122,7 +125,7 @@ def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
 
 def check_parameters(document: Document, functions: dict[str, Location], report: Report) -> None:
     """Check names, types and defaults of parameters; `functions` are those of the document."""
-    interfaces = {interface.name: interface for interface in document.interfaces}
+    interfaces = {interface.name: interface for interface in document.all_interfaces}
     first: dict[str, Parameter] = {}
     for parameter in document.parameters:
         name = parameter.name
@@ -182,7 +185,9 @@ def _is_attribute(name: str) -> bool:
     return name.isidentifier() and not keyword.iskeyword(name) and name == normal
 
 
-def _check_name(interface: Interface, first: dict[str, Interface], report: Report) -> None:
+def _check_name(
+    interface: Interface | RosInterface, first: dict[str, Interface | RosInterface], report: Report
+) -> None:
     name = interface.name
     place = report.place(interface)
     if not _is_attribute(name):

@@ -48,6 +48,8 @@ def reserved_names(document: Document) -> frozenset[str]:
         names.add("Event")
     if document.parameters:
         names.add("Parameter")
+    if document.ros:
+        names |= {"ROS_TYPES", "Ros"}
     if any(automaton.inputs for automaton in document.automata):
         names |= {"Input", "bool", "float", "int", "object", "str"}
     return frozenset(names)

@@ -103,6 +103,7 @@ INTERFACE: Final = _kind(
     model.Interface,
     leaves="nameinterface=name nameproxy=proxy? ip? port? interface=type",
 )
+_ROS: Final = _kind("rosinterface", model.RosInterface, "kind", "name target type qos? stop?")
 STATE: Final = _kind(
     "state",
     model.State,
@@ -131,11 +132,12 @@ AUTOMATON: Final = NodeKind(
 DOCUMENT: Final = _kind(
     "VisualHFSM",
     model.Document,
-    leaves="description? onerror=on_error? onrefused=on_refused? dialect? language?",
+    leaves="description? onerror=on_error? onrefused=on_refused? world? dialect? language?",
     parameters=Items("parameters", _PARAMETER, listed=True, optional=True),
     events=Items("events", _EVENT, listed=True, optional=True),
     properties=Items("properties", _PROPERTY, listed=True, optional=True),
     SubAutomata=Items("automata", AUTOMATON),
     libraries=Items("libraries", _LIBRARY, listed=True),
     config=Items("interfaces", INTERFACE, listed=True),
+    ros=Items("ros", _ROS, listed=True, optional=True),
 )

@@ -46,6 +46,7 @@ _INTERFACE: Final = {
     "proxyname": "nameproxy",
     "interfaceName": "interface",
 }
+_OPERATIONS: Final = {"Publish": "publish", "Subscribe": "subscribe"}
 _TYPES: Final = {"Boolean": "bool", "Integer": "int", "Float": "float", "String": "str", "Character": "str"}
 
 
@@ -100,7 +101,7 @@ class _Translator:
             nodes = {"library": lambda each: [replace(each, tag="lib")], "lib": lambda each: [each]}
             made.children.append(reader.translated(libraries, "libraries", (), {}, nodes))
         if (found := self._root.first(config)) is not None:
-            made.children.append(self._config(found))
+            made.children += [self._config(found), self._ros(found)]
         return made
 
     def _number_automata(self) -> None:
@@ -304,15 +305,37 @@ class _Translator:
     def _config(self, element: XmlElement) -> XmlElement:
         """Return the interfaces of a component, and the rest of its configuration.
 
-        `config` is a list of interfaces or has settings of ROS; `configs` is the list of August 2017.
+        `config` is a list of interfaces, or has settings of ROS, of which `_ros` reads the topics; `configs`
+        is the list of August 2017.
         """
 
         def interface(each: XmlElement) -> list[XmlElement]:
             return [self._reader.translated(each, INTERFACE.tag, INTERFACE.children, _INTERFACE)]
 
-        names, native = {"interfaces": None}, (INTERFACE.tag,)
+        names, native = {"interfaces": None, "topics": None}, (INTERFACE.tag,)
         made = self._reader.translated(element, "config", native, names, {"config": interface})
         self._reader.inline(made, element.first("interfaces"), native, {"interface": interface})
+        return made
+
+    def _ros(self, element: XmlElement) -> XmlElement:
+        """Return the topics of a component, with the names that its generator gave their ends."""
+        topics = element.first("topics")
+        made = XmlElement(
+            "ros", {}, element.line, element.column, trailing=[] if topics is None else topics.trailing
+        )
+        for topic in topics.children if topics is not None else ():
+            texts = {each.tag: each.text.strip() for each in topic.children}
+            kind = _OPERATIONS.get(texts.get("opType", ""), texts.get("opType", ""))
+            target = texts.get("name", "")
+            own_name = texts.get("methodname") or texts.get("variablename") or target.lstrip("/")
+            name = re.sub(r"\W", "_", own_name) + ("Pub" if kind == "publish" else "Sub")
+            type_name = re.sub(r"^(\w+)/(\w+)$", r"\1/msg/\2", texts.get("type", ""))
+            interface = XmlElement(
+                "rosinterface", {"kind": kind}, topic.line, topic.column, comments=topic.comments
+            )
+            values = {"name": name, "target": target, "type": type_name}
+            interface.children += [new_leaf(tag, text, topic) for tag, text in values.items()]
+            made.children.append(interface)
         return made
 
 

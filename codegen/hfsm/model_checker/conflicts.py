@@ -11,7 +11,7 @@ from typing import Final
 from ...diagnostics import Diagnostics, Location, Note
 from ..analysis import Analysis
 from ..codes import Code
-from ..document import Interface, Text
+from ..document import Interface, RosInterface, Text
 from ..known_interfaces import DescriptionError, KnownInterfaces
 from .counterexample import Counterexample, counterexample
 from .exploration import Budget, find
@@ -35,6 +35,8 @@ __all__ = [
 
 _COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
 _READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
+_ROS: Final = {"publish": True, "send": True, "latest": False, "next": False, "value": False, "wait": False}
+"""Whether operations of ROS interfaces command something; the call of a service may or may not."""
 Operations = Mapping[str, Mapping[str, bool]]
 """Whether each operation commands something, by the attribute of `self` that holds the proxy."""
 
@@ -94,7 +96,10 @@ class Commands:
         document = analysis.document
         self._analysis = analysis
         self._operations = operations or {}
-        self._interfaces = {interface.name: interface for interface in document.interfaces}
+        self._interfaces: dict[str, Interface | RosInterface] = {
+            each.name: each for each in document.all_interfaces
+        }
+        self._ros = {each.name for each in document.ros}
         for alias, name in document.proxy_aliases.items():
             self._interfaces.setdefault(alias, self._interfaces[name])
 
@@ -104,7 +109,7 @@ class Commands:
         certain, possible = set[Command](), set[Command]()
         for call in effects.calls | effects.possible:
             interface = self._interfaces[call.proxy]
-            described = self._operations.get(interface.name, {})
+            described = _ROS if interface.name in self._ros else self._operations.get(interface.name, {})
             changes = described.get(call.operation, is_command(call.operation))
             if changes is not False:
                 is_certain = changes is True and call in effects.calls

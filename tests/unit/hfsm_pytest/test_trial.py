@@ -12,10 +12,11 @@ from contextlib import contextmanager
 import pytest
 
 from hfsm_pytest.trial import Trial, trial
-from hfsm_runtime import Automaton, Component, Proxy, State
+from hfsm_runtime import Automaton, Component, Proxy, Ros, State
 from hfsm_runtime.errors import ValueTypeError
 from interfaces.nao import HeadPose, PoseHeadPrx, SpeechPrx
 from naoserver.fake import FastClock
+from ros2 import CallTimeoutError
 from tests.support.automata import after, automaton, component
 from tests.support.gripper import GripperPrx
 from tests.support.limits import START_LIMIT
@@ -99,6 +100,26 @@ def test_the_streams_of_a_stand_in_yield_samples() -> None:
         eventually(
             lambda: (sample := tested.OtherHead.getPose.latest()) is not None and sample.value == HeadPose()
         )
+
+
+class UsesRos(Component, document="uses.xml"):
+    scan = Ros("subscribe", "/scan", "sensor_msgs/msg/LaserScan")
+    drive = Ros("publish", "/cmd_vel", "geometry_msgs/msg/Twist", stop=True)
+    switch = Ros("service", "/switch", "std_srvs/srv/SetBool")
+    count = Ros("action", "/count", "example_interfaces/action/Fibonacci")
+
+
+def test_of_ros_everything_is_a_stand_in() -> None:
+    with trial() as world:
+        component = UsesRos()
+        world.connect(component)
+        assert component.scan.latest() is None
+        component.drive.publish(linear={"x": 1.0})
+        assert component.switch.call(data=True).success is False
+        goal = component.count.send(order=3)
+        assert goal.done
+        with pytest.raises(CallTimeoutError):
+            component.scan.next(0.05)
 
 
 def test_time_passes_as_fast_as_it_is_set() -> None:

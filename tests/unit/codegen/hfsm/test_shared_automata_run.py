@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 import sys
 from collections import Counter
@@ -14,8 +15,11 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
+from hfsm_pytest import MakeBehavior
+from hfsm_pytest.ros import FakeRos
 from hfsm_runtime import VirtualRun
 from hfsm_runtime.component import proxies_of
+from hfsm_runtime.ros import Endpoints
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import load
 from visualhfsm.conversion import convert_document
@@ -48,8 +52,8 @@ module jderobot {
   interface ArDroneExtra { void takeoff(); void land(); };
 };
 """
-ROS = ("Twist", "Control", "tf")
-"""What the documents have of ROS, beside topics."""
+CONTROL = "float64 throttle\nfloat64 brake\nfloat64 steer\n"
+"""As much of a message of the Prius as a document uses."""
 
 ERRORS_OF_THEIR_AUTHORS = {"visualstates/deneme-091ea35b.xml": "has no attribute 'setMotors'"}
 NOT_GENERATED = {"cpp": 16, "plain": 4}
@@ -93,6 +97,8 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "robots.idl").write_text(INTERFACES.replace("jderobot", "robots"))
     done = codegen("robots.idl", cwd=folder)
     assert done.returncode == 0, done.stderr
+    (folder / "prius_msgs" / "msg").mkdir(parents=True)
+    (folder / "prius_msgs" / "msg" / "Control.msg").write_text(CONTROL)
     sys.path.insert(0, str(folder))
     yield folder
     sys.path.remove(str(folder))
@@ -124,24 +130,16 @@ def test_all_but_cpp_and_words_generate(tmp_path: Path, packages: Path) -> None:
 
 @pytest.mark.parametrize("row", _rows(), ids=lambda row: row["file"])
 def test_a_document_runs_for_ten_seconds_with_stubs(
-    row: dict[str, str], tmp_path: Path, packages: Path, monkeypatch: pytest.MonkeyPatch
+    row: dict[str, str], tmp_path: Path, packages: Path
 ) -> None:
     file = _generate(row, tmp_path, packages, Diagnostics())
     if file is None:
         assert row["lang"] in NOT_GENERATED
         return
-    for name in ROS:
-        monkeypatch.setitem(sys.modules, name, Stub())
     component = load(file)
     vars(component).update({name: Stub() for name in proxies_of(component)})
-    for topic in re.findall(
-        r"<topic id.*?<name>/(.*?)</name>", (FOLDER / row["file"]).read_text(), re.DOTALL
-    ):
-        name = re.sub(r"\W", "_", topic)
-        vars(component).update({name: Stub(), f"publish{name}": Stub()})
-    names = component.automaton.__globals__
-    for name in ROS:
-        names.setdefault(name, Stub())
+    ros = FakeRos(lambda: 0.0, lambda holds, _limit: holds())
+    Endpoints(ros, ros.types).connect(component)
     virtual = VirtualRun(component)
     virtual.advance(10)
     if row["file"] in ERRORS_OF_THEIR_AUTHORS:
@@ -149,6 +147,45 @@ def test_a_document_runs_for_ten_seconds_with_stubs(
     else:
         assert virtual.errors == ()
         assert virtual.tree.root.cycles == 1 + round(10 / virtual.tree.root.automaton.period)
+
+
+@pytest.mark.parametrize("name", ["obstacleAvoidancePython-5f5a6d73", "obstacle_avoidance_python-2eb2ad81"])
+def test_a_turtlebot_of_visualstates_avoids_obstacles(
+    name: str, behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    path = tmp_path / f"{name}.xml"
+    path.write_text(convert_document(FOLDER / "visualstates" / f"{name}.xml", Diagnostics()))
+    run = behavior(path)
+    scan, velocity = (
+        run.ros.topic(f"/turtlebotROS/{each}") for each in ("laser/scan", "mobile_base/commands/velocity")
+    )
+    run.advance(0.5)
+    assert (run.active.lower(), velocity.messages[-1].linear.x) == ("move", 0.3)
+    scan.publish(ranges=[2.0, 0.3, 2.0])
+    run.advance(0.5)
+    assert (run.active.lower(), velocity.messages[-1].angular.z) == ("avoid", 0.1)
+    scan.publish(ranges=[2.0, 0.5, 2.0])
+    run.advance(0.5)
+    assert run.active.lower() == "move"
+
+
+@pytest.mark.parametrize("name", ["BumpAndGoPython-53490bff", "bump_and_go_python-87302ff6"])
+def test_a_turtlebot_of_visualstates_bumps_and_goes(
+    name: str, behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    path = tmp_path / f"{name}.xml"
+    path.write_text(convert_document(FOLDER / "visualstates" / f"{name}.xml", Diagnostics()))
+    run = behavior(path)
+    scan, odometry = (run.ros.topic(f"/turtlebotROS/{each}") for each in ("laser/scan", "odom"))
+    odometry.publish(pose={"pose": {"orientation": {"z": math.sin(-0.5), "w": math.cos(-0.5)}}})
+    scan.publish(ranges=[0.3])
+    run.run_until("GetBack", limit=0.5)
+    scan.publish(ranges=[2.0])
+    run.run_until("Rotate", limit=2.5)
+    run.advance(1.0)
+    assert run.active == "Rotate"
+    odometry.publish(pose={"pose": {"orientation": {"z": math.sin(0.5), "w": math.cos(0.5)}}})
+    run.run_until("Go", limit=0.5)
 
 
 def test_documents_of_each_dialect_and_kind_are_there() -> None:

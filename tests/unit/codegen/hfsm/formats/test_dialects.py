@@ -284,15 +284,28 @@ def test_what_has_no_word_here_is_kept_and_reported() -> None:
     assert (pseudo.tag, pseudo.attributes) == ("pseudostate", (("id", "0"), ("initial", "True")))
     (config,) = document.lists
     assert (config.tag, config.attributes) == ("config", (("type", "1"),))
-    assert [each.tag for each in config.children if isinstance(each, Element)] == [
-        "buildDependencies",
-        "topics",
-    ]
+    assert [each.tag for each in config.children if isinstance(each, Element)] == ["buildDependencies"]
     left = document.automata[1].states[0]
     assert left.extras == (Element("timestep", (), "30"),)
     reported = "\n".join(found)
-    for words in ("`topics`", "`buildDependencies`", "`timestep` of a state without inner states"):
+    for words in ("`buildDependencies`", "`timestep` of a state without inner states"):
         assert words in reported
+
+
+def test_topics_of_visualstates_become_interfaces_of_ros() -> None:
+    published = (
+        "<topic id='1'><name>/cmd_vel</name><type>geometry_msgs/Twist</type><opType>Publish</opType>"
+        "<methodname>drive</methodname></topic>"
+    )
+    document, _ = read(VISUALSTATES.replace("<topics>", f"<topics>{published}"))
+    found = [(each.kind, each.name, each.target, each.type) for each in document.ros]
+    assert found == [
+        ("publish", "drivePub", "/cmd_vel", "geometry_msgs/msg/Twist"),
+        ("subscribe", "scanSub", "/scan", "sensor_msgs/msg/LaserScan"),
+    ]
+    aliases = {name: (*alias,) for name, alias in document.ros_aliases.items()}
+    drive = ("drivePub", "publish")
+    assert aliases == {"publishdrive": drive, "drive": drive, "scan": ("scanSub", "value")}
 
 
 def test_comments_and_unknown_elements_of_visualstates_survive() -> None:

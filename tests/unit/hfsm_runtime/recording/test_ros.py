@@ -1,0 +1,123 @@
+"""What recordings keep of ROS, and what replays make of it, malformed recordings included."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from hfsm_pytest.ros import FakeRos
+from hfsm_runtime.recording.ros import AskedNode
+from hfsm_runtime.ros import message_of
+from ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
+
+STRING = "std_msgs/msg/String"
+
+
+class Tape:
+    """Record readings, and return them again."""
+
+    def __init__(self) -> None:
+        self.readings: deque[tuple[str, Any]] = deque()
+
+    def record(self, kind: str, read: Callable[[], Any], _waits: object) -> Any:
+        self.readings.append((kind, read()))
+        return self.readings[-1][1]
+
+    def replay(self, kind: str, _read: object, _waits: object) -> Any:
+        if not self.readings or self.readings[0][0] != kind:
+            return None
+        return self.readings.popleft()[1]
+
+
+@pytest.fixture
+def ros() -> FakeRos:
+    return FakeRos(lambda: 0.0, lambda holds, _limit: holds())
+
+
+def test_samples_are_replayed_as_they_were_read(ros: FakeRos) -> None:
+    tape = Tape()
+    end = ros.create_subscription(STRING, "/text", qos=QoS())
+    recorded = AskedNode(ros.types, tape.record).create_subscription(STRING, "/text", end=end)
+
+    def read(subscription: Any) -> list[object]:
+        sample = subscription.latest()
+        return [sample and sample.value.data, sample and sample.sequence, sample and sample.age]
+
+    seen = [read(recorded)]
+    for text in ("one", "two"):
+        ros.topic("/text").publish(data=text)
+        seen += [read(recorded), read(recorded)]
+    assert [kind for kind, _ in tape.readings].count("ros /text latest") == 5
+    assert {"same": True} in [value for _, value in tape.readings]
+    replayed = AskedNode(ros.types, tape.replay).create_subscription(STRING, "/text")
+    assert [read(replayed) for _ in seen] == seen
+    assert read(replayed)[0] == "two"  # nothing more was recorded: the newest
+
+
+def test_errors_are_replayed(ros: FakeRos) -> None:
+    tape = Tape()
+    kind = "std_srvs/srv/SetBool"
+    client = AskedNode(ros.types, tape.record).create_client(kind, "/set", ros.create_client(kind, "/set"))
+    request = message_of(ros.types, f"{kind}_Request", data=True)
+    with pytest.raises(CallTimeoutError, match="no server"):
+        client.call(request, timeout=0.0)
+    ros.service("/set", lambda _request: {"message": "done"})
+    client.call(request, timeout=0.0)
+    again = AskedNode(ros.types, tape.replay).create_client(kind, "/set")
+    with pytest.raises(CallTimeoutError, match="no server"):
+        again.call(request, timeout=0.0)
+    assert again.call(request, timeout=0.0).message == "done"
+    with pytest.raises(CallTimeoutError, match="no response was recorded"):
+        again.call(request, timeout=0.0)
+
+
+def test_what_is_sent_otherwise_is_reported(ros: FakeRos) -> None:
+    tape, found = Tape(), list[tuple[str, object, object]]()
+    end = ros.create_publisher(STRING, "/text", QoS())
+    make = ros.types.make
+    AskedNode(ros.types, tape.record).create_publisher(STRING, "/text", end=end).publish(
+        make(STRING, data="one")
+    )
+    node = AskedNode(ros.types, tape.replay, lambda *difference: found.append(difference))
+    node.create_publisher(STRING, "/text").publish(make(STRING, data="two"))
+    assert found == [("/text.publish", {"data": "one"}, {"data": "two"})]
+
+
+def test_large_messages_are_left_out_and_reach_the_code_that_is_recorded(ros: FakeRos) -> None:
+    tape = Tape()
+    end = ros.create_subscription(STRING, "/text", qos=QoS())
+    recorded = AskedNode(ros.types, tape.record).create_subscription(STRING, "/text", end=end)
+    ros.topic("/text").publish(data="x" * (1 << 20))
+    sample = recorded.latest()
+    assert sample is not None
+    assert len(sample.value.data) == 1 << 20
+    assert len(str(tape.readings)) < 200
+    with pytest.raises(MessageError, match="1048585 bytes were too large to be recorded"):
+        AskedNode(ros.types, tape.replay).create_subscription(STRING, "/text").latest()
+
+
+@pytest.mark.parametrize(
+    "reading",
+    [
+        {"data": "§"},
+        {"data": 7},
+        {"data": "AAEAAP////8="},
+        {"data": "AAEAAAIAAABhAA==", "sequence": "1"},
+        {"error": "SystemExit", "text": "no"},
+        {"error": "Node", "text": 3},
+    ],
+)
+def test_malformed_recordings_are_refused(ros: FakeRos, reading: dict[str, object]) -> None:
+    node = AskedNode(ros.types, lambda *_: reading)
+    with pytest.raises(RosError):
+        node.create_subscription(STRING, "/text").latest()
+
+
+def test_readings_of_a_goal_have_their_types(ros: FakeRos) -> None:
+    node = AskedNode(ros.types, lambda *_: "malformed")
+    kind = "example_interfaces/action/Fibonacci"
+    goal = node.create_action_client(kind, "/count").send(message_of(ros.types, f"{kind}_Goal"), timeout=0.0)
+    assert (goal.status, goal.done, goal.feedback) == (Status(0), True, None)
