@@ -130,7 +130,7 @@ class Robots:
         if self._status() == "starting" and self._kind == "simulation" and simulation == self._simulation:
             return  # another window has asked for it already
         self._simulation = simulation
-        options = [f"--world={simulation.world}", f"--speed={simulation.speed}"]
+        options = [f"--world={simulation.world}", f"--speed={simulation.speed}", f"--body={simulation.body}"]
         await complete(self._start("simulation", "", "naoserver_sim", options))
 
     async def connect(self, address: str, start: str) -> None:

@@ -98,11 +98,12 @@ class RunPush(Push, tag="run"):
 
 
 class Simulation(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
-    """A simulation as it is requested: its world, its speed as `--speed` takes it, and whether balls move."""
+    """A simulation as it is requested: options of `naoserver-sim`, and whether its balls move."""
 
     world: str = "balls"
     speed: str = "1"
     balls: bool = False
+    body: Literal["H25", "H21"] = "H25"
 
 
 class Robot(Push, omit_defaults=True):

@@ -86,6 +86,9 @@ def test_all_that_runs_is_stopped_under_any_name_with_a_menu_open(browser: Brows
         expect(status(shown)).to_have_count(0)
         shown.button("1 running").click()
         expect(shown.page.get_by_role("menuitem", name="follow_me")).to_be_focused()
+        assert shown.page.evaluate(STOP_AREA)[0] >= shown.page.evaluate(
+            "() => document.querySelector('.menu').getBoundingClientRect().right"
+        ), "a part of the menu lies under STOP"
         shown.press("Control+Shift+Space")
         expect(shown.page.locator(".notice").filter(has_text="Stopped: ")).to_contain_text("follow_me")
         expect(shown.button("Nothing runs")).to_be_visible()

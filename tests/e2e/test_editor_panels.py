@@ -398,6 +398,44 @@ def test_what_the_robot_has_is_declared_by_a_click(browser: Browser, path: Path)
         assert declared == [("Head", "PoseHead"), ("Camera", "Camera")]
 
 
+class Graph(Serving):
+    """A graph of ROS with a robot."""
+
+    async def control(self, component: str, action: str, arguments: object) -> object:
+        if action != "ros":
+            return await super().control(component, action, arguments)
+        twist, scan = "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
+        return {
+            "topics": {"/base/cmd_vel": [twist], "/scan": [scan]},
+            "services": {"/stop": ["std_srvs/srv/Trigger"]},
+            "actions": {},
+            "types": {"msg": [twist, scan], "srv": ["std_srvs/srv/Trigger"], "action": []},
+        }
+
+
+def test_what_the_graph_of_ros_has_is_declared_by_a_click(browser: Browser, path: Path) -> None:
+    with (
+        editor(path.parent, path, make_services=lambda _: services(live=Graph())) as running,
+        editor_page(browser, running) as shown,
+    ):
+        edit(shown, "wait")
+        shown.press("Alt+i")
+        shown.page.get_by_text("What the graph of ROS has").click()
+        shown.button("subscribe /scan").click()
+        shown.button("publish /base/cmd_vel").click()
+        expect(shown.button("subscribe /scan")).to_have_count(0)
+        entry = shown.page.get_by_role("group", name="topic cmd_vel")
+        entry.get_by_label("At the stop").select_option("false")
+        offered = entry.get_by_label("Type", exact=True).evaluate(
+            "input => [...input.list.options].map(each => each.value)"
+        )
+        assert offered == ["geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"]
+        assert panel_violations(shown) == []
+        scan, cmd_vel = saved(shown, path).ros
+        assert (scan.name, scan.kind, scan.target, scan.type) == ("scan", "subscribe", "/scan", offered[1])
+        assert (cmd_vel.name, cmd_vel.kind, cmd_vel.stop.text) == ("cmd_vel", "publish", "false")
+
+
 def test_parameters_are_added_changed_moved_and_removed(shown: EditorPage, path: Path) -> None:
     shown.press("Alt+p")
     add(shown, "parameter", "speed").get_by_label("Default", exact=True).fill("0.3")

@@ -77,7 +77,7 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     expect(menu.get_by_role("button", name="Restart the simulation", exact=True)).to_be_visible()
     menu.get_by_label("Speed").select_option("2")
     expect(menu.get_by_role("button", name="Restart the simulation with these")).to_be_visible()
-    expect(menu).to_contain_text("World and speed change with a restart")
+    expect(menu).to_contain_text("World, speed and body change with a restart")
     assert shown.violations() == []
     shown.button("Stop the simulation").click()
     shown.button("No robot: start a simulation").wait_for()

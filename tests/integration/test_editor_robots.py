@@ -82,12 +82,13 @@ def opened(
 def test_a_simulation_is_started_with_moving_balls_and_ended(caplog: pytest.LogCaptureFixture) -> None:
     async def go(page: Page) -> None:
         assert page.robots.state.status == "none"
-        await page.robots.simulate(Simulation(speed="2", balls=True))
+        await page.robots.simulate(Simulation(speed="2", balls=True, body="H21"))
         await page.until(lambda robot: robot.status == "starting" and robot.started == "simulation")
         (simulation,) = children("naoserver_sim")
-        await page.robots.simulate(Simulation(speed="2", balls=True))  # from another window
+        assert {"--world=balls", "--speed=2", "--body=H21"} <= {*simulation.cmdline()}
+        await page.robots.simulate(Simulation(speed="2", balls=True, body="H21"))  # from another window
         robot = await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
-        assert robot.simulation == Simulation(speed="2", balls=True)
+        assert robot.simulation == Simulation(speed="2", balls=True, body="H21")
         assert children("naoserver_sim") == [simulation]
         await page.until(lambda robot: robot.has_balls and len(children("ballmover")) == 2)
         await page.live.control("", "standRobot", {})

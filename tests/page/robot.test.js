@@ -4,7 +4,9 @@ import {test} from "node:test";
 import {Socket, STATIC} from "./page.js";
 
 const {store} = await import(new URL("store.js", STATIC).href);
-const {isReadyFor, needsRobot, robotComes, shownOf, simulationFor} = await import(new URL("robot.js", STATIC).href);
+const {isElsewhere, isReadyFor, needsRobot, robotComes, shownOf, simulationFor} = await import(
+  new URL("robot.js", STATIC).href
+);
 
 store.connect();
 const socket = Socket.made.at(-1);
@@ -41,7 +43,7 @@ test("a robot that is stopped or lost is not shown as one that works", () => {
   assert.equal(lost.kind, "amber");
 });
 
-const uses = (...types) => ({interfaces: types.map((type) => ({name: type, type}))});
+const uses = (...types) => ({world: "", interfaces: types.map((type) => ({name: type, type}))});
 const FOLLOWS = uses("PoseHead", "Camera");
 const DANCES = uses("Pose3DMotors");
 
@@ -49,6 +51,18 @@ test("a document that looks for a ball gets balls that move", () => {
   assert.deepEqual(simulationFor(FOLLOWS), {world: "balls", balls: true});
   assert.deepEqual(simulationFor(uses("jderobot::CameraPrx")), {world: "balls", balls: true});
   assert.deepEqual(simulationFor(DANCES), {});
+});
+
+test("a document that names a world gets it, and is not ready in another one", () => {
+  const plays = {...FOLLOWS, world: "soccer"};
+  assert.deepEqual(simulationFor(plays), {world: "soccer", balls: false});
+  const here = {status: "present", simulated: true, started: "simulation"};
+  pushed({...here, simulation: {world: "balls", speed: "1", balls: false, body: "H25"}});
+  assert.deepEqual([isElsewhere(plays), isReadyFor(plays)], [true, false]);
+  pushed({...here, simulation: {world: "soccer", speed: "1", balls: false, body: "H25"}});
+  assert.deepEqual([isElsewhere(plays), isReadyFor(plays)], [false, true]);
+  pushed({...here, started: ""}); // nobody knows the world of a robot that was not started here
+  assert.equal(isReadyFor(plays), true);
 });
 
 test("a document that uses no robot runs without one", () => {

@@ -55,6 +55,7 @@ FEATURES_OFF: Final = (
 FLAGS: Final = (
     "--no-sandbox",  # that of Chromium does not work for root in a container
     *("--disable-gpu", "--disable-dev-shm-usage"),
+    "--renderer-process-limit=1",  # the windows of a context share a process
     f"--disable-features={','.join(FEATURES_OFF)}",
 )
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
@@ -302,9 +303,13 @@ def editor_page(
 
 
 @functools.cache
-def kept_context(browser: Browser, width: int, height: int) -> BrowserContext:
-    """Return the context that windows of this kind have in turn: its cache keeps the page's modules."""
-    return new_context(browser, width, height)
+def kept_context(browser: Browser, width: int, height: int) -> tuple[BrowserContext, Page]:
+    """Return the context that windows of this kind have in turn, and a blank window of it that stays open.
+
+    The cache of the context keeps the page's modules, and the blank window keeps the process for pages.
+    """
+    context = new_context(browser, width, height)
+    return context, context.new_page()
 
 
 def new_context(browser: Browser, width: int, height: int) -> BrowserContext:
@@ -315,8 +320,8 @@ def new_context(browser: Browser, width: int, height: int) -> BrowserContext:
 @contextlib.contextmanager
 def window(browser: Browser, host: str, width: int, height: int, cached: bool) -> Iterator[Page]:
     """Open a window that remembers nothing but unchanging files, of which it is the only one."""
-    context = kept_context(browser, width, height)
-    if context.pages or not cached:
+    context, blank = kept_context(browser, width, height)
+    if context.pages != [blank] or not cached:
         with contextlib.closing(new_context(browser, width, height)) as context:
             yield context.new_page()
         return
@@ -330,7 +335,8 @@ def window(browser: Browser, host: str, width: int, height: int, cached: bool) -
         yield page
     finally:
         for each in context.pages:
-            each.close()
+            if each != blank:
+                each.close()
 
 
 def saved(shown: EditorPage, path: Path) -> Document:

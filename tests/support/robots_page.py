@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from interfaces import jderobot, nao
+from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
 from naoserver.robot import Robot
 from naoserver.servants.hinge import HINGES
@@ -26,6 +27,7 @@ Made by `python -m tests.support.robots_page` from running servers; a test prove
 
 The simulated robot is that of `naoserver-sim`, the real one that of `naoserver-naoqi`, here with a NAOqi of our own behind libqi; the fake one is for tests. `-` is what a robot does not have: no servant of that interface is there,
 and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no robot has is left out.
+With `--body H21` each lacks {lacking}.
 
 {table}
 """
@@ -40,7 +42,12 @@ def robots_page() -> str:
         "real": _surveyed_through_naoqi(),
         "fake": _surveyed(FakeRobot()),
     }
-    return _TEXT.format(table=_table(surveys).rstrip())
+    lacking = [name for name in H25.joint_names if name not in H21.joint_names]
+    hinges = [hinge.name for hinge in HINGES if any(joint in lacking for _, joint in hinge.joints)]
+    sensors = [name for name in H25.touch_sensors if name not in H21.touch_sensors]
+    lists = map(", ".join, (lacking, hinges, sensors))
+    text = "the joints {}, the hinges {} and the sensors {}".format(*lists)
+    return _TEXT.format(lacking=text, table=_table(surveys).rstrip())
 
 
 def _surveyed(robot: Robot) -> dict[str, str]:

@@ -18,11 +18,23 @@ import parso
 
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.code.text import INDENT, parse_piece
-from codegen.hfsm.document import NO_CHILD, Automaton, Document, Parameter, State, Text, Transition
+from codegen.hfsm.document import (
+    NO_CHILD,
+    Automaton,
+    Document,
+    Parameter,
+    RosInterface,
+    State,
+    Text,
+    Transition,
+)
 from codegen.hfsm.generator import generate
 from codegen.hfsm.known_interfaces import KnownInterfaces
+from codegen.hfsm.ros import FOLDERS
 from codegen.hfsm.source_map import SOURCE_MAP
 from visualhfsm.editing.places import Place, spots
+
+from .ros import class_of, ros_classes
 
 _TYPED, _SHARED, _FUNCTIONS = "_hfsm_typed", "_hfsm_shared", "_hfsm_functions"
 _SHARING: Final = frozenset({"entry", "code", "exit", "fired"})
@@ -30,8 +42,10 @@ _DEFAULTS: Final = {"int": "0", "float": "0.0", "bool": "False", "str": '""', "o
 _READ_EASILY: Final = (
     (re.compile(r'^(\w+) = load_extension\(.*"(\w+)", "\w+"\)$', re.MULTILINE), r"from \2 import \1"),
     (re.compile(r"^(    \w+) = Proxy\(.*, (\w+)\)$", re.MULTILINE), r"\1: \2"),
+    (re.compile(r"^    (\w+) = Ros\(.*\)$", re.MULTILINE), rf"    \1: {class_of('')}\1"),
 )
 """What the generator writes, and an equivalent that jedi understands, or reads in half the time."""
+_COMPONENT: Final = re.compile(r'^class \w+\(.*Component, document=.*\n    """.*"""\n', re.MULTILINE)
 _WRITTEN: Final = re.compile(
     r"^ *(?:(?:def|class) (\w+)|(\w+) = State\(|from [\w.]+ import (.+))", re.MULTILINE
 )
@@ -111,13 +125,17 @@ def generate_around(
             each for each in document.interfaces if _is_name(each.name) and interfaces.find(each.type)
         ),
         parameters=tuple(_usable(document.parameters)),
+        ros=tuple(replace(each, qos=Text()) for each in document.ros if _is_usable(each, interfaces)),
     )
     analysis = analyze(reduced, path)
     text, _, _ = generate(analysis, interfaces).text.partition(f"\n{SOURCE_MAP} = (")
     for written, read in _READ_EASILY:
         text = written.sub(read, text)
+    if reduced.ros:
+        classes = ros_classes(reduced.ros, interfaces.ros)
+        text = _COMPONENT.sub(lambda found: f"{classes}{found[0]}    ros: Types\n", text, count=1)
     internal = {name for names in _WRITTEN.findall(text) for name in _LAST_WORD.findall(",".join(names))}
-    own = {each.name for each in reduced.interfaces}
+    own = {each.name for each in reduced.all_interfaces} | ({"ros"} if reduced.ros else set())
     own.update(each.name for each in (*reduced.parameters, *reduced.automata[0].inputs))
     own.update(*map(_assigned, shared), *map(_DEFINED.findall, functions))
     for placeholder, texts in ((_FUNCTIONS, functions), (_SHARED, shared)):
@@ -173,6 +191,14 @@ def _usable(parameters: Iterable[Parameter]) -> Iterator[Parameter]:
             kind = each.type.text.strip()
             kind = kind if kind in _DEFAULTS else "object"
             yield replace(each, type=Text(kind), default=Text(_DEFAULTS[kind]))
+
+
+def _is_usable(interface: RosInterface, interfaces: KnownInterfaces) -> bool:
+    """Return whether an interface of ROS can be generated."""
+    is_known = interface.kind in FOLDERS and not interfaces.ros.problem(
+        interface.type.strip(), interface.kind
+    )
+    return is_known and _is_name(interface.name)
 
 
 def _around(source: str, placeholder: str) -> TypedComponent:

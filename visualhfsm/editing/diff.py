@@ -25,6 +25,7 @@ KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
     "properties": lambda item: item.name,
     "libraries": lambda library: library.name.text,
     "interfaces": lambda interface: interface.name,
+    "ros": lambda interface: interface.name,
     "arguments": lambda argument: (argument.name, argument.child),
 }
 """The key by which elements are matched, for each field that holds some."""

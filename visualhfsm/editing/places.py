@@ -17,7 +17,7 @@ CODE: Final = frozenset(
 )
 """The parts that hold code."""
 TEXTS: Final = CODE | frozenset(
-    ("description", "import", "language", "name", "onError", "onRefused", "period", "priority")
+    ("description", "import", "language", "name", "onError", "onRefused", "period", "priority", "world")
 )
 """The parts of a document, automaton, state or transition that are typed."""
 
@@ -29,11 +29,11 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
     """A place in a document.
 
     `id` is that of a state or a transition of the `automaton`. `part` is one of its fields: of a document
-    `description`, `onError`, `onRefused`, `language`, or a list, such as `parameters`; of an automaton
-    `period`, `variables`, `functions`, `import` or the list `inputs`; of a state `name`, `entry`, `code`,
-    `exit` or `argument`; of a transition `name`, `trigger`, `guard`, `fired` or `priority`. It is blank for
-    the thing itself. `index` is that in a list, `name` the field of an entry or the name of an argument,
-    `child` the automaton that gets the argument.
+    `description`, `onError`, `onRefused`, `world`, `language`, or a list, such as `parameters`; of an
+    automaton `period`, `variables`, `functions`, `import` or the list `inputs`; of a state `name`,
+    `entry`, `code`, `exit` or `argument`; of a transition `name`, `trigger`, `guard`, `fired` or
+    `priority`. It is blank for the thing itself. `index` is that in a list, `name` the field of an entry
+    or the name of an argument, `child` the automaton that gets the argument.
     """
 
     kind: Literal["document", "automaton", "state", "transition"]
@@ -59,6 +59,7 @@ def spots(document: Document) -> Iterator[Spot]:
     yield from _text(Place(kind="document", part="description"), document.description)
     yield from _text(Place(kind="document", part="onError"), document.on_error)
     yield from _text(Place(kind="document", part="onRefused"), document.on_refused)
+    yield from _text(Place(kind="document", part="world"), document.world)
     yield from _text(Place(kind="document", part="language"), document.language)
     document_place = Place(kind="document")
     fields = ("name", "type", "default", "description")
@@ -69,6 +70,7 @@ def spots(document: Document) -> Iterator[Spot]:
         yield from _automaton(automaton)
     yield from _list(document_place, "libraries", document.libraries, ("name",))
     yield from _list(document_place, "interfaces", document.interfaces, ("name", "proxy", "type"))
+    yield from _list(document_place, "ros", document.ros, ("name", "target", "type", "qos", "stop"))
 
 
 def _automaton(automaton: Automaton) -> Iterator[Spot]:

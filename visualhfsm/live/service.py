@@ -40,6 +40,7 @@ from .cameras import Cameras
 from .poses import PoseStream
 from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
+from .ros_graph import read_ros_graph
 
 _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
@@ -139,6 +140,8 @@ class Monitoring:
                     return await stand_robot(self._communicator)
                 case "identities":
                     return self._identities()
+                case "ros":
+                    return await asyncio.to_thread(read_ros_graph, self._communicator.settings)
                 case "facts":
                     return self._robot.facts()
                 case "picture":

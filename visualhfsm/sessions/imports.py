@@ -46,6 +46,7 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
         automata=(top, *(each for each in parts if each is not source)),
         libraries=document.libraries,
         interfaces=document.interfaces,
+        ros=document.ros,
         events=document.events,
         language=document.language,
     )

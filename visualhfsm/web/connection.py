@@ -260,8 +260,8 @@ class _Connection:
         """Start and end what is to be driven."""
         robots = self._workspace.services.robots
         match request:
-            case p.Simulate(world=world, speed=speed, balls=balls):
-                await robots.simulate(Simulation(world=world, speed=speed, balls=balls))
+            case p.Simulate(world=world, speed=speed, balls=balls, body=body):
+                await robots.simulate(Simulation(world=world, speed=speed, balls=balls, body=body))
             case p.ConnectRobot(address=address, start=start):
                 self._workspace.require_rest()
                 await robots.connect(address, start)

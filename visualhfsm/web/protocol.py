@@ -259,6 +259,7 @@ class Simulate(_Request):
     world: Name = "balls"
     speed: Name = "1"
     balls: bool = False
+    body: Literal["H25", "H21"] = "H25"
 
 
 class ConnectRobot(_Request):

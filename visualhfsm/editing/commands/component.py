@@ -21,6 +21,7 @@ from codegen.hfsm.document import (
     Node,
     Parameter,
     Property,
+    RosInterface,
     State,
     Text,
 )
@@ -29,8 +30,9 @@ from visualhfsm.errors import EditError
 from ..nodes import changed, find_automaton, free_name, with_automaton
 from .base import Command, Id, Index, only_text
 
-ListName = Literal["parameters", "events", "properties", "libraries", "interfaces", "inputs"]
+ListName = Literal["parameters", "events", "properties", "libraries", "interfaces", "ros", "inputs"]
 PropertyKind = Literal["always", "eventually", "never"]
+RosKind = Literal["publish", "subscribe", "service", "action"]
 Entries = tuple[Any, ...]
 
 
@@ -55,21 +57,23 @@ _LISTS: Final[dict[str, _List]] = {
     "properties": _List("property", Property(), ("name", "kind", "within", "expression"), " "),
     "libraries": _List("library", Library(name=Text("math")), ("name",)),
     "interfaces": _List("interface", Interface(name="", proxy=""), ("name", "proxy", "type"), "_"),
+    "ros": _List("topic", RosInterface(name=""), ("name", "kind", "target", "type", "qos", "stop"), "_"),
 }
 _FIELDS: Final[dict[str, tuple[str, str]]] = {
     "description": ("description", "description"),
     "onError": ("on_error", "behavior after errors"),
     "onRefused": ("on_refused", "behavior after refused commands"),
+    "world": ("world", "world of the simulation"),
     "language": ("language", "language"),
 }
 """For each part, the field of the document and its name in the undo list."""
 
 
 class SetComponentText(Command, frozen=True, kw_only=True):
-    """Set the description or language of a component, or what happens after an error or a refused command."""
+    """Set a component's description, world, language, or its policy after an error or a refused command."""
 
     typed = ("text",)
-    part: Literal["description", "onError", "onRefused", "language"]
+    part: Literal["description", "onError", "onRefused", "world", "language"]
     text: str
 
     def apply(self, document: Document) -> Document:
@@ -206,10 +210,10 @@ def _checked_fields(list_name: str, fields: dict[str, str]) -> dict[str, str]:
     for name in fields:
         if name not in known:
             raise EditError(f"Cannot set {name[:40]!r} of the {noun}", f"it has only {', '.join(known)}")
-    kind = fields.get("kind", "always")
-    if kind not in get_args(PropertyKind):
-        why = f"it is one of {', '.join(get_args(PropertyKind))}"
-        raise EditError(f"Cannot make a property of the kind {kind[:40]!r}", why)
+    kinds = get_args(RosKind if list_name == "ros" else PropertyKind)
+    kind = fields.get("kind", kinds[0])
+    if kind not in kinds:
+        raise EditError(f"Cannot make a {noun} of the kind {kind[:40]!r}", f"it is one of {', '.join(kinds)}")
     return dict(fields)
 
 

@@ -151,7 +151,7 @@ class ReplaceDocument(Command, frozen=True, kw_only=True):
 def _with_declarations(document: Document, fragment: Document) -> Document:
     """Return a document with the declarations of another one added."""
     lists: dict[str, tuple[Node, ...]] = {}
-    for name in ("libraries", "interfaces", "parameters", "events"):
+    for name in ("libraries", "interfaces", "ros", "parameters", "events"):
         own: tuple[Node, ...] = getattr(document, name)
         known = {KEYS[name](item) for item in own}
         lists[name] = (*own, *(item for item in getattr(fragment, name) if KEYS[name](item) not in known))

@@ -99,8 +99,11 @@ export function showMenu({x, y, point, groups: given, label, title = label ? "" 
   );
   required(context.app.querySelector("main"), "place for the menu").append(element);
   const {width, height} = element.getBoundingClientRect();
-  element.style.left = `${Math.max(4, Math.min(x, innerWidth - width - 4))}px`;
-  element.style.top = `${Math.max(4, Math.min(y, innerHeight - height - 4))}px`;
+  const top = Math.max(4, Math.min(y, innerHeight - height - 4));
+  const stop = document.querySelector(".stop-button")?.getBoundingClientRect(); // lies above every menu
+  const right = stop && top < stop.bottom && top + height > stop.top ? stop.left : innerWidth;
+  element.style.left = `${Math.max(4, Math.min(x, right - width - 4))}px`;
+  element.style.top = `${top}px`;
   element.addEventListener("keydown", (event) => key(event, context));
   element.addEventListener(
     "focusout",

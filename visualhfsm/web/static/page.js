@@ -16,6 +16,7 @@ const SECTIONS = {
   period: "timing",
   onError: "description",
   onRefused: "description",
+  world: "description",
   language: "description",
   import: "inputs",
 };

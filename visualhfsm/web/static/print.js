@@ -35,6 +35,7 @@ function content() {
     ${table("Parameters", ["name", "type", "default", "description"], fields.parameters)}
     ${table("Events", ["name", "description"], fields.events)}
     ${table("Interfaces", ["name", "identity", "type"], fields.interfaces)}
+    ${table("Interfaces of ROS", ["name", "kind", "target", "type", "qos"], fields.ros)}
     ${table("Properties", ["name", "kind", "within", "expression"], fields.properties)}
     ${[...automata.values()].map(automatonPage)}`;
 }

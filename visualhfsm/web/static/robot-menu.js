@@ -13,6 +13,11 @@ import {store} from "./store.js";
 /** @import {From} from "./element.js" */
 
 const SPEEDS = ["0.5", "1", "2", "5", "max"];
+/** The bodies of a simulated robot. @type {[string, string][]} */
+const BODIES = [
+  ["H25", "H25"],
+  ["H21", "H21, its hands fixed"],
+];
 const ADDRESS = "visualhfsm.robot";
 /** What a real robot does at first, as `naoserver-naoqi --start`. @type {[string, string][]} */
 const STARTS = [
@@ -22,7 +27,7 @@ const STARTS = [
 ];
 
 class RobotMenu extends PageElement {
-  static properties = {world: {state: true}, speed: {state: true}, balls: {state: true}};
+  static properties = {world: {state: true}, speed: {state: true}, body: {state: true}, balls: {state: true}};
   /** @type {typeof PageElement.watches} */
   static watches = {page: [], store: ["robot"]};
 
@@ -32,6 +37,8 @@ class RobotMenu extends PageElement {
     this.world = undefined;
     /** @type {string | undefined} */
     this.speed = undefined;
+    /** @type {string | undefined} */
+    this.body = undefined;
     /** @type {boolean | undefined} */
     this.balls = undefined;
     this.close = () => {};
@@ -39,7 +46,7 @@ class RobotMenu extends PageElement {
 
   connectedCallback() {
     super.connectedCallback();
-    this.world = this.speed = this.balls = undefined;
+    this.world = this.speed = this.body = this.balls = undefined;
     this.updateComplete.then(() =>
       /** @type {HTMLElement | null} */ (
         this.querySelector("select, input, button") ?? this.querySelector("div")
@@ -50,19 +57,19 @@ class RobotMenu extends PageElement {
   /** What is chosen. */
   get wanted() {
     const {simulation} = store.robot;
-    const {world = simulation.world, speed = simulation.speed, balls = simulation.balls} = this;
-    return {world, speed, balls};
+    const {world = simulation.world, speed = simulation.speed, body = simulation.body, balls = simulation.balls} = this;
+    return {world, speed, body, balls};
   }
 
   render() {
     const {status, started, simulated, simulation} = store.robot;
-    const {world, speed, balls} = this.wanted;
+    const {world, speed, body, balls} = this.wanted;
     const worlds = store.greeting.worlds ?? [];
     const known = worlds.find((each) => each.name === world);
     const isHere = status === "present";
     const isForeign = isHere && !started;
     const runs = started === "simulation";
-    const changed = world !== simulation.world || speed !== simulation.speed;
+    const changed = world !== simulation.world || speed !== simulation.speed || body !== simulation.body;
     const speeds = SPEEDS.includes(speed) ? SPEEDS : [...SPEEDS, speed];
     return html`<div
       class="menu robot-menu"
@@ -77,27 +84,21 @@ class RobotMenu extends PageElement {
           ? html`<p class="hint">
               This robot was not started here. To simulate another one, end it where it was started.
             </p>`
-          : html`<label
-                ><span>World</span
-                ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (this.world = target.value)}>
-                  ${worlds.map(
-                    (each) =>
-                      html`<option value=${each.name} ?selected=${each.name === world} title=${each.description}>
-                        ${each.name}
-                      </option>`,
-                  )}
-                </select></label
-              ><label
-                ><span>Speed</span
-                ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (this.speed = target.value)}>
-                  ${speeds.map(
-                    (each) =>
-                      html`<option value=${each} ?selected=${each === speed}>
-                        ${each === "max" ? "as fast as possible" : `${each} x`}
-                      </option>`,
-                  )}
-                </select></label
-              >`
+          : [
+              choice(
+                "World",
+                world,
+                worlds.map(({name, description}) => [name, name, description]),
+                (chosen) => (this.world = chosen),
+              ),
+              choice(
+                "Speed",
+                speed,
+                speeds.map((each) => [each, each === "max" ? "as fast as possible" : `${each} x`]),
+                (chosen) => (this.speed = chosen),
+              ),
+              choice("Body", body, BODIES, (chosen) => (this.body = chosen)),
+            ]
       }
       ${
         (isForeign ? store.robot.hasBalls : known?.balls)
@@ -113,7 +114,7 @@ class RobotMenu extends PageElement {
       ${
         runs && changed
           ? html`<p class="hint" role="status">
-              World and speed change with a restart: the robot stands where it began.
+              World, speed and body change with a restart: the robot stands where it began.
             </p>`
           : nothing
       }
@@ -174,6 +175,20 @@ class RobotMenu extends PageElement {
     if (event.key !== "Tab") event.stopPropagation(); // a letter is no key of the canvas here
   };
 }
+
+/**
+ * What is chosen of some, each with its words and what explains it.
+ *
+ * @param {string} label @param {string} chosen @param {[string, string, string?][]} options
+ * @param {(chosen: string) => void} choose
+ */
+const choice = (label, chosen, options, choose) =>
+  html`<label
+    ><span>${label}</span
+    ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => choose(target.value)}>
+      ${options.map(([value, words, title = ""]) => html`<option value=${value} ?selected=${value === chosen} title=${title}>${words}</option>`)}
+    </select></label
+  >`;
 
 /** @param {string} action */
 const control = (action) => store.request("control", {component: "", action, arguments: {}});

@@ -6,7 +6,7 @@ import {openNew} from "./files.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {connect} from "./robot-menu.js";
-import {isReadyFor, needsRobot, robotComes, simulate, simulationFor} from "./robot.js";
+import {isElsewhere, isReadyFor, needsRobot, robotComes, simulate, simulationFor} from "./robot.js";
 import {store} from "./store.js";
 
 /** @import {HfsmApp} from "./app.js" */
@@ -40,6 +40,10 @@ export async function settle(fields) {
     return begin(simulate(simulationFor(fields)));
   }
   if (status !== "present") return begin(Promise.resolve());
+  if (isElsewhere(fields)) {
+    const choice = await moveTo(fields.world);
+    return choice === "restart" ? begin(simulate(simulationFor(fields))) : choice === "without";
+  }
   if (!isReadyFor(fields)) await ask("moveBalls", {moving: true});
   return true;
 }
@@ -84,6 +88,17 @@ const choose = () =>
       ["connect", "Use a real one"],
       ["trial", "Try it without one"],
       ["simulate", "Start and run", "primary"],
+    ],
+  });
+
+/** @param {string} world */
+const moveTo = (world) =>
+  confirm({
+    title: "The simulation has another world",
+    text: `This behavior is made for the world ${world}. Restart the simulation there and run?`,
+    choices: [
+      ["without", "Run here"],
+      ["restart", "Restart and run", "primary"],
     ],
   });
 

@@ -49,15 +49,26 @@ export const needsRobot = ({interfaces}) => interfaces.length > 0;
 /** Whether a document looks for something in the pictures of a camera. @param {Fields} fields */
 const looks = ({interfaces}) => interfaces.some(({type}) => /\bCamera(Prx)?$/.test(type));
 
-/** The simulation that a document needs: one that looks for a ball gets balls that move. @param {Fields} fields */
-export const simulationFor = (fields) => (looks(fields) ? {world: "balls", balls: true} : {});
+/**
+ * The simulation that a document needs: in its world; without one, what looks for a ball gets balls that move.
+ *
+ * @param {Fields} fields
+ */
+export function simulationFor(fields) {
+  if (fields.world) return {world: fields.world, balls: fields.world === "balls" && looks(fields)};
+  return looks(fields) ? {world: "balls", balls: true} : {};
+}
+
+/** Whether the simulation that was started here has another world than a document needs. @param {Fields} fields */
+export const isElsewhere = ({world}) =>
+  store.robot.started === "simulation" && Boolean(world) && world !== store.robot.simulation.world;
 
 /** Whether a document can run at once: its robot is there, and accepts commands. @param {Fields} fields */
 export function isReadyFor(fields) {
   const {status, stopped, started, hasBalls, simulation} = store.robot;
   if (!needsRobot(fields)) return true;
   const misses = started === "simulation" && hasBalls && looks(fields) && !simulation.balls;
-  return status === "present" && !stopped && !misses;
+  return status === "present" && !stopped && !misses && !isElsewhere(fields);
 }
 
 /** Wait until the robot that is being started is there. @returns {Promise<boolean>} whether it came */

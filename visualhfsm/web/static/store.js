@@ -15,10 +15,11 @@
  * @typedef {{id: number, father: number, period: string, variables: string, functions: string, inputs: Parameter[],
  *   imported: {file: string, automaton: number} | null, states: State[], transitions: Transition[]}} Automaton
  * @typedef {{name: string, type: string, proxy: string, identity: string}} Interface
+ * @typedef {{name: string, kind: string, target: string, type: string, qos: string, stop: string}} RosInterface
  * @typedef {{name: string, kind: string, within: string, expression: string}} Property
- * @typedef {{name: string, description: string, onError: string, onRefused: string, language: string,
+ * @typedef {{name: string, description: string, onError: string, onRefused: string, world: string, language: string,
  *   parameters: Parameter[], events: {name: string, description: string}[], properties: Property[],
- *   libraries: {name: string, kind: string}[], interfaces: Interface[]}} Fields what a document has beside automata
+ *   libraries: {name: string, kind: string}[], interfaces: Interface[], ros: RosInterface[]}} Fields what a document has beside automata
  * @typedef {{timeMs: number, automaton: number, kind: string, text: string, state: number, origin?: number,
  *   transition?: number}} Step
  * @typedef {{steps: Step[], repeats?: number}} Counterexample
@@ -36,7 +37,7 @@
  * @typedef {{component: string, recording?: string, since?: number}} Running a component; the file into which it is
  *   recorded, and since when
  * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: Running[]}} Workspace
- * @typedef {{world: string, speed: string, balls: boolean}} Simulation
+ * @typedef {{world: string, speed: string, balls: boolean, body: string}} Simulation
  * @typedef {{status: "none" | "starting" | "present" | "lost" | "stopping", simulated: boolean, name: string,
  *   speed: number, since: number, stopped: string, started: "" | "simulation" | "real", simulation: Simulation,
  *   hasBalls: boolean, trouble: string}} Robot
@@ -129,7 +130,7 @@ const NO_ROBOT = {
   since: 0,
   stopped: "",
   started: "",
-  simulation: {world: "balls", speed: "1", balls: false},
+  simulation: {world: "balls", speed: "1", balls: false, body: "H25"},
   hasBalls: false,
   trouble: "",
 };

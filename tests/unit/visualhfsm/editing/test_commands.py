@@ -414,15 +414,13 @@ def test_the_data_of_a_component_is_set() -> None:
         ("description", "waits"),
         ("onError", "continue"),
         ("onRefused", "error"),
+        ("world", "soccer"),
         ("language", "C++"),
     )
     for part, text in texts:
         document = SetComponentText(part=part, text=text).apply(document)
-    assert (document.description.text, document.on_error.text, document.language.text) == (
-        "waits",
-        "continue",
-        "C++",
-    )
+    assert (document.description.text, document.on_error.text) == ("waits", "continue")
+    assert (document.world.text, document.language.text) == ("soccer", "C++")
 
 
 @pytest.mark.parametrize(
@@ -457,8 +455,23 @@ def test_the_data_of_a_component_is_set() -> None:
             ),
             "interfaces",
         ),
+        (
+            AddEntry(list="ros"),
+            ChangeEntry(
+                list="ros",
+                index=0,
+                fields={
+                    "name": "scan",
+                    "kind": "publish",
+                    "target": "/scan",
+                    "qos": "latched",
+                    "stop": "true",
+                },
+            ),
+            "ros",
+        ),
     ],
-    ids=["parameter", "event", "property", "library", "interface"],
+    ids=["parameter", "event", "property", "library", "interface", "topic"],
 )
 def test_entries_are_added_changed_moved_and_removed(add: Command, change: Command, list_name: Any) -> None:
     document = add.apply(add.apply(tree()))
@@ -543,6 +556,8 @@ def test_an_entry_has_the_fields_of_its_list_alone() -> None:
     document = AddEntry(list="properties", fields={"kind": "never"}).apply(tree())
     with pytest.raises(EditError, match="one of always, eventually, never"):
         ChangeEntry(list="properties", index=0, fields={"kind": "mostly"}).apply(document)
+    with pytest.raises(EditError, match="one of publish, subscribe, service, action"):
+        AddEntry(list="ros", fields={"kind": "always"}).apply(document)
 
 
 def test_every_command_is_named_by_what_it_does() -> None:

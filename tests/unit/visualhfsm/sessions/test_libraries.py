@@ -17,6 +17,7 @@ from visualhfsm.editing.commands.component import AddEntry
 from visualhfsm.editing.commands.states import SetArgument
 from visualhfsm.editing.views import view
 from visualhfsm.errors import EditError
+from visualhfsm.robots import find_worlds
 from visualhfsm.sessions.imports import extract, imported_content, inline
 from visualhfsm.sessions.templates import find_templates, make_template
 
@@ -114,6 +115,7 @@ def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -
     _, document = make_template("dance_and_follow")  # wherever the new document is saved, it is whole
     assert not [each for each in document.automata if each.imported]
     assert len(document.automata[2].states) > 1
+    assert make_template("score")[1].world.text in {world.name for world in find_worlds()}
     with pytest.raises(EditError, match="there is no template"):
         make_template("../x")
 
@@ -124,8 +126,8 @@ def test_the_page_gets_all_that_it_draws() -> None:
     data = msgspec.json.decode(msgspec.json.encode(view(document)))
     assert data["parameters"] == [{"name": "speed", "type": "float", "default": "0.0", "description": ""}]
     assert set(data) == {
-        *("description", "onError", "onRefused", "language", "parameters", "events"),
-        *("properties", "libraries", "interfaces"),
+        *("description", "onError", "onRefused", "world", "language", "parameters", "events"),
+        *("properties", "libraries", "interfaces", "ros"),
     }
     automaton = msgspec.json.decode(msgspec.json.encode(view(document.automata[0])))
     assert (automaton["id"], automaton["father"], automaton["period"]) == (1, 0, "100")

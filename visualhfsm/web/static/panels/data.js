@@ -22,6 +22,8 @@ import {
   known as knownInterfaces,
   loadIdentities,
   loadInterfaces,
+  rosList,
+  rosSuggestions,
   servedList,
 } from "./known-interfaces.js";
 import {importLink} from "../shell.js";
@@ -89,6 +91,7 @@ class DataPanel extends PageElement {
             : componentData({
                 ...about,
                 known: knownInterfaces(),
+                update: () => this.requestUpdate(),
                 showProblems: () => this.context.app.showBottom("hfsm-problems"),
               })
         }
@@ -260,6 +263,13 @@ const afterRefusal = (text) => [
   [text.trim() === "pause" ? "pause" : "", "Pause until the robot accepts commands again"],
   ["error", "Treat it as an error in the code"],
 ];
+/** What a simulation offers, and what stands in the document. @param {string} chosen @returns {Options} */
+const worlds = (chosen) => [
+  ["", "Any"],
+  ...[...new Set([...(store.greeting.worlds ?? []).map(({name}) => name), chosen])]
+    .filter(Boolean)
+    .map((name) => /** @type {[string, string]} */ ([name, name])),
+];
 /** @type {Options} */
 const LANGUAGES = [
   ["", "Python"],
@@ -269,13 +279,13 @@ const LANGUAGES = [
 /**
  * The data of the component: its description, interfaces, libraries, parameters, events and properties.
  *
- * @param {{tab: number, document: OpenDocument, known: InterfaceDescription[] | undefined, showProblems: () => void}}
- *   about
+ * @param {{tab: number, document: OpenDocument, known: InterfaceDescription[] | undefined, update: () => void,
+ *   showProblems: () => void}} about
  */
-function componentData({tab, document, known, showProblems}) {
+function componentData({tab, document, known, update, showProblems}) {
   const {fields, problems} = document;
   /**
-   * @param {"description" | "onError" | "onRefused" | "language"} part
+   * @param {"description" | "onError" | "onRefused" | "world" | "language"} part
    * @param {string} label
    * @param {{kind: string, options?: Options, hint?: string}} rest
    */
@@ -292,7 +302,7 @@ function componentData({tab, document, known, showProblems}) {
       hint=${rest.hint ?? ""}
     ></hfsm-text-field>`;
   /**
-   * @param {"interfaces" | "libraries" | "parameters" | "events" | "properties"} name
+   * @param {"interfaces" | "ros" | "libraries" | "parameters" | "events" | "properties"} name
    * @param {Partial<Pick<Entries, "details" | "suggest">>} more
    */
   const list = (name, more = {}) =>
@@ -308,13 +318,14 @@ function componentData({tab, document, known, showProblems}) {
   return html` ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
   ${text("onError", "After an error in its code", {kind: "select", options: afterError(fields.onError ?? "")})}
   ${text("onRefused", "After a refused command", {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
+  ${text("world", "World of a simulation that is started for it", {kind: "select", options: worlds(fields.world)})}
   ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
   ${list("interfaces", {
     details: ({name, type}) => interfaceDetails({name, type}, known),
     suggest: (field, {type}) =>
       field === "type" ? interfaceNames(known) : field === "proxy" ? identitiesOf(type) : [],
   })}
-  ${servedList(fields.interfaces)}
+  ${servedList(fields.interfaces)} ${list("ros", {suggest: rosSuggestions})} ${rosList(fields.ros ?? [], update)}
   ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
   ${list("parameters")} ${list("events")}
   ${list("properties", {details: (entry, index) => verdict(document, index, showProblems)})}`;
@@ -360,6 +371,20 @@ const parameterFields = (types, hint) => [
   {name: "description", label: "Description", wide: true, hint: "what it is for, and its unit"},
 ];
 
+/** @type {Options} */
+const ROS_KINDS = [
+  ["subscribe", "Subscribe"],
+  ["publish", "Publish"],
+  ["service", "Call a service"],
+  ["action", "Send goals"],
+];
+/** What is published when the component stops: automatically zeros for velocities. @type {Options} */
+const AT_STOP = [
+  ["", "Automatic"],
+  ["true", "Default"],
+  ["false", "Nothing"],
+];
+
 /** @type {Record<string, EntryList>} */
 const LISTS = {
   libraries: {
@@ -378,6 +403,20 @@ const LISTS = {
       {name: "name", label: "self.", mono: true, hint: "camera"},
       {name: "type", label: "Interface", mono: true, hint: "Camera"},
       {name: "proxy", label: "Identity", mono: true, hint: "same as its name"},
+    ],
+  },
+  ros: {
+    list: "ros",
+    title: "Interfaces of ROS 2",
+    noun: "topic",
+    explain: "Topics, services and actions that the code uses, each as an attribute of self.",
+    fields: [
+      {name: "name", label: "self.", mono: true, hint: "scan"},
+      {name: "kind", label: "Kind", kind: "select", options: ROS_KINDS},
+      {name: "target", label: "Name in ROS", mono: true, hint: "/scan"},
+      {name: "type", label: "Type", mono: true, wide: true, hint: "sensor_msgs/msg/LaserScan"},
+      {name: "qos", label: "QoS", mono: true, hint: "reliable depth=10"},
+      {name: "stop", label: "At the stop", kind: "select", options: AT_STOP},
     ],
   },
   parameters: {

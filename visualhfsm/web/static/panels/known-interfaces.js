@@ -1,7 +1,7 @@
 /**
  * The interfaces that documents may declare, with what their operations do.
  *
- * @import {InterfaceDescription} from "../store.js"
+ * @import {InterfaceDescription, RosInterface} from "../store.js"
  */
 
 import {html, nothing} from "lit";
@@ -131,4 +131,91 @@ export function interfaceDetails(entry, all) {
 function called({name, signature, result}) {
   const parameters = signature.replace(/^\(self(, )?/, "(");
   return `${name}${parameters}${result && result !== "None" ? ` → ${result}` : ""}`;
+}
+
+/**
+ * What the graph of ROS has, by name with the types, and all known types; asked for when somebody looks.
+ *
+ * @typedef {Record<string, string[]>} Named
+ * @type {{topics: Named, services: Named, actions: Named, types: Named}}
+ */
+let ros = {topics: {}, services: {}, actions: {}, types: {}};
+/** Why it could not be read, or that it is being read. */
+let rosNote = "";
+
+/** Where the graph has the names for a kind of interface, and the kind of their types. @type {Record<string, ["topics" | "services" | "actions", string]>} */
+const OF_KIND = {
+  subscribe: ["topics", "msg"],
+  publish: ["topics", "msg"],
+  service: ["services", "srv"],
+  action: ["actions", "action"],
+};
+
+/** What to offer for a field of an interface of ROS. @param {string} field @param {Record<string, string>} entry */
+export function rosSuggestions(field, {kind, target}) {
+  const [named, types] = OF_KIND[kind] ?? OF_KIND.subscribe;
+  if (field === "target") return Object.keys(ros[named]);
+  if (field === "qos") return ["sensor_data", "latched", "reliable", "best_effort", "transient_local", "keep_all"];
+  if (field !== "type") return [];
+  return [...new Set([...(ros[named][target.trim()] ?? []), ...(ros.types[types] ?? [])])];
+}
+
+/** Ask for the graph, which takes a second. @param {() => void} update */
+async function lookIntoRos(update) {
+  rosNote = "Looking…";
+  update();
+  const asked = store.request("control", {component: "", action: "ros"});
+  try {
+    ros = /** @type {typeof ros} */ (await asked);
+    rosNote = Object.values(OF_KIND).some(([named]) => Object.keys(ros[named]).length) ? "" : "Nothing was found.";
+  } catch (error) {
+    rosNote = /** @type {Error} */ (error).message;
+  }
+  update();
+}
+
+/**
+ * A list of what the graph of ROS has, to declare it; read when it is opened.
+ *
+ * @param {RosInterface[]} declared
+ * @param {() => void} update
+ */
+export function rosList(declared, update) {
+  const taken = new Set(declared.map(({kind, target}) => `${kind} ${target.trim()}`));
+  /** @param {string} kind @param {string} target @param {string} type */
+  const add = (kind, target, type) => {
+    const name = target.split("/").at(-1)?.replace(/\W/g, "_") ?? "";
+    return apply("addEntry", {list: "ros", fields: {name, kind, target, type}});
+  };
+  const rows = Object.entries(OF_KIND).flatMap(([kind, [named]]) =>
+    Object.entries(ros[named]).map(([target, [type = ""]]) => ({kind, target, type})),
+  );
+  return html`<details
+    class="operations served"
+    @toggle=${(/** @type {Event} */ event) =>
+      /** @type {HTMLDetailsElement} */ (event.target).open && lookIntoRos(update)}
+  >
+    <summary>What the graph of ROS has</summary>
+    ${rosNote ? html`<p class="explain">${rosNote}</p>` : nothing}
+    <ul>
+      ${rows.map(
+        ({kind, target, type}) =>
+          html`<li>
+            <span class="mono">${target}</span> <span class="faint">${type}</span>
+            ${
+              taken.has(`${kind} ${target}`)
+                ? html`<span class="faint">declared</span>`
+                : html`<button
+                    type="button"
+                    class="link"
+                    aria-label="${kind} ${target}"
+                    @click=${() => add(kind, target, type)}
+                  >
+                    ${kind}
+                  </button>`
+            }
+          </li>`,
+      )}
+    </ul>
+  </details>`;
 }

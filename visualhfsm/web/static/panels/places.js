@@ -6,7 +6,7 @@
 
 import {ownerOf, pathTo, titleOf} from "../outline.js";
 
-const LISTS = new Set(["parameters", "inputs", "events", "properties", "libraries", "interfaces"]);
+const LISTS = new Set(["parameters", "inputs", "events", "properties", "libraries", "interfaces", "ros"]);
 /** @type {Record<string, string>} */
 const WORDS = {
   entry: "entry code",
@@ -25,6 +25,7 @@ const WORDS = {
   description: "description",
   onError: "after an error",
   onRefused: "after a refused command",
+  world: "world",
   language: "language",
   inputs: "input",
   parameters: "parameter",
@@ -32,6 +33,7 @@ const WORDS = {
   properties: "property",
   libraries: "library",
   interfaces: "interface",
+  ros: "topic",
 };
 
 /** A text that is the same for the same place. @param {Place} place */

@@ -1,0 +1,41 @@
+"""Look into the graph of ROS 2 for what a document could declare."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from msgspec import structs
+
+from visualhfsm.errors import VisualHfsmError
+from zenoh_ice import Settings, ZenohIceError
+
+_LOOK: Final = 1.0
+"""Seconds in which nodes are found."""
+_MOST: Final = 2000
+"""Topics, services or actions that are shown at most."""
+
+
+def read_ros_graph(settings: Settings) -> dict[str, Any]:
+    """Return the names in the graph with their types, and the types that are known by themselves.
+
+    They are in `topics`, `services` and `actions`, and in `types` by `msg`, `srv` and `action`. It takes
+    about a second. Raises VisualHfsmError.
+    """
+    what = "the graph of ROS cannot be read"
+    try:
+        import ros2  # only who uses ROS needs what it needs
+    except ImportError as error:
+        raise VisualHfsmError(f"{what}: {error}") from error
+    settings = structs.replace(ros2.DEFAULT_SETTINGS, connect=settings.connect, security=settings.security)
+    try:
+        with ros2.Node("visualhfsm", settings=settings) as node:
+            node.graph.wait(lambda: False, _LOOK)
+            found = {
+                "topics": node.graph.topics(),
+                "services": node.graph.services(),
+                "actions": node.graph.actions(),
+            }
+            types = {kind: node.types.names(kind) for kind in ("msg", "srv", "action")}
+    except (ros2.RosError, ZenohIceError) as error:
+        raise VisualHfsmError(f"{what}: {error}") from error
+    return {**{name: dict([*each.items()][:_MOST]) for name, each in found.items()}, "types": types}
