@@ -17,14 +17,19 @@ import cmath
 import math
 import cv2
 import numpy as np
+from functools import cached_property
 from interfaces.nao import ActionStatus
+from soccer_field.localization import Localizer
+from soccer_field.model import Field
 
 
 class Score(Component, document="score.xml", on_error="stop"):
     """Play football: search the orange ball, walk behind it, and kick it into the goal."""
 
-    goal_x = Parameter(5.25, "Middle of the goal, ahead of where the robot starts, in m")
-    goal_y = Parameter(0.0, "Middle of the goal, to the left of where the robot starts, in m")
+    start_x = Parameter(-0.75, "Where the robot starts, ahead of the middle of the field, in m; in its own half it is negative")
+    start_y = Parameter(0.0, "Where it starts, to the left of the middle, in m")
+    start_heading = Parameter(0.0, "Where it faces then, to the left of the opponents' goal, in rad")
+    goal_y = Parameter(0.0, "Where to kick, to the left of the middle of the goal, in m")
 
     CameraBottom = Proxy("CameraBottom", CameraPrx)
     Camera = Proxy("Camera", CameraPrx)
@@ -39,25 +44,40 @@ class Score(Component, document="score.xml", on_error="stop"):
     SIDE = 0.05
     RADIUS = 0.05  # of the ball in m
 
+    FIELD = Field()  # that of the Standard Platform League
+
+    @cached_property
+    def localizer(self):
+        """Where the robot is on the field: by its odometry, by lines and goals."""
+        return Localizer(self.FIELD, (self.start_x, self.start_y, self.start_heading))
+
     def find_ball(self):
-        """Return where the ball is, or None when it is out of sight."""
+        """Return where the ball is, or None when it is out of sight; look where the robot is, too."""
+        ball = None
         for name, camera in (("CameraBottom", self.CameraBottom), ("Camera", self.Camera)):
             image = camera.getImageData("RGB8")
-            width, height = image.description.width, image.description.height
-            pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
-            hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
-            orange = cv2.inRange(hsv, (4, 150, 60), (22, 255, 255))
-            regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-            for region in regions:
-                (u, v), radius = cv2.minEnclosingCircle(region)
-                if radius < 2.0 or cv2.contourArea(region) < 0.6 * math.pi * radius**2:
-                    continue  # a speck, or not round
-                point = camera.getFloorPoint(u, v, self.RADIUS)
-                expected = self.focal(name, camera) * self.RADIUS / point.distance
-                if 0.6 < radius / max(expected, 1e-6) < 1.5:  # as large as the ball is there
-                    self.mark(name, u, v, "ball")
-                    here, facing = self.place()
-                    return here + facing * complex(point.x, point.y)
+            self.place()
+            self.localizer.see(image, camera.getFloorPoint)
+            ball = ball or self.ball_in(image, name, camera)
+        return ball
+
+    def ball_in(self, image, name, camera):
+        """Return where the ball in a picture is."""
+        width, height = image.description.width, image.description.height
+        pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
+        hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
+        orange = cv2.inRange(hsv, (4, 150, 60), (22, 255, 255))
+        regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        for region in regions:
+            (u, v), radius = cv2.minEnclosingCircle(region)
+            if radius < 2.0 or cv2.contourArea(region) < 0.6 * math.pi * radius**2:
+                continue  # a speck, or not round
+            point = camera.getFloorPoint(u, v, self.RADIUS)
+            expected = self.focal(name, camera) * self.RADIUS / point.distance
+            if 0.6 < radius / max(expected, 1e-6) < 1.5:  # as large as the ball is there
+                self.mark(name, u, v, "ball")
+                here, facing = self.place()
+                return here + facing * complex(point.x, point.y)
         return None
 
     def focal(self, name, camera):
@@ -68,9 +88,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         return self.focals[name]
 
     def place(self):
-        """Return where the robot is, and which way it faces."""
+        """Return where the robot is on the field, and which way it faces."""
         at = self.Encoders.getEncodersData()
-        return complex(at.robotx, at.roboty), cmath.rect(1.0, at.robottheta)
+        self.localizer.move(at.robotx, at.roboty, at.robottheta)
+        x, y, heading = self.localizer.pose
+        return complex(x, y), cmath.rect(1.0, heading)
 
     def beside(self, ball):
         """Return where the ball is in the robot's frame."""
@@ -79,11 +101,11 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     def in_goal(self, ball):
         """Return whether the ball is behind the goal line."""
-        return ball.real > self.goal_x + 0.1
+        return ball.real > self.FIELD.length / 2 + 0.1
 
     def to_goal(self, ball):
         """Return the direction from the ball to the goal."""
-        way = complex(self.goal_x + 0.3, self.goal_y) - ball
+        way = complex(self.FIELD.length / 2 + 0.3, self.goal_y) - ball
         return way / abs(way)
 
     def gaze(self, ball):
@@ -133,15 +155,15 @@ class Score(Component, document="score.xml", on_error="stop"):
         return wanted
 
     def can_kick(self, ball):
-        """Return whether the ball lies before a foot, and that looks to the goal."""
+        """Return whether the ball lies before a foot, and that looks to the goal, as far as the robot knows."""
         at = self.beside(ball)
         _, facing = self.place()
         off = cmath.phase(self.to_goal(ball) / facing)
-        return 0.14 < at.real < 0.205 and 0.015 < abs(at.imag) < 0.085 and abs(off) < 0.2
+        return 0.14 < at.real < 0.205 and 0.015 < abs(at.imag) < 0.085 and abs(off) < 0.2 and self.localizer.confidence > 0.5
 
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
-        ball = seen = None  # x + iy in the frame in which the robot started, in m
+        ball = seen = None  # x + iy on the field, in m
         pose = None
         still = False  # a picture from a head that turns shows less
         seen_at = 0.0
@@ -253,32 +275,35 @@ class Score(Component, document="score.xml", on_error="stop"):
 
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
-    (16, 16, "score.xml:259", "library"),
-    (17, 17, "score.xml:260", "library"),
-    (18, 18, "score.xml:261", "library"),
-    (19, 19, "score.xml:262", "library"),
-    (20, 20, "score.xml:263", "library"),
-    (37, 140, "score.xml:152", "functions", 1),
-    (144, 150, "score.xml:145", "variables", 1),
-    (154, 155, "score.xml:24", "entry", 1, 1),
-    (159, 163, "score.xml:26", "code", 1, 1),
-    (167, 168, "score.xml:37", "entry", 1, 2),
-    (172, 177, "score.xml:39", "code", 1, 2),
-    (180, 180, "score.xml:45", "exit", 1, 2),
-    (183, 183, "score.xml:52", "entry", 1, 3),
-    (187, 187, "score.xml:53", "code", 1, 3),
-    (191, 191, "score.xml:54", "exit", 1, 3),
-    (195, 197, "score.xml:61", "code", 1, 4),
-    (200, 200, "score.xml:70", "entry", 1, 5),
-    (204, 204, "score.xml:71", "code", 1, 5),
-    (208, 208, "score.xml:72", "exit", 1, 5),
-    (211, 211, "score.xml:87", "trigger", 1, 1),
-    (214, 214, "score.xml:95", "trigger", 1, 2),
-    (217, 217, "score.xml:103", "trigger", 1, 3),
-    (220, 220, "score.xml:111", "trigger", 1, 4),
-    (223, 223, "score.xml:119", "trigger", 1, 5),
-    (226, 226, "score.xml:127", "trigger", 1, 6),
-    (229, 229, "score.xml:143", "trigger", 1, 8),
+    (16, 16, "score.xml:289", "library"),
+    (17, 17, "score.xml:290", "library"),
+    (18, 18, "score.xml:291", "library"),
+    (19, 19, "score.xml:292", "library"),
+    (20, 20, "score.xml:293", "library"),
+    (21, 21, "score.xml:294", "library"),
+    (22, 22, "score.xml:295", "library"),
+    (23, 23, "score.xml:296", "library"),
+    (42, 162, "score.xml:165", "functions", 1),
+    (166, 172, "score.xml:158", "variables", 1),
+    (176, 177, "score.xml:37", "entry", 1, 1),
+    (181, 185, "score.xml:39", "code", 1, 1),
+    (189, 190, "score.xml:50", "entry", 1, 2),
+    (194, 199, "score.xml:52", "code", 1, 2),
+    (202, 202, "score.xml:58", "exit", 1, 2),
+    (205, 205, "score.xml:65", "entry", 1, 3),
+    (209, 209, "score.xml:66", "code", 1, 3),
+    (213, 213, "score.xml:67", "exit", 1, 3),
+    (217, 219, "score.xml:74", "code", 1, 4),
+    (222, 222, "score.xml:83", "entry", 1, 5),
+    (226, 226, "score.xml:84", "code", 1, 5),
+    (230, 230, "score.xml:85", "exit", 1, 5),
+    (233, 233, "score.xml:100", "trigger", 1, 1),
+    (236, 236, "score.xml:108", "trigger", 1, 2),
+    (239, 239, "score.xml:116", "trigger", 1, 3),
+    (242, 242, "score.xml:124", "trigger", 1, 4),
+    (245, 245, "score.xml:132", "trigger", 1, 5),
+    (248, 248, "score.xml:140", "trigger", 1, 6),
+    (251, 251, "score.xml:156", "trigger", 1, 8),
 )
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Any
 
@@ -10,7 +11,7 @@ from msgspec.structs import replace
 
 from hfsm_pytest import Behavior, MakeBehavior
 from naoserver.capabilities import Truth
-from naoserver_sim.world import load_world
+from naoserver_sim.world import Start, load_world
 
 DOCUMENT = "behaviors/score.xml"
 GOAL_LINE = 4.5
@@ -19,10 +20,11 @@ GOAL_WIDTH = 1.5
 pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
 
-def play(behavior: MakeBehavior, x: float, y: float, **settings: Any) -> Behavior:
-    """Begin with the ball somewhere on the field."""
+def play(behavior: MakeBehavior, x: float, y: float, start: Start | None = None, **settings: Any) -> Behavior:
+    """Begin with the ball somewhere on the field, and the robot perhaps not where it believes."""
     soccer = load_world("soccer")
-    world = replace(soccer, balls=(replace(soccer.balls[0], position=(x, y)),))
+    ball = replace(soccer.balls[0], position=(x, y))
+    world = replace(soccer, balls=(ball,), robot=start or soccer.robot)
     return behavior(DOCUMENT, robot="sim", world=world, camera="rendered", **settings)
 
 
@@ -37,9 +39,17 @@ def is_goal(b: Behavior) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "x", "y"), [(1, 0.0, 0.0), (2, 0.3, -0.6)])
-def test_it_scores_with_noise(behavior: MakeBehavior, seed: int, x: float, y: float) -> None:
-    b = play(behavior, x, y, seed=seed, noise=True)
+@pytest.mark.parametrize(
+    ("seed", "x", "y", "start"),
+    [
+        (1, 0.0, 0.0, None),
+        (2, 0.3, -0.6, Start(position=(-0.85, 0.1), heading=-0.14)),  # put down carelessly
+    ],
+)
+def test_it_scores_with_noise(
+    behavior: MakeBehavior, seed: int, x: float, y: float, start: Start | None
+) -> None:
+    b = play(behavior, x, y, start, seed=seed, noise=True)
     b.run_until(is_goal, limit=90.0)
     b.run_until("scored", limit=20.0)
     assert b.finished
@@ -47,14 +57,32 @@ def test_it_scores_with_noise(behavior: MakeBehavior, seed: int, x: float, y: fl
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.4, 0.5), (-0.4, -0.2), (1.2, -0.3)])
-def test_it_knows_where_the_ball_is_in_the_frame_of_its_start(
-    behavior: MakeBehavior, x: float, y: float
-) -> None:
+def test_it_knows_where_the_ball_is_on_the_field(behavior: MakeBehavior, x: float, y: float) -> None:
     b = play(behavior, x, y)
     b.run_until("approach", limit=10.0)
-    ball, torso = b.variables("score")["ball"], truth(b).torso.position
-    assert ball.real == pytest.approx(x - torso[0], rel=0.04)
-    assert ball.imag == pytest.approx(y - torso[1], abs=0.04)
+    assert abs(b.variables("score")["ball"] - complex(x, y)) < 0.08
+
+
+def test_pictures_correct_where_it_believes_to_face(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.0, 0.0, Start(position=(-0.75, 0.0), heading=0.14))
+    b.run_until("approach", limit=10.0)
+    b.advance(2.0)
+    _, facing = b.component.place()
+    assert cmath.phase(facing) == pytest.approx(truth(b).torso.heading, abs=0.05)
+
+
+def test_a_robot_that_was_carried_away_does_not_kick(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.5, 2.5)
+    b.advance(1.0)
+
+    def kicks_what_lies_before_its_foot() -> bool:
+        here, facing = b.component.place()
+        return bool(b.component.can_kick(here + facing * complex(0.17, -0.05)))
+
+    assert kicks_what_lies_before_its_foot()
+    b.robot.device.stage.place_robot(1.5, 1.0, -2.2)  # type: ignore[union-attr]
+    b.run_until(lambda: b.component.localizer.confidence < 0.5, limit=10.0)
+    assert not kicks_what_lies_before_its_foot()
 
 
 def test_it_takes_neither_its_toes_nor_the_grass_for_the_ball(behavior: MakeBehavior) -> None:
@@ -71,7 +99,7 @@ def test_it_finds_a_ball_behind_it(behavior: MakeBehavior) -> None:
     b = play(behavior, -1.7, 0.2)
     b.run_until("approach", limit=30.0)
     assert b.calls("Walk.walkTo")
-    assert abs(b.variables("score")["ball"] - complex(-1.7 + 0.74, 0.2)) < 0.15
+    assert abs(b.variables("score")["ball"] - complex(-1.7, 0.2)) < 0.15
 
 
 def test_it_kicks_towards_the_goal_with_the_foot_that_is_nearer(behavior: MakeBehavior) -> None:

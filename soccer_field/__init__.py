@@ -1,0 +1,5 @@
+"""A soccer field: its model, which worlds and behaviors share, and where a robot is on it.
+
+`soccer_field.model` has its lengths, lines and goals; `soccer_field.localization` estimates the robot's pose
+from pictures, for which it needs OpenCV.
+"""
