@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any, Final
 
-from naoserver.body import H25
 from naoserver.capabilities import Senses, Walker
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
@@ -23,7 +22,7 @@ from naoserver.safety import JointSafety
 from naoserver.servants.body import JointsI, PoseHeadI
 from naoserver.servants.camera import CameraI
 from naoserver.servants.expression import LedsI, SpeechI
-from naoserver.servants.health import ClockI, HealthI
+from naoserver.servants.health import ClockI, HealthI, SafetyI
 from naoserver.servants.hinge import (
     BALL_AXES,
     HINGES,
@@ -33,14 +32,12 @@ from naoserver.servants.hinge import (
     Pose3DMotorsI,
 )
 from naoserver.servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
-from naoserver.servants.safety import SafetyI
 from naoserver.servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
 from naoserver.servants.shared import StateStream
 from naoserver.servants.simulation import GroundTruthI, SceneI
 from naoserver.servants.walk import EncodersI, MotorsI, WalkI
-from naoserver.walk_guard import WalkGuard
-from naoserver.walk_to import PERIOD as WALK_PERIOD
-from naoserver.walk_to import WalkTo
+from naoserver.walk import PERIOD as WALK_PERIOD
+from naoserver.walk import WalkGuard, WalkTo
 from zenoh_ice import Clock, Object
 
 
@@ -262,8 +259,12 @@ class Assembly:
         safety = JointSafety(
             device.joints,
             options,
-            [table for table in H25.anticollision if {table.independent, table.dependent} <= own],
-            [pair for pair in H25.couplings if {pair.leader, pair.follower} <= own],
+            [
+                table
+                for table in self._robot.body.anticollision
+                if {table.independent, table.dependent} <= own
+            ],
+            [pair for pair in self._robot.body.couplings if {pair.leader, pair.follower} <= own],
         )
         guarded = GuardedDevice(device, safety, gate, self._watchdog.look_within)
         self.watched.append(guarded)

@@ -123,7 +123,9 @@ class Coupling:
 class Body:
     """A humanoid body as a facts file describes it."""
 
-    def __init__(self, facts: Mapping[str, Any]) -> None:
+    def __init__(self, name: str, facts: Mapping[str, Any]) -> None:
+        self.name: Final = name
+        """What its maker calls it, such as `H25`."""
         self.facts: Final = facts
         """The whole file: also soles, pressure, inertial, sonar and touch sensors, collision shapes."""
         self.joints: Final = convert(facts["joints"], tuple[Joint, ...])
@@ -145,28 +147,39 @@ class Body:
         """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
 
 
-def _without(body: Body, joints: Collection[str], touch: Collection[str]) -> Body:
-    """Return a body whose `joints` are fixed at the angle 0, and which lacks some touch sensors."""
+def _without(body: Body, name: str, joints: Collection[str], touch: Collection[str]) -> Body:
+    """Return another body, whose `joints` are fixed at the angle 0, and which lacks some touch sensors."""
     facts = body.facts
     postures = {
-        name: {joint: angle for joint, angle in angles.items() if joint not in joints}
-        for name, angles in facts["postures"].items()
+        posture: {joint: angle for joint, angle in angles.items() if joint not in joints}
+        for posture, angles in facts["postures"].items()
     }
     return Body(
+        name,
         {
             **facts,
             "joints": [joint for joint in facts["joints"] if joint["name"] not in joints],
             "fixed_joints": [joint for joint in facts["joints"] if joint["name"] in joints],
             "postures": postures,
-            "touch": {name: place for name, place in facts["touch"].items() if name not in touch},
-        }
+            "touch": {sensor: place for sensor, place in facts["touch"].items() if sensor not in touch},
+        },
     )
 
 
-H25: Final = Body(json.loads(resources.files("naoserver").joinpath("nao_h25.json").read_bytes()))
+H25: Final = Body("H25", json.loads(resources.files("naoserver").joinpath("nao_h25.json").read_bytes()))
 H21: Final = _without(
     H25,
+    "H21",
     ("LWristYaw", "RWristYaw", "LHand", "RHand"),
     [name for name in H25.touch_sensors if name[1:].startswith("Hand")],
 )
 """The H25 with hands that do not move and feel nothing."""
+BODIES: Final = {body.name: body for body in (H25, H21)}
+
+
+def find_body(name: str) -> Body:
+    """Return a body by its name. Raises RobotError when there is no such body."""
+    try:
+        return BODIES[name]
+    except KeyError:
+        raise RobotError(f"there is no body {name[:40]!r}; there are {', '.join(BODIES)}") from None

@@ -252,7 +252,7 @@ class Stage(Protocol):
         """Put the robot and everything else back to their start; time continues."""
 
     def place_object(self, name: str, position: Vector) -> None:
-        """Put an object somewhere, at rest. Raises InvalidCommand when it cannot be there."""
+        """Put an object somewhere, at rest, as it began. Raises InvalidCommand when it cannot be there."""
 
     def place_robot(self, x: float, y: float, heading: float) -> None:
         """Put the robot on its feet somewhere on the floor."""

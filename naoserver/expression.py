@@ -61,7 +61,6 @@ class FadingLights:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The groups: eyes, ears, head, chest and feet."""
         return tuple(START)
 
     def set(self, name: str, color: Color, seconds: float) -> None:
@@ -75,12 +74,10 @@ class FadingLights:
             self._fades[name] = [Ramp(ramp.at(now), part, now, seconds) for ramp, part in change]
 
     def reset(self) -> None:
-        """Let every group show what it shows after the start."""
         with self._lock:
             self._fades = _start_fades()
 
     def colors(self) -> Mapping[str, Color]:
-        """Return what each group shows now."""
         with self._lock:
             now = self._now()
             return {name: (r.at(now), g.at(now), b.at(now)) for name, (r, g, b) in self._fades.items()}
@@ -102,10 +99,7 @@ def speaking_time(text: str) -> float:
 
 
 class TimedVoice:
-    """Say texts one after the other on a clock, `now` in s of robot time.
-
-    Implements Voice; safe from any thread.
-    """
+    """Say texts one after the other on a clock, `now` in s. Implements Voice; safe from any thread."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
@@ -115,10 +109,6 @@ class TimedVoice:
         self._begun = 0
 
     def say(self, text: str) -> None:
-        """Say a text after the earlier ones.
-
-        Raises InvalidCommand when too many wait already.
-        """
         with self._lock:
             now = self._now()
             self._go_on(now)
@@ -128,7 +118,6 @@ class TimedVoice:
             self._agenda.append((text, start + speaking_time(text)))
 
     def stop(self) -> None:
-        """Fall silent, and forget what was not said yet."""
         with self._lock:
             self._go_on(self._now())
             if self._agenda:
@@ -136,7 +125,6 @@ class TimedVoice:
             self._agenda.clear()
 
     def utterance(self) -> Utterance:
-        """Return the present utterance."""
         with self._lock:
             self._go_on(self._now())
             if not self._agenda:

@@ -1,4 +1,7 @@
-"""Kinematics of the H25: where its parts are by the angles of the joints, and which angles reach a place."""
+"""Kinematics of the body: where its parts are by the angles of the joints, and which angles reach a place.
+
+A joint whose angle is not given is one that the body lacks, as an H21 lacks those of its hands: fixed at 0.
+"""
 
 from __future__ import annotations
 
@@ -62,6 +65,9 @@ def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
 
     A joint's frame is that of the link that it moves. Raises InvalidCommand for what there is none of.
     """
+    if name not in ("Torso", *PARTS, *angles):
+        known = ", ".join(PARTS)
+        raise InvalidCommand("name", f"there is no part {name[:60]!r}; there are Torso, {known} and joints")
     return _frames(name, angles)[1]
 
 
@@ -76,11 +82,8 @@ def torso_place(angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0
 
 
 def _frames(name: str, angles: Mapping[str, float]) -> tuple[list[tuple[Joint, Matrix]], Matrix]:
-    """Return the joints from the torso to a part with their places, and the place of the part itself."""
+    """Return the joints that move a part, from the torso on, with their places, and the part's own place."""
     joint, offset = PARTS.get(name, (name, np.eye(4)))
-    if name != "Torso" and joint not in _JOINTS:
-        known = ", ".join(PARTS)
-        raise InvalidCommand("name", f"there is no part {name[:60]!r}; there are Torso, {known} and joints")
     chain: list[Joint] = []
     link = _JOINTS.get(joint)
     while link is not None:
@@ -89,8 +92,9 @@ def _frames(name: str, angles: Mapping[str, float]) -> tuple[list[tuple[Joint, M
     place: Matrix = np.eye(4)
     frames: list[tuple[Joint, Matrix]] = []
     for link in chain:
-        place = place @ _shift(link.origin) @ rotation(link.axis, angles[link.name])
-        frames.append((link, place))
+        place = place @ _shift(link.origin) @ rotation(link.axis, angles.get(link.name, 0.0))
+        if link.name in angles:
+            frames.append((link, place))
     return frames, place @ offset
 
 
@@ -196,15 +200,16 @@ def center_of_mass(name: str, angles: Mapping[str, float]) -> tuple[float, NDArr
     InvalidCommand for another.
     """
     if name in ("Head", "LArm", "RArm", "LLeg", "RLeg"):
-        chain = {joint.name for joint, _ in _frames(name, angles)[0]}
+        chain = {joint.name for joint, _ in _frames(name, dict.fromkeys(_JOINTS, 0.0))[0]}
         links = [link for link in H25.links if link.parent_joint in chain]
     else:
-        links = [link for link in H25.links if name in ("Body", link.parent_joint or "Torso")]
+        known = name in ("Body", "Torso", *angles)
+        links = [link for link in H25.links if known and name in ("Body", link.parent_joint or "Torso")]
     mass = sum(link.mass for link in links)
     if not links:
         raise InvalidCommand(
             "name", f"there is no part {name[:60]!r}; there are Body, Torso, chains and joints"
         )
-    places = ((link, place_of(link.parent_joint or "Torso", angles)) for link in links)
+    places = ((link, _frames(link.parent_joint or "Torso", angles)[1]) for link in links)
     weighted = sum(link.mass * (place @ np.array([*link.com, 1.0]))[:3] for link, place in places)
     return mass, np.asarray(weighted / mass if mass else np.zeros(3), np.float64)

@@ -27,13 +27,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
 from zenoh_ice import Clock
+
+if TYPE_CHECKING:
+    from naoserver.body import Body
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,10 +133,7 @@ class JointDevice(Protocol):
         """Return the newest snapshot of the joints without blocking."""
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints to `targets`.
-
-        Each moves at most at its speed in `max_speeds`, which names the same joints.
-        """
+        """Move the setpoints of some joints to `targets`, each at most at its speed in `max_speeds`."""
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         """Move the setpoints of some joints at `velocities` until further notice; 0 holds."""
@@ -144,7 +144,11 @@ class JointDevice(Protocol):
 
 @runtime_checkable
 class Robot(JointDevice, Protocol):
-    """A robot that can be served. Its joints are those of a body, such as `naoserver.body.H25`, in order."""
+    """A robot that can be served. Its joints are those of its body, in order."""
+
+    @property
+    def body(self) -> Body:
+        """The facts of its body, such as `naoserver.body.H25`."""
 
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:

@@ -8,6 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
+from naoserver.body import H25, find_body
 from naoserver.options import ServerOptions, capped
 from naoserver.server import JointSpeed, serve
 from naoserver_naoqi.libqi import connect
@@ -52,6 +53,10 @@ def naoserver_naoqi(
     life: Annotated[
         Life, typer.Option(help="Autonomous Life: leave it on, disable it, or suspend it until the end.")
     ] = Life.DISABLE,
+    body: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="The robot's body: H25, or H21, which has no wrists and hands."),
+    ] = H25.name,
     joint_speed: JointSpeed = None,
 ) -> None:
     """Serve a Nao over NAOqi: the same servants as of the simulated robot.
@@ -59,7 +64,8 @@ def naoserver_naoqi(
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
     address = parse_address(robot, user, password)
-    nao = NaoqiRobot(lambda timeout: connect(address, timeout), LifecycleOptions(start, end, life))
+    options = LifecycleOptions(start, end, life)
+    nao = NaoqiRobot(lambda timeout: connect(address, timeout), options, body=find_body(body))
     with stop_on_signals() as stop, initialize(settings) as communicator, closing(nao):
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")

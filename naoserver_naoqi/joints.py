@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from naoserver.body import H25
 from naoserver_naoqi.background_calls import BackgroundCalls, CoalescingQueue
 from naoserver_naoqi.connection import Connection, Reporter
 from naoserver_naoqi.link import Link, Reply
@@ -19,7 +18,6 @@ _FEW: Final = 4
 """Speeds that are sent as they are; more are rounded to steps, since each takes its own call."""
 _STEP: Final = math.log(1.1)
 _HOLD: Final = 0.1
-_JOINTS: Final = {joint.name: joint for joint in H25.joints}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +35,7 @@ class NaoqiJoints:
         self, connection: Connection, state: NaoqiState, calls: BackgroundCalls, reporter: Reporter
     ) -> None:
         self._state = state
+        self._joints = {joint.name: joint for joint in state.facts.joints}
         self._calls = calls
         self.orders: Final[CoalescingQueue[str, Order]] = CoalescingQueue(
             "joints", connection, reporter, self._send_orders
@@ -68,7 +67,10 @@ class NaoqiJoints:
             self.orders.post(dict.fromkeys(held, Order()))
         self._send(
             {
-                joint: (_JOINTS[joint].upper if velocity > 0.0 else _JOINTS[joint].lower, abs(velocity))
+                joint: (
+                    self._joints[joint].upper if velocity > 0.0 else self._joints[joint].lower,
+                    abs(velocity),
+                )
                 for joint, velocity in velocities.items()
                 if velocity != 0.0
             }
@@ -83,7 +85,7 @@ class NaoqiJoints:
         orders = {}
         for joint in self._state.send(ways):
             target, speed = ways[joint]
-            orders[joint] = Order(target, speed / _JOINTS[joint].max_velocity)
+            orders[joint] = Order(target, speed / self._joints[joint].max_velocity)
         if orders:
             self.orders.post(orders)
 

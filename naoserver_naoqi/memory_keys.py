@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver.capabilities import (
     BatteryReading,
     FootReading,
@@ -34,7 +34,7 @@ class Measurements(NamedTuple):
     """Measurements of one moment, in SI units and radians."""
 
     joints: JointReading
-    """In the order of H25; a velocity is not a number where the robot reports none, as of hands."""
+    """In the order of the body; a velocity is not a number where the robot reports none, as of hands."""
     senses: SenseReading
 
 
@@ -48,13 +48,14 @@ class MemoryLayout:
     Raises KeyError, naming it, for a joint that has no position.
     """
 
-    def __init__(self, known: Collection[str], *, nao6: bool = True) -> None:
+    def __init__(self, known: Collection[str], body: Body, *, nao6: bool = True) -> None:
         self.keys: Final[list[str]] = []
         known = frozenset(known)
         self._known = known
+        self._body = body
         self._joints = {field: self._table(key) for field, key in JOINT_KEYS.items()}
         if None in self._joints["positions"]:
-            raise KeyError(H25.joint_names[self._joints["positions"].index(None)])
+            raise KeyError(body.joint_names[self._joints["positions"].index(None)])
         unit = f"{DEVICES}InertialSensor/"
         self._acceleration_signs, self._turning_signs = _SIGNS_NAO6 if nao6 else _SIGNS_BEFORE
         self._acceleration = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _ACC) for a in AXES]
@@ -65,7 +66,7 @@ class MemoryLayout:
             for foot in ("LFoot", "RFoot")
         ]
         self._sonar = [self._add([f"{DEVICES}US/{side}/Sensor/Value"]) for side in ("Left", "Right")]
-        self._touch = [(name, self._add([touch_key(name)])) for name in H25.touch_sensors]
+        self._touch = [(name, self._add([touch_key(name)])) for name in body.touch_sensors]
         battery = f"{DEVICES}Battery/"
         self._charge, self._current, self._temperature = (
             self._add([f"{battery}{part}/Sensor/Value"]) for part in ("Charge", "Current", "Temperature")
@@ -95,7 +96,7 @@ class MemoryLayout:
             return tuple(at(index, otherwise) for index in self._joints[field])
 
         positions = joints("positions", math.nan)
-        for joint, position in zip(H25.joints, positions, strict=True):
+        for joint, position in zip(self._body.joints, positions, strict=True):
             if math.isnan(position):
                 raise ValueError(f"there is no position of {joint.name}")
             if not joint.lower - _STRAY <= position <= joint.upper + _STRAY:
@@ -146,10 +147,10 @@ class MemoryLayout:
 
     def _table(self, key: str) -> list[int | None]:
         """Ask for a value of each joint; one that shares a motor may have its leader's."""
-        leaders = {pair.follower: pair.leader for pair in H25.couplings}
+        leaders = {pair.follower: pair.leader for pair in self._body.couplings}
         return [
             self._add(key.format(name) for name in (joint, leaders.get(joint, joint)))
-            for joint in H25.joint_names
+            for joint in self._body.joint_names
         ]
 
 

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import astuple, replace
 from typing import Any, Final
 
-from naoserver.body import H25
 from naoserver.capabilities import Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.naoqi_names import gait_limits
@@ -25,7 +24,7 @@ _POSTURE_PERIOD: Final = 0.5
 _ENDED: Final = 0.3
 """Seconds for which NAOqi has to say that it does not walk before that is believed."""
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
-_LEGS: Final = tuple(joint for joint in H25.joint_names if joint[1:].startswith(("Hip", "Knee", "Ankle")))
+_LEGS: Final = ("Hip", "Knee", "Ankle")
 _LIMP: Final = 0.05
 _POSITION: Final = "ALMotion.getRobotPosition"
 
@@ -106,8 +105,8 @@ class NaoqiWalker:
     def _check(self) -> None:
         if self._state.body().fallen:
             raise InvalidCommand("velocity", "the robot has fallen: make it stand up first")
-        stiffnesses = dict(zip(H25.joint_names, self._state.joints().stiffnesses, strict=True))
-        limp = [joint for joint in _LEGS if stiffnesses[joint] < _LIMP]
+        stiffnesses = zip(self._state.facts.joint_names, self._state.joints().stiffnesses, strict=True)
+        limp = [joint for joint, value in stiffnesses if joint[1:].startswith(_LEGS) and value < _LIMP]
         if limp:
             message = f"{limp[0]} is limp: make the legs stiff, and let the robot stand, first"
             raise InvalidCommand("velocity", message)

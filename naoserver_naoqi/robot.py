@@ -11,7 +11,7 @@ from typing import Final
 
 from interfaces.nao import Severity
 from naoserver.assembly import Assembly
-from naoserver.body import H25
+from naoserver.body import H25, Body
 from naoserver.errors import HardwareFailure
 from naoserver.robot import BodyState, CameraFacts, Frame, JointReading
 from naoserver_naoqi.background_calls import BackgroundCalls
@@ -130,7 +130,7 @@ def _stiffen(link: Link, stiffness: float) -> None:
 
 
 class NaoqiRobot:
-    """A Nao H25 with NAOqi. Implements Robot.
+    """A Nao with NAOqi. Implements Robot.
 
     `connect` makes a link to it within some seconds. While the robot is lost, readings stay what they were
     and commands do nothing; `report_to` lets a server notify its clients.
@@ -141,16 +141,18 @@ class NaoqiRobot:
         connect: Callable[[float], Link],
         options: LifecycleOptions | None = None,
         clock: Clock | None = None,
+        body: Body = H25,
     ) -> None:
         self.name: Final = "Nao"
-        self.joints: Final = H25.joints
+        self.body: Final = body
+        self.joints: Final = body.joints
         self.mechanisms: Final = ()
         self.stage: Final = None
         self.clock: Final = clock or WallClock()
         now = self.clock.now
         reporter = self._reporter = Reporter()
         connection = self._connection = Connection(connect, self.clock, reporter)
-        self._state = NaoqiState(self.clock)
+        self._state = NaoqiState(self.clock, body)
         self._calls = BackgroundCalls(connection, reporter)
         self._lifecycle = Lifecycle(options or LifecycleOptions(), connection, reporter)
         self._commands = NaoqiJoints(connection, self._state, self._calls, reporter)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver.capabilities import SenseReading
 from naoserver.errors import HardwareFailure
 from naoserver.robot import FALLEN_TILT, BodyState, JointFacts, JointReading
@@ -112,27 +112,30 @@ class Setpoints:
 class NaoqiState:
     """The newest measurements of a robot, and where its setpoints are."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, facts: Body) -> None:
+        self.facts: Final = facts
+        """What its body has."""
         self._clock = clock
         self._layout: MemoryLayout | None = None
-        self._setpoints = Setpoints(H25.joints)
+        self._setpoints = Setpoints(facts.joints)
         self._lock = threading.Lock()  # of setpoints; held for microseconds
         self._history: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=_WINDOW)
         self._newest: Measurements | None = None  # replaced as a whole
         self._frozen: float | None = None
 
     def open(self, link: Link) -> None:
-        """Find out which keys the robot has. Raises HardwareFailure when it is no Nao H25."""
+        """Find out which keys the robot has. Raises HardwareFailure when it has another body."""
         known = call(link, "ALMemory.getDataListName", timeout=_LISTING)
         nao6 = is_nao6(link)
         try:
-            self._layout = MemoryLayout(known, nao6=nao6)
+            self._layout = MemoryLayout(known, self.facts, nao6=nao6)
         except KeyError as error:
             try:
                 kind = str(call(link, "ALMemory.getData", "RobotConfig/Body/Type"))[:40]
             except HardwareFailure:
                 kind = "robot of unknown kind"
-            message = f"the robot, a {kind}, has no joint {error.args[0]}; only the Nao H25 can be served"
+            lacks = f"the robot, a {kind}, has no joint {error.args[0]}"
+            message = f"{lacks}, as a Nao {self.facts.name} has; --body names another body"
             raise HardwareFailure(message) from None
         self._history.clear()
         self._frozen = None
@@ -214,11 +217,11 @@ class NaoqiState:
 class NaoqiSenses:
     """The senses of the robot, with the sonar on while they are open. Implements Senses."""
 
-    touch_names = H25.touch_sensors
     sonar_cone = math.radians(60.0)
 
     def __init__(self, state: NaoqiState) -> None:
         self._state = state
+        self.touch_names: Final = state.facts.touch_sensors
         self._sonar = False
 
     @property

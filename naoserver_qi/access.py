@@ -1,11 +1,15 @@
-"""Readings for the services, and their guarded commands."""
+"""A robot as its services see it: readings, guarded commands, the walk, and the other services."""
 
 from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from dataclasses import asdict
-from typing import Final
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import qi
 
 from interfaces.nao import ActionStatus
 from naoserver.assembly import Assembly
@@ -14,9 +18,9 @@ from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.kinematics import Matrix, place_of, rotation, torso_place
 from naoserver.robot import Robot
 from naoserver.servants.motions import PosturesI
-from naoserver.walk_guard import WalkGuard
-from naoserver.walk_to import Way
-from naoserver_qi.calls import Call
+from naoserver.walk import WalkGuard, Way
+from naoserver_qi.arguments import JointNames
+from naoserver_qi.calls import Call, Faults, failed
 
 _logger = logging.getLogger(__name__)
 
@@ -32,14 +36,28 @@ RENEWAL: Final = 0.15
 """Wall seconds after which a command is renewed: well within the guard's timeout."""
 _STILL: Final = WalkVelocity()
 
+A = TypeVar("A")
+
+
+def needed(ability: A | None, what: str) -> A:
+    """Return an ability of the robot. Raises HardwareFailure when it has none, which says `what` it lacks."""
+    if ability is None:
+        raise HardwareFailure(f"this robot {what}")
+    return ability
+
 
 class Access:
-    """A robot, and the guards before whatever moves it."""
+    """A robot, the guards before whatever moves it, and the services that use it."""
 
-    def __init__(self, robot: Robot, assembly: Assembly) -> None:
+    def __init__(self, robot: Robot, assembly: Assembly, disk: Path, *, faults: bool = False) -> None:
         self.robot: Final = robot
+        self.disk = disk.resolve()
+        """The folder that stands for its disk."""
+        self.faults: Final = Faults(robot.senses, enabled=faults)
         self.body: Final = assembly.body
         """Its joints."""
+        self.joints: Final = JointNames(robot.body.joint_names)
+        """Their names, and those of the chains."""
         self.walk: Final = next((guard for guard in assembly.watched if isinstance(guard, WalkGuard)), None)
         """Its walk; None when it has none."""
         self.walk_to: Final = assembly.walk_to
@@ -50,12 +68,22 @@ class Access:
         assert isinstance(postures, PosturesI)
         self.postures: Final = postures
         """The controller of postures."""
+        self.walking: Final = Walking(self)
+        """Its walk, renewed."""
+        self.find: Callable[[str], qi.Future] = lambda name: failed(f"there is no service {name}")
+        """Begin to look up the service of a program by its name."""
+        self._services: dict[type[Service], Service] = {}
+
+    def service(self, kind: type[S]) -> S:
+        """Return the service of a kind, of which there is one."""
+        if kind not in self._services:
+            self._services[kind] = kind(self)
+        service = self._services[kind]
+        assert isinstance(service, kind)
+        return service
 
     def free(self, call: Call) -> None:
-        """End the walk, or whatever else moves joints by itself, and wait until no joint is claimed.
-
-        Returns anyway after some seconds, and when the call is cancelled.
-        """
+        """End the walk, or whatever else moves joints; return when none is claimed, or after some seconds."""
         joints = [joint.name for joint in self.body.joints]
         for _ in range(round(_ENDING / PERIOD)):
             if not self.body.claims.stop(joints) or call.wait(PERIOD):
@@ -90,6 +118,19 @@ class Access:
         return place
 
 
+class Service:
+    """A service of NAOqi, or a part of one."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+        self._robot = access.robot
+        self.kept: Final[dict[tuple[Any, ...], Any]] = {}
+        """Values that clients set, and that have no effect."""
+
+
+S = TypeVar("S", bound=Service)
+
+
 class Walking:
     """Walk through the guard, and renew what was commanded until something ends it.
 
@@ -103,14 +144,11 @@ class Walking:
         self._access = access
         self._lock = threading.Lock()
         self._wanted = _STILL
-        self._closed = False
 
     @property
     def guard(self) -> WalkGuard:
         """The walk behind its safety layer. Raises HardwareFailure when there is none."""
-        if self._access.walk is None:
-            raise HardwareFailure("this robot does not walk")
-        return self._access.walk
+        return needed(self._access.walk, "does not walk")
 
     @property
     def active(self) -> bool:
@@ -125,9 +163,8 @@ class Walking:
     def go(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
         """Walk at a velocity within limits until further notice. Raises as `WalkGuard.drive` does."""
         with self._lock:
-            if self._closed:
-                return
-            self._drive(velocity, limits)
+            self.guard.drive(asdict(velocity), CLIENT, limits)
+            self._wanted = self.guard.commanded()  # as it was limited
 
     def stop(self) -> None:
         """End the walk on both feet; nobody is refused to."""
@@ -140,12 +177,8 @@ class Walking:
         self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
     ) -> bool:
         """Walk to a place in m and rad as the robot stood at `start`; return whether it came."""
-        walk_to = self._access.walk_to
-        if walk_to is None:
-            raise HardwareFailure("this robot does not walk")
+        walk_to = needed(self._access.walk_to, "does not walk")
         with self._lock:
-            if self._closed:
-                return False
             walk_to.begin(Way(place, start, highest), CLIENT)
         try:
             while walk_to.busy:
@@ -161,21 +194,8 @@ class Walking:
         with self._lock:
             if self._wanted == _STILL:
                 return
-            if self.guard.commanded() != self._wanted:  # it was ended, or another client walks
-                self._wanted = _STILL
-                return
             try:
-                self._drive(self._wanted)
+                self.guard.drive(asdict(self._wanted), CLIENT, after=self._wanted)
             except RobotError as error:
                 _logger.warning("the walk ends: %s", error)
                 self._wanted = _STILL
-
-    def close(self) -> None:
-        """End the walk for good."""
-        self.stop()
-        with self._lock:
-            self._closed = True
-
-    def _drive(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
-        self.guard.drive(asdict(velocity), CLIENT, limits)
-        self._wanted = self.guard.commanded()  # as it was limited

@@ -1,17 +1,24 @@
-"""Check the arguments that a client of libqi sent: numbers, texts, lists, and names of joints and chains."""
+"""Check the arguments that a client of libqi sent, and operations that do no more than that.
+
+Arguments are numbers, texts, lists, and names of joints and chains.
+"""
 
 from __future__ import annotations
 
+import inspect
+import logging
 import math
 import reprlib
-from collections.abc import Iterable, Mapping
-from typing import Final
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any, Final
 
-from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 
+_logger = logging.getLogger(__name__)
+
 MOST: Final = 1000
-"""Entries that a list may have."""
+"""Entries that a list may have, and values that a service keeps for its clients."""
 LONGEST: Final = 10_000
 """Characters that a text may have."""
 _QUOTED: Final = 60  # characters of a foreign value in an error
@@ -97,10 +104,7 @@ def texts(value: object, what: str) -> list[str]:
 
 
 def keepable(value: object, what: str) -> object:
-    """Return a value that may be kept: nothing, a number, a text, or lists of these that are not too large.
-
-    Raises InvalidCommand.
-    """
+    """Return a value that may be kept: None, numbers, texts, lists, not too large. Raises InvalidCommand."""
     size, rest = 0, [value]
     while rest:
         part = rest.pop()
@@ -117,48 +121,109 @@ def keepable(value: object, what: str) -> object:
     return value
 
 
-_JOINTS: Final = H25.joint_names
+class JointNames:
+    """The names by which clients call the joints of a body: their own, and those of chains."""
+
+    def __init__(self, joints: Sequence[str]) -> None:
+        def limbs(*parts: str) -> list[tuple[str, ...]]:
+            return [
+                tuple(name for name in joints if name[0] == side and name[1:].startswith(parts))
+                for side in "LR"
+            ]
+
+        arms, legs = limbs("Shoulder", "Elbow", "Wrist", "Hand"), limbs("Hip", "Knee", "Ankle")
+        self.chains: Final[Mapping[str, tuple[str, ...]]] = {
+            **dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), tuple(joints)),
+            "Head": ("HeadYaw", "HeadPitch"),
+            **dict(zip(("LArm", "RArm"), arms, strict=True)),
+            "Arms": arms[0] + arms[1],
+            **dict(zip(("LLeg", "RLeg"), legs, strict=True)),
+            "Legs": legs[0] + legs[1],
+        }
+        """The joints of each chain, in NAOqi's order."""
+
+    def of(self, names: object) -> tuple[str, ...]:
+        """Return the joints that names of joints and chains, or one, stand for. Raises InvalidCommand."""
+        joints: list[str] = []
+        for name in texts(names, "names"):
+            if name in self.chains:
+                joints += self.chains[name]
+            elif name in self.chains["Body"]:
+                joints.append(name)
+            else:
+                raise InvalidCommand(name[:_QUOTED], f"there is no joint or chain {name[:_QUOTED]!r}")
+        return tuple(joints)
+
+    def spread(self, names: object, values: object) -> object:
+        """Return values for the joints of some names; of a list of one for each name a chain has the same."""
+        chains = texts(names, "names")
+        if not isinstance(values, (list, tuple)) or len(values) != len(chains):
+            return values
+        return [value for name, value in zip(chains, values, strict=True) for _ in self.of(name)]
 
 
-def _limbs(*parts: str) -> list[tuple[str, ...]]:
-    """Return the joints of the left limb, and of the right one, by the part of their names after the side."""
-    return [
-        tuple(name for name in _JOINTS if name[0] == side and name[1:].startswith(parts)) for side in "LR"
-    ]
+Check = Callable[[Any, str], Any]
+"""What makes a value of an argument and its name. Raises InvalidCommand."""
+Operation = Callable[..., Any]
 
 
-_ARMS: Final = _limbs("Shoulder", "Elbow", "Wrist", "Hand")
-_LEGS: Final = _limbs("Hip", "Knee", "Ankle")
-CHAINS: Final[Mapping[str, tuple[str, ...]]] = {
-    **dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), _JOINTS),
-    "Head": ("HeadYaw", "HeadPitch"),
-    **dict(zip(("LArm", "RArm"), _ARMS, strict=True)),
-    "Arms": _ARMS[0] + _ARMS[1],
-    **dict(zip(("LLeg", "RLeg"), _LEGS, strict=True)),
-    "Legs": _LEGS[0] + _LEGS[1],
-}
-"""The joints of each chain, in NAOqi's order."""
+def switch(value: object, _what: str) -> bool:
+    """Return whether something is to be on, which any value says."""
+    return bool(value)
 
 
-def joints_of(names: object) -> tuple[str, ...]:
-    """Return the joints that one name or a list of names of joints and chains stand for.
+def within(lower: float, upper: float) -> Check:
+    """Return the check of a number from `lower` to `upper`."""
+    return partial(number_within, lower=lower, upper=upper)
 
-    Raises InvalidCommand for other names.
+
+def one_of(what: str, known: Iterable[str]) -> Check:
+    """Return the check of a text that is one of some known."""
+    return lambda value, _what: chosen(value, what, known)
+
+
+def constant(does: str, value: object = None, **checks: Check) -> Operation:
+    """Return the operation that checks its arguments and returns a value; `does` describes it."""
+
+    def operation(_self: object, *arguments: object) -> object:
+        _checked(checks, arguments)
+        return value
+
+    return _described(operation, does, checks)
+
+
+def kept(
+    what: str, initial: object, *, result: object = None, **checks: Check
+) -> tuple[Operation, Operation]:
+    """Return the operations that set and get a value without effect, such as a volume.
+
+    The last check is that of the value. Those before it are of what it belongs to, such as a part of the
+    body, which both operations take. `result` is what the first one returns.
     """
-    joints: list[str] = []
-    for name in texts(names, "names"):
-        if name in CHAINS:
-            joints += CHAINS[name]
-        elif name in _JOINTS:
-            joints.append(name)
-        else:
-            raise InvalidCommand(name[:_QUOTED], f"there is no joint or chain {name[:_QUOTED]!r}")
-    return tuple(joints)
+    own = dict(list(checks.items())[:-1])
+
+    def remember(self: Any, *arguments: object) -> object:  # noqa: ANN401 - any service
+        *key, new = _checked(checks, arguments)
+        if len(self.kept) >= MOST and (what, *key) not in self.kept:
+            raise InvalidCommand(what, f"{MOST} values are kept already")
+        self.kept[what, *key] = new
+        _logger.info("%s is %s, which has no effect", what, reprlib.repr(new))
+        return result
+
+    def recall(self: Any, *arguments: object) -> object:  # noqa: ANN401 - any service
+        return self.kept.get((what, *_checked(own, arguments)), initial)
+
+    setter = _described(remember, f"Remember {what}, without effect.", checks)
+    return setter, _described(recall, f"Return {what}.", own)
 
 
-def for_joints(names: object, values: object) -> object:
-    """Return values for the joints of some names; of a list of one for each name a chain has the same."""
-    chains = texts(names, "names")
-    if not isinstance(values, (list, tuple)) or len(values) != len(chains):
-        return values
-    return [value for name, value in zip(chains, values, strict=True) for _ in joints_of(name)]
+def _checked(checks: Mapping[str, Check], arguments: tuple[object, ...]) -> list[Any]:
+    return [check(value, name) for (name, check), value in zip(checks.items(), arguments, strict=True)]
+
+
+def _described(operation: Operation, does: str, names: Iterable[str]) -> Operation:
+    """Return an operation with what it does, and the names of its parameters."""
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    signature = inspect.Signature([inspect.Parameter(name, kind) for name in ("self", *names)])
+    operation.__doc__, operation.__signature__ = does, signature  # type: ignore[attr-defined]
+    return operation

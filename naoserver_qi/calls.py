@@ -61,18 +61,13 @@ class Faults:
     goes wrong unless it is asked for.
     """
 
-    def __init__(
-        self,
-        senses: Senses | None = None,
-        interrupt: Callable[[float], None] = lambda _seconds: None,
-        *,
-        enabled: bool = False,
-    ) -> None:
-        """Serve a robot with some senses; `interrupt` closes all connections for some wall seconds."""
+    def __init__(self, senses: Senses | None = None, *, enabled: bool = False) -> None:
+        """Serve a robot with some senses."""
         self.enabled: Final = enabled
         """Whether clients can reach this service."""
+        self.interrupt: Callable[[float], None] = lambda _seconds: None
+        """Close all connections for some wall seconds."""
         self._senses = senses
-        self._interrupt = interrupt
         self.clear()
 
     def clear(self) -> None:
@@ -100,7 +95,7 @@ class Faults:
 
     def disconnect(self, seconds: object) -> None:
         """Close every connection, and listen again after some wall seconds, at most a minute."""
-        self._interrupt(number_within(seconds, "seconds", 0.0, 60.0))
+        self.interrupt(number_within(seconds, "seconds", 0.0, 60.0))
 
     def touch(self, names: object) -> None:
         """Touch a fake robot at some sensors, such as HeadFront, and at no other."""
@@ -226,7 +221,7 @@ class Calls:
             try:
                 signature.bind(*arguments)
             except TypeError as error:
-                return _failed(f"{name}: {error}")
+                return failed(f"{name}: {error}")
             delay = self._faults._delay(name)
 
             def late(call: Call) -> object:
@@ -240,7 +235,7 @@ class Calls:
                 self._faults._strike(name)
                 return operation(*arguments)
             except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
-                return _failed(_reported(name, error))
+                return failed(_reported(name, error))
 
         parameters = signature.parameters.values()
         plain = all(p.kind is p.POSITIONAL_OR_KEYWORD and p.default is p.empty for p in parameters)
@@ -269,9 +264,9 @@ class Calls:
 
         with self._lock:
             if self._closed:
-                return _failed(f"{name}: the robot is shutting down")
+                return failed(f"{name}: the robot is shutting down")
             if len(self._running) >= MOST_WAITING:
-                return _failed(f"{name}: {MOST_WAITING} calls are already running")
+                return failed(f"{name}: {MOST_WAITING} calls are already running")
             self._running.add(call)
             self._executor.submit(run)
         return promise.future()
@@ -284,7 +279,8 @@ def _reported(name: str, error: Exception) -> str:
     return f"{name}: {type(error).__name__}: {error}"
 
 
-def _failed(message: str) -> object:
+def failed(message: str) -> qi.Future:
+    """Return the future of a call that failed."""
     promise = qi.Promise()
     promise.setError(message)
     return promise.future()

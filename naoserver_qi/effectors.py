@@ -1,18 +1,31 @@
-"""ALMotion's Cartesian control: move hands, feet, head and torso to places, along paths."""
+"""ALMotion's Cartesian control, which moves hands, feet, head and torso along paths, and its foot steps."""
 
 from __future__ import annotations
 
+import cmath
+import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import Matrix, between, matrix_of, place_of, reach
-from naoserver_qi.access import Access
-from naoserver_qi.arguments import CHAINS, chosen, listed, number, number_lists, number_within
+from naoserver_qi.access import Access, Service
+from naoserver_qi.arguments import (
+    Check,
+    JointNames,
+    Operation,
+    chosen,
+    fraction,
+    listed,
+    number,
+    number_lists,
+    number_within,
+    texts,
+)
 from naoserver_qi.calls import Call
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.trajectory import Trajectory, check_times, smooth_trajectory
@@ -24,6 +37,8 @@ _ALL_AXES: Final = 63
 _SPACING: Final = 0.1
 """Robot seconds between two places of a path whose angles are computed; more on a path of more places."""
 _MOST_PLACES: Final = 300
+_HALF: Final = 0.05
+"""Half of the distance in m between the feet of NAOqi's stance."""
 
 _Read = Callable[[object], Matrix]
 """What makes a place of what a client sent."""
@@ -47,10 +62,10 @@ def _transform(value: object) -> Matrix:
     return place
 
 
-def _interpolations(read: _Read) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the operations that move one effector, and several at the same time, along paths."""
+def _interpolation(read: _Read) -> Operation:
+    """Return the operation that moves effectors along paths."""
 
-    def several(  # noqa: PLR0917 - the order is NAOqi's
+    def follow(  # noqa: PLR0917 - the order is NAOqi's
         self: EffectorMotion,
         call: Call,
         effectorNames: object,
@@ -60,42 +75,46 @@ def _interpolations(read: _Read) -> tuple[Callable[..., Any], Callable[..., Any]
         times: object,
         isAbsolute: object = True,
     ) -> None:
-        """Move effectors through places at times in s; returns when they are there."""
+        """Move an effector, or several together, through places at times in s; returns at the end."""
         names = _names(effectorNames)
         masks = axisMasks if isinstance(axisMasks, (list, tuple)) else [axisMasks] * len(names)
-        self._follow(
-            call,
-            frame,
-            {
-                name: ([read(each) for each in _places(path)], _mask(mask), own)
-                for name, path, mask, own in zip(
-                    names,
-                    listed(paths, "paths", len(names)),
-                    listed(masks, "axisMasks", len(names)),
-                    number_lists(times, "times", len(names)),
-                    strict=True,
-                )
-            },
-            absolute=bool(isAbsolute),
-        )
+        if isinstance(effectorNames, str):
+            paths, masks, times = [paths], [axisMasks], [times]
+        moved: dict[str, tuple[list[Matrix], int, list[float]]] = {}
+        lists = listed(paths, "paths", len(names)), listed(masks, "axisMasks", len(names))
+        for name, path, mask, own in zip(
+            names, *lists, number_lists(times, "times", len(names)), strict=True
+        ):
+            moved[name] = [read(each) for each in _places(path)], _mask(mask), own
+            check_times(name, own, len(moved[name][0]))
+        end = max((own[-1] for _, _, own in moved.values()), default=0.0)
+        count = min(max(1, round(end / _SPACING)), _MOST_PLACES)
+        joints = _moving(moved, self._access.joints)
 
-    def one(  # noqa: PLR0917 - the order is NAOqi's
-        self: EffectorMotion,
-        call: Call,
-        effectorName: object,
-        frame: object,
-        path: object,
-        axisMask: object,
-        times: object,
-        isAbsolute: object = True,
-    ) -> None:
-        """Move an effector through places at times in s; returns when it is there."""
-        several(self, call, [effectorName], frame, [path], [axisMask], [times], isAbsolute)
+        def angles(start: dict[str, float]) -> dict[str, Trajectory]:
+            base = self._access.place("Torso", frame, measured=False)
+            ways = {}
+            for name, (places, mask, own) in moved.items():
+                here = base @ place_of(name, start)
+                goals = places if isAbsolute else [_moved(here, place) for place in places]
+                ways[name] = partial(_at, [0.0, *own], [here, *goals]), mask
+            moments = [end * (i + 1) / count for i in range(count)]
+            found, keys = start, []
+            for moment in moments:
+                wanted = {name: (way(moment), mask) for name, (way, mask) in ways.items()}
+                found = _reach(wanted, base, start, found)
+                keys.append(found)
+            return {
+                joint: smooth_trajectory(joint, start[joint], moments, [key[joint] for key in keys])
+                for joint in joints
+            }
 
-    return one, several
+        self._motion._follow(call, "positionInterpolation", joints, angles)
+
+    return follow
 
 
-def _targets(read: _Read, *, absolute: bool) -> Callable[..., Any]:
+def _targets(read: _Read, *, absolute: bool) -> Operation:
     """Return the operation that sends effectors somewhere, relative to where they are unless absolute."""
 
     def send(  # noqa: PLR0917 - the order is NAOqi's
@@ -116,63 +135,55 @@ def _targets(read: _Read, *, absolute: bool) -> Callable[..., Any]:
         wanted = {}
         for name, goal in zip(names, map(read, goals), strict=True):
             wanted[name] = (goal if absolute else _moved(base @ place_of(name, start), goal), mask)
-        found, joints = _reach(wanted, base, start, start), _joints_of(names)
+        found, joints = _reach(wanted, base, start, start), _moving(names, self._access.joints)
         self._motion._send(joints, [found[joint] for joint in joints], fractionMaxSpeed)
 
     return send
 
 
-class EffectorMotion:
-    """Move effectors by angles that reach their places as nearly as the joints can.
+def _steps(entries: str, read: Check) -> Operation:
+    """Return the operation that takes steps; `read` checks the entries of a further list, one for each."""
 
-    `Torso` moves over the feet, which stay where they are.
-    """
+    def walk(  # noqa: PLR0917 - the order is NAOqi's
+        self: EffectorMotion,
+        call: Call,
+        legName: object,
+        footSteps: object,
+        entriesOfSteps: object,
+        clearExisting: object,
+    ) -> bool:
+        """Walk to where steps lead, which has no effect on each step; returns at the end whether it came."""
+        legs, steps = _legs_and_steps(legName, footSteps)
+        for entry in listed(entriesOfSteps, entries, len(legs)):
+            read(entry, f"an entry of {entries}")
+        if clearExisting:
+            self._motion.stopMove()
+        # In the plane, x + iy, and headings in rad.
+        feet, headings = {"LLeg": 1j * _HALF, "RLeg": -1j * _HALF}, dict.fromkeys(_LEGS, 0.0)
+        for leg, (x, y, turn) in zip(legs, steps, strict=True):
+            support = _LEGS[leg == "LLeg"]
+            feet[leg] = feet[support] + cmath.rect(1.0, headings[support]) * complex(x, y)
+            headings[leg] = headings[support] + turn
+        middle = sum(feet.values()) / 2
+        return self._motion.moveTo(call, middle.real, middle.imag, sum(headings.values()) / 2)
 
-    positionInterpolation, positionInterpolations = _interpolations(_position)
-    transformInterpolation, transformInterpolations = _interpolations(_transform)
+    return walk
+
+
+class EffectorMotion(Service):
+    """Move effectors as near to places as the joints can; `Torso` moves over the feet, which stay."""
+
+    positionInterpolation = positionInterpolations = _interpolation(_position)
+    transformInterpolation = transformInterpolations = _interpolation(_transform)
     setPosition = setPositions = _targets(_position, absolute=True)
     setTransform = setTransforms = _targets(_transform, absolute=True)
+    setFootSteps, setFootStepsWithSpeed = _steps("timeList", number), _steps("fractionMaxSpeed", fraction)
     changePosition = _targets(_position, absolute=False)
     changeTransform = _targets(_transform, absolute=False)
 
-    def __init__(self, access: Access, motion: ALMotion) -> None:
-        self._access = access
-        self._motion = motion
-
-    def _follow(
-        self,
-        call: Call,
-        frame: object,
-        paths: Mapping[str, tuple[Sequence[Matrix], int, Sequence[float]]],
-        *,
-        absolute: bool,
-    ) -> None:
-        """Move effectors along paths, each of places, a mask of axes and times."""
-        for name, (places, _, times) in paths.items():
-            check_times(name, times, len(places))
-        end = max((times[-1] for _, _, times in paths.values()), default=0.0)
-        count = min(max(1, round(end / _SPACING)), _MOST_PLACES)
-        joints = _joints_of(paths)
-
-        def angles(start: dict[str, float]) -> dict[str, Trajectory]:
-            base = self._access.place("Torso", frame, measured=False)
-            ways = {}
-            for name, (places, mask, times) in paths.items():
-                here = base @ place_of(name, start)
-                goals = places if absolute else [_moved(here, place) for place in places]
-                ways[name] = partial(_at, [0.0, *times], [here, *goals]), mask
-            moments = [end * (i + 1) / count for i in range(count)]
-            found, keys = start, []
-            for moment in moments:
-                wanted = {name: (way(moment), mask) for name, (way, mask) in ways.items()}
-                found = _reach(wanted, base, start, found)
-                keys.append(found)
-            return {
-                joint: smooth_trajectory(joint, start[joint], moments, [key[joint] for key in keys])
-                for joint in joints
-            }
-
-        self._motion._follow(call, "positionInterpolation", joints, angles)
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._motion = access.service(ALMotion)
 
 
 def _names(effectors: object) -> list[str]:
@@ -192,10 +203,12 @@ def _mask(value: object) -> int:
     return int(number_within(one, "axisMask", 0, _ALL_AXES))
 
 
-def _joints_of(effectors: Iterable[str]) -> list[str]:
+def _moving(effectors: Iterable[str], joints: JointNames) -> list[str]:
     """Return the joints that move effectors."""
     chains = (_LEGS if name == "Torso" else (name,) for name in effectors)
-    return [joint for names in chains for name in names for joint in CHAINS[name] if joint[1:] != "Hand"]
+    return [
+        joint for names in chains for name in names for joint in joints.chains[name] if joint[1:] != "Hand"
+    ]
 
 
 def _moved(place: Matrix, change: Matrix) -> Matrix:
@@ -241,3 +254,16 @@ def _reach(
         name: (inverse @ place, [bool(mask >> i & 1) for i in bits]) for name, (place, mask) in wanted.items()
     }
     return reach(goals, near)
+
+
+def _legs_and_steps(legs: object, steps: object) -> tuple[list[str], list[list[float]]]:
+    """Return the leg of each step, and x and y in m and the heading in rad relative to the other foot."""
+    names = [chosen(leg, "leg", _LEGS) for leg in texts(legs, "legs")]
+    found = [
+        [number(part, "a step") for part in listed(step, "a step", 3)] for step in listed(steps, "steps")
+    ]
+    if len(names) != len(found) or not names:
+        raise InvalidCommand("steps", f"there are {len(found)} steps for {len(names)} legs")
+    if any(math.hypot(x, y) > 1.0 for x, y, _ in found):
+        raise InvalidCommand("steps", "a step is longer than 1 m")
+    return names, found

@@ -1,19 +1,24 @@
-"""ALMemory: values under keys, and signals and callbacks that send their changes."""
+"""ALMemory: values under keys, and signals and callbacks that send their changes; ALAutonomousLife."""
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property, partial
+from operator import attrgetter
 from typing import Any, Final
 
 import qi
 
+from naoserver.capabilities import SenseReading
 from naoserver.errors import InvalidCommand
-from naoserver_qi.access import Access
-from naoserver_qi.arguments import keepable, text, texts
-from naoserver_qi.calls import Faults
-from naoserver_qi.keys import TOUCH, Distances, Moment, keys_of
+from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
+from naoserver.robot import JointReading
+from naoserver_qi.access import Access, Service
+from naoserver_qi.arguments import chosen, keepable, text, texts
+from naoserver_qi.postures import ALRobotPosture
+from naoserver_qi.sensors import ALSonar, touch_part
 
 _logger = logging.getLogger(__name__)
 
@@ -34,11 +39,156 @@ _RAISED: Final = (
 """The events that services raise."""
 
 
-def _nobody(name: str) -> qi.Future:
-    """Find no service."""
-    promise = qi.Promise()
-    promise.setError(f"there is no service {name}")
-    return promise.future()
+# -- what the robot keeps itself --------------------------------------------------------------------------
+
+TOUCH: Final = "TouchChanged"
+"""The event of all touch sensors; its value is what they feel."""
+NOTHING_NEAR: Final = 5.0
+"""Distance in m of the sonar when nothing is in its range."""
+_FULL: Final = 0.99
+"""Charge of a battery that counts as full."""
+_STANDS: Final = 1.0
+"""Mass in kg on a foot that touches the ground."""
+
+
+class _Moment:
+    """The readings of one moment, each taken when it is first asked for."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+
+    @cached_property
+    def joints(self) -> JointReading:
+        return self._access.body.read()
+
+    @cached_property
+    def senses(self) -> SenseReading:
+        senses = self._access.robot.senses
+        assert senses is not None  # since there are keys of them
+        return senses.read()
+
+    @cached_property
+    def fallen(self) -> bool:
+        return self._access.robot.state().fallen
+
+
+Look = Callable[[_Moment], Any]
+Distances = Callable[[], tuple[float, float]]
+"""What the sonar measures to the left and to the right, in m."""
+
+_FOOT_KEYS: Final = {
+    "FrontLeft": "front_left",
+    "FrontRight": "front_right",
+    "RearLeft": "rear_left",
+    "RearRight": "rear_right",
+    "TotalWeight": "total",
+}
+"""The part of a FootReading under each key of a foot."""
+
+
+def keys_of(access: Access) -> Mapping[str, Look]:
+    """Return how to look up every key that the robot keeps itself."""
+    keys: dict[str, Look] = {
+        "RobotConfig/Body/Type": lambda _: "nao",
+        "RobotConfig/Body/BaseVersion": lambda _: "V6.0",
+        "RobotConfig/Head/BaseVersion": lambda _: "V6.0",
+        "DCM/Time": lambda moment: round(moment.joints.time * 1000),
+        "robotHasFallen": attrgetter("fallen"),
+        "robotIsWakeUp": lambda moment: min(moment.joints.stiffnesses) > 0.0,
+    }
+    postures = access.service(ALRobotPosture)
+    keys["PostureChanged"] = lambda _: postures.getPosture()
+    keys["PostureFamilyChanged"] = lambda _: postures.getPostureFamily()
+    for i, joint in enumerate(access.body.joints):
+        for part, key in JOINT_KEYS.items():
+            keys[key.format(joint.name)] = partial(_entry, attrgetter(f"joints.{part}"), i, 1.0)
+    if (senses := access.robot.senses) is not None:
+        keys.update(_keys_of_senses(access.service(ALSonar)._distances, senses.touch_names))
+        if (walk := access.walk) is not None:
+            keys[f"{DEVICES}InertialSensor/AngleZ/Sensor/Value"] = lambda _: walk.read().heading
+    return keys
+
+
+def _keys_of_senses(distances: Distances, touch_names: tuple[str, ...]) -> Iterator[tuple[str, Look]]:
+    unit, battery = f"{DEVICES}InertialSensor/", f"{DEVICES}Battery/"
+    pull, turning = attrgetter("senses.inertial.acceleration"), attrgetter("senses.inertial.angular_velocity")
+    for i, axis in enumerate(AXES):
+        # The short names are those of the NAO4 and older, the long ones came with the NAO5.
+        for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z of a NAO6 that stands
+            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, pull, i, -1.0)
+        for name in ("Gyr", "Gyroscope"):
+            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, turning, i, 1.0)
+    yield f"{unit}AngleX/Sensor/Value", attrgetter("senses.inertial.roll")
+    yield f"{unit}AngleY/Sensor/Value", attrgetter("senses.inertial.pitch")
+    contacts: list[Callable[[_Moment], float]] = []
+    for foot, side in (("LFoot", "left_foot"), ("RFoot", "right_foot")):
+        for name, part in _FOOT_KEYS.items():
+            yield (
+                f"{DEVICES}{foot}/FSR/{name}/Sensor/Value",
+                partial(_mass, attrgetter(f"senses.{side}.{part}")),
+            )
+        mass = partial(_mass, attrgetter(f"senses.{side}.total"))
+        name = side.removesuffix("_foot")
+        yield f"{name}FootTotalWeight", mass
+        yield f"{name}FootContact", partial(_stands, (mass,))
+        contacts.append(mass)
+    for name in ("footContact", "footContactChanged"):
+        yield name, partial(_stands, tuple(contacts))
+    yield f"{DEVICES}US/Actuator/Value", lambda _: 0.0
+    for i, side in enumerate(("Left", "Right")):
+        yield f"{DEVICES}US/{side}/Sensor/Value", partial(_distance, distances, i)
+    for part in ("Charge", "Current", "Temperature"):
+        yield f"{battery}{part}/Sensor/Value", attrgetter(f"senses.battery.{part.lower()}")
+    yield "BatteryChargeChanged", lambda moment: round(100 * moment.senses.battery.charge)
+    yield "BatteryPowerPluggedChanged", attrgetter("senses.battery.plugged")
+    yield "BatteryFullChargedFlagChanged", lambda moment: moment.senses.battery.charge >= _FULL
+    for name in touch_names:
+        yield touch_key(name), partial(_pressed, {name})
+        if event := _touch_event(name):
+            yield event, partial(_pressed, {name})
+    yield TOUCH, partial(_touches, touch_names)
+    for side in ("Left", "Right"):
+        bumpers = {name for name in touch_names if name.startswith(f"{side[0]}FootBumper")}
+        yield f"{side}BumperPressed", partial(_pressed, bumpers)
+
+
+def _entry(values: Callable[[_Moment], Sequence[float]], index: int, sign: float, moment: _Moment) -> float:
+    return sign * values(moment)[index]
+
+
+def _mass(force: Callable[[_Moment], float], moment: _Moment) -> float:
+    return force(moment) / GRAVITY
+
+
+def _distance(distances: Distances, side: int, _moment: _Moment) -> float:
+    return min(distances()[side], NOTHING_NEAR)
+
+
+def _stands(masses: tuple[Callable[[_Moment], float], ...], moment: _Moment) -> float:
+    return 1.0 if any(mass(moment) > _STANDS for mass in masses) else 0.0
+
+
+def _pressed(sensors: set[str], moment: _Moment) -> float:
+    return 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
+
+
+def _touches(names: tuple[str, ...], moment: _Moment) -> list[list[object]]:
+    touched = moment.senses.touched
+    return [[touch_part(name), name in touched] for name in names]
+
+
+def _touch_event(name: str) -> str | None:
+    """Return the event of a touch sensor; None of a bumper, since one event is of both of a foot."""
+    if name == "ChestButton":
+        return "ChestButtonPressed"
+    if name.startswith("Head"):
+        return f"{name.removeprefix('Head')}TactilTouched"
+    if name[1:].startswith("Hand"):
+        return f"Hand{'Left' if name[0] == 'L' else 'Right'}{name[5:]}Touched"
+    return None
+
+
+# -- the services -----------------------------------------------------------------------------------------
 
 
 def _call(found: qi.Future, method: str, event: str, value: object, message: str = "") -> None:
@@ -61,22 +211,12 @@ class Subscriber:
         self.signal = qi.Signal("(m)")
 
 
-class ALMemory:
+class ALMemory(Service):
     """Keep what clients and services insert, and look up everything else when it is asked for."""
 
-    def __init__(
-        self,
-        access: Access,
-        distances: Distances,
-        faults: Faults | None = None,
-        *,
-        find: Callable[[str], qi.Future] = _nobody,
-    ) -> None:
-        """Show what a robot measures; `find` begins to look up the service of a program by its name."""
-        self._access = access
-        self._looks = keys_of(access, distances)
-        self._faults = faults or Faults()
-        self._find = find
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._looks = keys_of(access)
         self._callbacks: dict[tuple[str, str], int] = {}  # links to signals by event and module
         self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
@@ -86,14 +226,14 @@ class ALMemory:
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
         name = text(key, "key")
-        found, value = self._look(name, Moment(self._access))
+        found, value = self._look(name, _Moment(self._access))
         if not found:
             raise InvalidCommand("key", f"there is no data under {name[:200]!r}")
         return value
 
     def getListData(self, keys: object) -> list[Any]:
         """Return the values of keys at one moment; None where there is none."""
-        moment = Moment(self._access)
+        moment = _Moment(self._access)
         return [self._look(key, moment)[1] for key in texts(keys, "keys")]
 
     def insertData(self, key: object, value: object) -> None:
@@ -120,7 +260,7 @@ class ALMemory:
     def getDataListName(self) -> list[str]:
         """Return every key."""
         with self._lock:
-            return sorted(filter(self._faults._knows, {*self._looks, *self._inserted}))
+            return sorted(filter(self._access.faults._knows, {*self._looks, *self._inserted}))
 
     def getDataList(self, filter: object) -> list[str]:
         """Return the keys that contain a text."""
@@ -128,28 +268,21 @@ class ALMemory:
         return [key for key in self.getDataListName() if part in key]
 
     def subscriber(self, event: object) -> Subscriber:
-        """Return an object whose `signal` sends the value of a key whenever it changes.
-
-        As with NAOqi it may be any name, since another program may raise that event later; the log says when
-        nothing here does.
-        """
+        """Return an object whose `signal` sends the value of a key, or of a later event, at each change."""
         name = text(event, "event")
         with self._lock:
             if name not in self._subscribers:
                 if len(self._subscribers) >= MOST:
                     raise InvalidCommand("event", f"{MOST} keys already have listeners")
                 if name in self._looks:
-                    self._seen[name] = self._look(name, Moment(self._access))[1]
+                    self._seen[name] = self._look(name, _Moment(self._access))[1]
                 elif name not in self._inserted and name not in _RAISED:
                     _logger.warning("%r never happens here unless a program raises it", name[:200])
                 self._subscribers[name] = Subscriber()
             return self._subscribers[name]
 
     def subscribeToEvent(self, name: object, callbackModule: object, *callbackMethod: object) -> None:
-        """Call an operation of a program's service, with key, value and a text, whenever a key changes.
-
-        Before the operation may stand that text, which is empty otherwise.
-        """
+        """Call a service's operation, named last, with key, value and the text before it at each change."""
         *message, method = (text(each, "callback") for each in callbackMethod or ("",))
         event, module = text(name, "event"), text(callbackModule, "module")
         if len(message) > 1 or not method or method.startswith("_"):
@@ -157,7 +290,7 @@ class ALMemory:
         self.unsubscribeToEvent(event, module)
 
         def call(value: object) -> None:
-            self._find(module).addCallback(lambda found: _call(found, method, event, value, *message))
+            self._access.find(module).addCallback(lambda found: _call(found, method, event, value, *message))
 
         self._callbacks[event, module] = self.subscriber(event).signal.connect(call)
 
@@ -173,7 +306,7 @@ class ALMemory:
     def _notify(self) -> None:
         """Send the values that have changed since the last time to their subscribers."""
         with self._lock:
-            moment = Moment(self._access)
+            moment = _Moment(self._access)
             seen, self._seen = self._seen, {name: self._looks[name](moment) for name in self._seen}
             changed = {name: value for name, value in self._seen.items() if value != seen[name]}
         if TOUCH in changed:  # as a robot does, only what has changed
@@ -181,9 +314,27 @@ class ALMemory:
         for name, value in changed.items():
             self._subscribers[name].signal(value)
 
-    def _look(self, key: str, moment: Moment) -> tuple[bool, object]:
-        if not self._faults._knows(key):
+    def _look(self, key: str, moment: _Moment) -> tuple[bool, object]:
+        if not self._access.faults._knows(key):
             return False, None
         if key in self._looks:
             return True, self._looks[key](moment)
         return key in self._inserted, self._inserted.get(key)
+
+
+_STATES: Final = ("disabled", "solitary", "interactive", "safeguard")
+
+
+class ALAutonomousLife(Service):
+    """Remember the state of a life that the robot does not have: nothing moves by itself in any state."""
+
+    _state = _STATES[0]
+
+    def getState(self) -> str:
+        """Return the state, at first `disabled`."""
+        return self._state
+
+    def setState(self, state: object) -> None:
+        """Take a state."""
+        self._state = chosen(state, "state", _STATES)
+        self._access.service(ALMemory).raiseEvent("AutonomousLife/State", self._state)

@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from dataclasses import astuple
-from typing import Any, Final
+from typing import Final
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import PARTS, numbers_of
+from naoserver.kinematics import PARTS, center_of_mass, numbers_of
 from naoserver.naoqi_names import gait_limits
-from naoserver_qi.access import PERIOD, Access, Walking
+from naoserver_qi.access import PERIOD, Access, Service
 from naoserver_qi.arguments import (
+    Check,
+    Operation,
     chosen,
-    for_joints,
+    constant,
     fraction,
-    joints_of,
+    kept,
     listed,
     number,
     number_lists,
     number_within,
     numbers,
+    one_of,
+    switch,
     text,
 )
 from naoserver_qi.calls import Call
 from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.trajectory import JointTasks, Key, Task, Trajectory, check_times, smooth_trajectory
-
-_logger = logging.getLogger(__name__)
 
 _PEAK: Final = 1.5
 """Highest speed of a cubic from rest to rest, in units of its mean speed."""
@@ -37,7 +38,6 @@ _WAKING: Final = 0.5
 _RESTING: Final = 1.0
 """Robot seconds in which the motors of a crouching robot go limp."""
 _PACE: Final = 0.8
-_MOST_SWITCHES: Final = 200
 _MOVE_CONFIG: Final = {
     "MaxStepX": (0.001, 0.04, 0.08),
     "MaxStepY": (0.101, 0.14, 0.16),
@@ -48,69 +48,46 @@ _MOVE_CONFIG: Final = {
     "TorsoWy": (-0.122, 0.0, 0.122),
 }
 """Minimum, default and maximum of each parameter of NAOqi's gait; those of steps limit the walk."""
+_SUPPORT: Final = one_of("leg", ("Legs", "LLeg", "RLeg"))
+_EFFECTOR: Final = one_of("effector", ("Head", "LArm", "RArm"))
 _CONFIGS: Final = ("Min", "Default", "Max")
 _ROBOT_CONFIG: Final[dict[str, object]] = {
-    "Model Type": "naoH25",
     **dict.fromkeys(("Head Version", "Body Version", "Arm Version"), "VERSION_60"),
     "Laser": False,
     "Extended Arms": False,
-    "Extended Hand": True,
-    **dict.fromkeys(("Number of Legs", "Number of Arms", "Number of Hands"), 2),
+    **dict.fromkeys(("Number of Legs", "Number of Arms"), 2),
 }
 
 _Paths = Callable[[dict[str, float]], dict[str, Trajectory]]
 """Trajectories of joints from their present angles."""
 
 
-def _robot_switch(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the operations that set and get a switch of the whole robot, which is on at first."""
-
-    def enable(self: ALMotion, enable: object) -> None:
-        """Remember whether it is enabled, which has no effect."""
-        self._remember(name, enable)
-
-    def enabled(self: ALMotion) -> bool:
-        """Return whether it is enabled."""
-        return self._switches.get(name, True)
-
-    return enable, enabled
+def _reflex(what: str, default: bool = True, **part: Check) -> tuple[Operation, Operation]:
+    """Return the operations that set and get a switch of the robot, or of a part of it: a chain or joint."""
+    return kept(f"whether {what} is enabled", default, result=bool(part) or None, **part, enable=switch)
 
 
-def _part_switch(name: str, default: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the operations that set and get a switch of a part of the body."""
-
-    def enable(self: ALMotion, part: object, enable: object) -> bool:
-        """Remember whether it is enabled for a chain or part, which has no effect."""
-        return self._remember(f"{name}/{text(part, 'name')}", enable)
-
-    def enabled(self: ALMotion, part: object) -> bool:
-        """Return whether it is enabled for a chain or part."""
-        return self._switches.get(f"{name}/{text(part, 'name')}", default)
-
-    return enable, enabled
-
-
-class ALMotion:
+class ALMotion(Service):
     """Move the robot. The safety layer limits every speed: a motion that is too fast takes longer."""
 
-    def __init__(self, access: Access, postures: ALRobotPosture, walking: Walking) -> None:
-        self._access = access
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
         self._body = access.body
+        self._joints = access.joints
         self._tasks = JointTasks(access)
-        self._postures = postures
-        self._walking = walking
-        self._switches: dict[str, bool] = {}
+        self._postures = access.service(ALRobotPosture)
+        self._walking = access.walking
 
     # -- joints ------------------------------------------------------------------------------------------
 
     def setAngles(self, names: object, angles: object, maxSpeedFraction: object) -> None:
         """Send joints to angles in rad at a fraction of their full speed; returns at once."""
-        joints = joints_of(names)
+        joints = self._joints.of(names)
         self._send(joints, numbers(angles, "angles", len(joints)), maxSpeedFraction)
 
     def changeAngles(self, names: object, changes: object, maxSpeedFraction: object) -> None:
         """Send joints to angles relative to their setpoints; returns at once."""
-        joints = joints_of(names)
+        joints = self._joints.of(names)
         setpoints = self._access.angles(measured=False)
         shifts = numbers(changes, "changes", len(joints))
         targets = [setpoints[joint] + shift for joint, shift in zip(joints, shifts, strict=True)]
@@ -119,13 +96,13 @@ class ALMotion:
     def getAngles(self, names: object, useSensors: object) -> list[float]:
         """Return the angles of joints in rad as measured, or their setpoints."""
         angles = self._access.angles(measured=bool(useSensors))
-        return [angles[joint] for joint in joints_of(names)]
+        return [angles[joint] for joint in self._joints.of(names)]
 
     def angleInterpolation(
         self, call: Call, names: object, angleLists: object, timeLists: object, isAbsolute: object
     ) -> None:
         """Move joints smoothly through angles at times in s; returns when they are there."""
-        joints = joints_of(names)
+        joints = self._joints.of(names)
         angles = number_lists(angleLists, "angleLists", len(joints))
         times = number_lists(timeLists, "timeLists", len(joints))
 
@@ -142,7 +119,7 @@ class ALMotion:
         self, call: Call, names: object, targetAngles: object, maxSpeedFraction: object
     ) -> None:
         """Move joints to angles, the slowest at a fraction of its full speed; returns when they are there."""
-        joints = joints_of(names)
+        joints = self._joints.of(names)
         targets = dict(zip(joints, numbers(targetAngles, "targetAngles", len(joints)), strict=True))
         share = fraction(maxSpeedFraction, "the fraction")
 
@@ -162,7 +139,7 @@ class ALMotion:
         self, call: Call, jointNames: object, times: object, controlPoints: object
     ) -> None:
         """Move joints along Bezier curves, as Choregraphe exports them; returns when they are there."""
-        joints = joints_of(jointNames)
+        joints = self._joints.of(jointNames)
         moments = number_lists(times, "times", len(joints))
         points = listed(controlPoints, "controlPoints", len(joints))
         keys = {joint: _bezier_keys(joint, moments[i], points[i]) for i, joint in enumerate(joints)}
@@ -184,22 +161,22 @@ class ALMotion:
 
     def setStiffnesses(self, names: object, stiffnesses: object) -> None:
         """Set how strongly joints hold, from 0, limp, to 1; returns at once."""
-        joints = joints_of(names)
-        values = numbers(for_joints(names, stiffnesses), "stiffnesses", len(joints))
+        joints = self._joints.of(names)
+        values = numbers(self._joints.spread(names, stiffnesses), "stiffnesses", len(joints))
         self._body.stiffen(dict(zip(joints, values, strict=True)), 0.0)
 
     def getStiffnesses(self, names: object) -> list[float]:
         """Return how strongly joints hold, from 0 to 1."""
         values = self._body.read().stiffnesses
-        return [values[self._body.index(joint)] for joint in joints_of(names)]
+        return [values[self._body.index(joint)] for joint in self._joints.of(names)]
 
     def stiffnessInterpolation(
         self, call: Call, names: object, stiffnessLists: object, timeLists: object
     ) -> None:
         """Change how strongly joints hold, evenly from key to key at times in s; returns at the last."""
-        joints = joints_of(names)
-        values = number_lists(for_joints(names, stiffnessLists), "stiffnessLists", len(joints))
-        times = number_lists(for_joints(names, timeLists), "timeLists", len(joints))
+        joints = self._joints.of(names)
+        values = number_lists(self._joints.spread(names, stiffnessLists), "stiffnessLists", len(joints))
+        times = number_lists(self._joints.spread(names, timeLists), "timeLists", len(joints))
         changes: list[tuple[float, str, float, float]] = []  # when, joint, stiffness, seconds
         for joint, own, moments in zip(joints, values, times, strict=True):
             check_times(joint, moments, len(own))
@@ -254,10 +231,7 @@ class ALMotion:
         self.moveToward(x, y, theta, [["MaxStepFrequency", share]], *moveConfig)
 
     def moveTo(self, call: Call, *goal: object) -> bool:
-        """Walk to x, y and theta in m and rad in the robot's frame; returns at the end whether it got there.
-
-        Instead of three numbers it takes a list of such places, one after the other.
-        """
+        """Walk to x, y, theta in m and rad from where it is, or a list of such; returns whether it came."""
         if goal and isinstance(goal[0], (list, tuple)):
             places, rest = listed(goal[0], "controlPoints"), goal[1:]
         else:
@@ -316,7 +290,7 @@ class ALMotion:
 
     def areResourcesAvailable(self, resourceNames: object) -> bool:
         """Return whether no task moves any of some joints."""
-        joints = joints_of(resourceNames)
+        joints = self._joints.of(resourceNames)
         return all(task.joints.isdisjoint(joints) for task in self._tasks.all())
 
     def killTask(self, motionTaskID: object) -> bool:
@@ -325,7 +299,7 @@ class ALMotion:
 
     def killTasksUsingResources(self, resourceNames: object) -> None:
         """Cancel the tasks that move any of some joints."""
-        joints = joints_of(resourceNames)
+        joints = self._joints.of(resourceNames)
         self._kill(lambda task: not task.joints.isdisjoint(joints))
 
     def killAll(self) -> None:
@@ -338,22 +312,28 @@ class ALMotion:
 
     def getBodyNames(self, name: object) -> list[str]:
         """Return the joints of a chain, such as `Body` or `LArm`; of `Chains` the chains."""
-        return ["Head", "LArm", "LLeg", "RLeg", "RArm"] if name == "Chains" else list(joints_of(name))
+        return ["Head", "LArm", "LLeg", "RLeg", "RArm"] if name == "Chains" else list(self._joints.of(name))
 
     getJointNames = getBodyNames  # its former name
 
     def getLimits(self, name: object) -> list[list[float]]:
         """Return lowest and highest angle in rad, full speed in rad/s and torque in N m of each joint."""
-        facts = [self._body.facts(joint) for joint in joints_of(name)]
+        facts = [self._body.facts(joint) for joint in self._joints.of(name)]
         return [[joint.lower, joint.upper, joint.max_velocity, joint.max_torque] for joint in facts]
 
-    def getMotionCycleTime(self) -> int:
-        """Return the period of the setpoints in ms."""
-        return round(PERIOD * 1000)
+    getMotionCycleTime = constant("Return the period of the setpoints in ms.", round(PERIOD * 1000))
+    getSensorNames = constant(
+        "Return the names of the cameras and other sensors whose place is known.",
+        [name for name in PARTS if name.startswith("Camera")],
+    )
 
     def getRobotConfig(self) -> list[list[object]]:
         """Return names and values of facts about the body."""
-        return [list(_ROBOT_CONFIG), list(_ROBOT_CONFIG.values())]
+        body = self._robot.body
+        hands = sum(name.endswith("Hand") for name in body.joint_names)
+        config = {"Model Type": f"nao{body.name}", **_ROBOT_CONFIG}
+        config |= {"Extended Hand": hands > 0, "Number of Hands": hands}
+        return [list(config), list(config.values())]
 
     def getSummary(self) -> str:
         """Return a table of joints with stiffness, command and position, as text."""
@@ -374,30 +354,72 @@ class ALMotion:
         place = self._access.place(text(name, "name"), frame, measured=bool(useSensorValues))
         return [float(value) for value in place.ravel()]
 
-    def getSensorNames(self) -> list[str]:
-        """Return the names of the cameras and other sensors whose place is known."""
-        return [name for name in PARTS if name.startswith("Camera")]
+    def getMass(self, name: object) -> float:
+        """Return the mass in kg of a joint with its link, of a chain or of the `Body`."""
+        return center_of_mass(text(name, "name"), self._access.angles(measured=False))[0]
+
+    def getCOM(self, name: object, frame: object, useSensorValues: object) -> list[float]:
+        """Return the center of mass in m of a joint with its link, of a chain or of the `Body`."""
+        measured = bool(useSensorValues)
+        _, center = center_of_mass(text(name, "name"), self._access.angles(measured=measured))
+        place = self._access.place("Torso", frame, measured=measured)
+        return [float(part) for part in (place @ [*center, 1.0])[:3]]
 
     # -- NAOqi's reflexes: remembered for programs that switch them before anything else --------------------
 
-    setFallManagerEnabled, getFallManagerEnabled = _robot_switch("FallManager")
-    setSmartStiffnessEnabled, getSmartStiffnessEnabled = _robot_switch("SmartStiffness")
-    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = _robot_switch("DiagnosisEffect")
-    setPushRecoveryEnabled, getPushRecoveryEnabled = _robot_switch("PushRecovery")
-    setCollisionProtectionEnabled, getCollisionProtectionEnabled = _part_switch("CollisionProtection", True)
-    setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _part_switch(
-        "ExternalCollisionProtection", True
+    setFallManagerEnabled, getFallManagerEnabled = _reflex("the fall manager")
+    setSmartStiffnessEnabled, getSmartStiffnessEnabled = _reflex("smart stiffness")
+    setDiagnosisEffectEnabled, getDiagnosisEffectEnabled = _reflex("the effect of a diagnosis")
+    setPushRecoveryEnabled, getPushRecoveryEnabled = _reflex("push recovery")
+    setCollisionProtectionEnabled, getCollisionProtectionEnabled = _reflex("collision protection", name=text)
+    setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _reflex(
+        "external collision protection", name=text
     )
-    setBreathEnabled, getBreathEnabled = _part_switch("Breath", False)
-    setIdlePostureEnabled, getIdlePostureEnabled = _part_switch("IdlePosture", False)
-    getMoveArmsEnabled = _part_switch("MoveArms", True)[1]
+    setBreathEnabled, getBreathEnabled = _reflex("breathing", False, chain=text)
+    setIdlePostureEnabled, getIdlePostureEnabled = _reflex("the idle posture", False, chain=text)
+    _set_arm, getMoveArmsEnabled = _reflex("the swing of an arm", arm=text)
 
     def setMoveArmsEnabled(self, leftArm: object, rightArm: object) -> None:
         """Remember whether the arms are to swing; they do unless they are commanded."""
-        self._remember("MoveArms/LArm", leftArm)
-        self._remember("MoveArms/RArm", rightArm)
+        self._set_arm("LArm", leftArm)
+        self._set_arm("RArm", rightArm)
 
     setWalkArmsEnabled = setMoveArmsEnabled  # its former name
+
+    # -- whole body control: the gains of the joints keep the robot upright, nothing else --------------------
+
+    wbEnable = constant("Do nothing: whole body balance has no effect.", isEnabled=switch)
+    wbFootState = constant(
+        "Do nothing but check the names: each foot is free.",
+        stateName=one_of("state of a foot", ("Fixed", "Plane", "Free")),
+        supportLeg=_SUPPORT,
+    )
+    wbEnableBalanceConstraint = constant(
+        "Do nothing but check the name: whole body balance has no effect.",
+        isEnable=switch,
+        supportLeg=_SUPPORT,
+    )
+    wbGoToBalance = constant(
+        "Do nothing but check the name; return False, since the weight stays on both feet.",
+        False,
+        supportLeg=_SUPPORT,
+        duration=number,
+    )
+    wbEnableEffectorControl = constant(
+        "Do nothing but check the name: whole body control has no effect.",
+        effectorName=_EFFECTOR,
+        isEnabled=switch,
+    )
+    wbEnableEffectorOptimization = wbEnableEffectorControl
+    wbSetEffectorControl = constant(
+        "Do nothing but check the names and numbers: whole body control has no effect.",
+        effectorName=_EFFECTOR,
+        targetCoordinate=lambda value, what: [number(part, what) for part in listed(value, what)],
+    )
+    setMotionConfig = constant(
+        "Do nothing but check that it is a list of names and values: the parameters have no effect.",
+        config=lambda value, what: [text(listed(entry, what, 2)[0], what) for entry in listed(value, what)],
+    )
 
     # -- internal ----------------------------------------------------------------------------------------
 
@@ -434,12 +456,6 @@ class ALMotion:
             values[name] = min(max(number(value, name), lowest), highest)
         limits = zip(astuple(gait_limits(values)), astuple(self._walking.guard.limits), strict=True)
         return WalkVelocity(*map(min, limits))
-
-    def _remember(self, name: str, enable: object) -> bool:
-        if len(self._switches) < _MOST_SWITCHES or name in self._switches:
-            self._switches[name] = bool(enable)
-        _logger.info("%s is %s, which has no effect", name, "on" if enable else "off")
-        return True
 
 
 def _bezier_keys(joint: str, times: Sequence[float], points: object) -> list[Key]:

@@ -7,11 +7,11 @@ from typing import Final
 
 from interfaces.nao import ActionStatus
 from naoserver.motions.keyframes import Motion, load_motions
+from naoserver.motions.player import MotionRoute
 from naoserver.motions.postures import nearest_posture
-from naoserver.motions.routes import MotionRoute
 from naoserver.servants.motions import MOTION, POSTURE
-from naoserver_qi.access import CLIENT, Access
-from naoserver_qi.arguments import chosen, fraction, number_within, text, texts
+from naoserver_qi.access import CLIENT, Access, Service
+from naoserver_qi.arguments import chosen, constant, fraction, kept, text, texts, within
 from naoserver_qi.calls import Call
 
 FAMILIES: Final[Mapping[str, str]] = {
@@ -28,17 +28,11 @@ _POLL: Final = 0.05
 """Robot seconds between two checks whether a posture was reached or a behavior has ended."""
 
 
-class ALRobotPosture:
+class ALRobotPosture(Service):
     """Go into postures, and report the current one."""
 
-    def __init__(self, access: Access) -> None:
-        self._access = access
-
     def goToPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
-        """Go to a posture at a fraction of the full pace; returns at its end whether it was reached.
-
-        A walk is ended first.
-        """
+        """End a walk, and go to a posture at a fraction of full pace; returns whether it was reached."""
         postures = self._access.postures
         name = chosen(postureName, "posture", postures.names)
         pace = fraction(maxSpeedFraction, "the fraction")
@@ -55,9 +49,9 @@ class ALRobotPosture:
 
     applyPosture = goToPosture
 
-    def setMaxTryNumber(self, pMaxTryNumber: object) -> None:
-        """Do nothing: it tries once, and returns False when that fails."""
-        number_within(pMaxTryNumber, "number of tries", 0, 1000)
+    setMaxTryNumber = constant(
+        "Do nothing: it tries once, and returns False when that fails.", pMaxTryNumber=within(0, 1000)
+    )
 
     def stopMove(self) -> None:
         """Stop on the way to a posture."""
@@ -85,14 +79,17 @@ class ALRobotPosture:
         return sorted({FAMILIES[name] for name in self._access.postures.names})
 
 
-class ALBehaviorManager:
+class ALBehaviorManager(Service):
     """Run motions such as `wave`."""
 
     def __init__(self, access: Access) -> None:
-        self._access = access
+        super().__init__(access)
         self._player = access.player
         self._motions = load_motions()
-        self._default: list[str] = []
+
+    setDefaultBehaviors, getDefaultBehaviors = kept(
+        "the behaviors that a robot runs when it starts", [], behaviors=texts
+    )
 
     def runBehavior(self, call: Call, name: object) -> None:
         """Run a behavior; returns at its end. Whatever else moves the body is ended first."""
@@ -130,21 +127,14 @@ class ALBehaviorManager:
         progress = self._player.progress(MOTION)
         return [progress.name] if progress.status is ActionStatus.Moving else []
 
-    def getDefaultBehaviors(self) -> list[str]:
-        """Return the names of the behaviors that a robot runs when it starts; this one runs none of them."""
-        return list(self._default)
-
-    def setDefaultBehaviors(self, behaviors: object) -> None:
-        """Remember the behaviors that a robot runs when it starts."""
-        self._default = texts(behaviors, "behaviors")
-
     def addDefaultBehavior(self, behavior: object) -> None:
         """Remember one more."""
-        self.setDefaultBehaviors([*dict.fromkeys((*self._default, text(behavior, "behavior")))])
+        self.setDefaultBehaviors([*dict.fromkeys((*self.getDefaultBehaviors(), text(behavior, "behavior")))])
 
     def removeDefaultBehavior(self, behavior: object) -> None:
         """Forget one of them."""
-        self._default = [name for name in self._default if name != text(behavior, "behavior")]
+        name = text(behavior, "behavior")
+        self.setDefaultBehaviors([each for each in self.getDefaultBehaviors() if each != name])
 
     def isBehaviorInstalled(self, name: object) -> bool:
         """Return whether there is a behavior of a name."""

@@ -1,22 +1,29 @@
-"""ALSonar and ALTouch: what the robot feels."""
+"""ALSonar, ALTouch, ALBattery and ALSystem: what the robot feels, and what it is."""
 
 from __future__ import annotations
 
 import threading
-from typing import Final
+from typing import Any, Final
 
-from naoserver.capabilities import Senses
-from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver_qi.arguments import text
-from naoserver_qi.keys import touch_part
+from naoserver.errors import InvalidCommand
+from naoserver.naoqi_names import DEVICES, touch_key
+from naoserver_qi.access import Access, Service, needed
+from naoserver_qi.arguments import constant, text
+from naoserver_qi.calls import VERSION
 
 _MOST_SUBSCRIBERS: Final = 100
 
 
-class Extractor:
+def touch_part(name: str) -> str:
+    """Return what NAOqi calls a touch sensor, such as `Head/Touch/Front`."""
+    return touch_key(name).removeprefix(DEVICES).removesuffix("/Sensor/Value")
+
+
+class Extractor(Service):
     """A service that measures while it has subscribers."""
 
-    def __init__(self) -> None:
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
         self._lock = threading.Lock()
         self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
 
@@ -50,11 +57,7 @@ class Extractor:
 class ALSonar(Extractor):
     """Turn the sonar on and off; ALMemory has its newest reading while there are subscribers."""
 
-    def __init__(self, senses: Senses | None) -> None:
-        """Serve the sonar of some senses; None of a robot that has none."""
-        super().__init__()
-        self._senses = senses
-        self._newest = (0.0, 0.0)
+    _newest = (0.0, 0.0)
 
     def unsubscribe(self, name: object) -> None:
         """Turn the sonar off for a subscriber; it is off when none is left."""
@@ -62,34 +65,43 @@ class ALSonar(Extractor):
         super().unsubscribe(name)
 
     def _require(self) -> None:
-        if self._senses is None:
-            raise HardwareFailure("this robot has no sonar")
+        needed(self._robot.senses, "has no sonar")
 
     def _distances(self) -> tuple[float, float]:
         """Return the distances to the left and to the right in m; both 0 before anybody subscribed."""
-        if self._subscribers and self._senses is not None:
-            reading = self._senses.read().sonar
+        if self._subscribers and self._robot.senses is not None:
+            reading = self._robot.senses.read().sonar
             self._newest = (reading.left, reading.right)
         return self._newest
 
 
-class ALTouch:
+class ALTouch(Service):
     """Say which sensors somebody touches."""
-
-    def __init__(self, senses: Senses | None) -> None:
-        self._found = senses
-
-    @property
-    def _senses(self) -> Senses:
-        if self._found is None:
-            raise HardwareFailure("this robot feels no touch")
-        return self._found
 
     def getSensorList(self) -> list[str]:
         """Return the names of the sensors, such as `Head/Touch/Front`."""
-        return [touch_part(name) for name in self._senses.touch_names]
+        return [name for name, *_ in self.getStatus()]
 
-    def getStatus(self) -> list[list[object]]:
+    def getStatus(self) -> list[list[Any]]:
         """Return name, whether it is touched, and nothing else of each sensor."""
-        touched = self._senses.read().touched
-        return [[touch_part(name), name in touched, []] for name in self._senses.touch_names]
+        senses = needed(self._robot.senses, "feels no touch")
+        touched = senses.read().touched
+        return [[touch_part(name), name in touched, []] for name in senses.touch_names]
+
+
+class ALBattery(Service):
+    """Report the charge of the battery."""
+
+    def getBatteryCharge(self) -> int:
+        """Return the charge in percent."""
+        return round(100 * needed(self._robot.senses, "has no battery").read().battery.charge)
+
+
+class ALSystem(Service):
+    """Describe the robot."""
+
+    systemVersion = constant("Return the version of NAOqi.", VERSION)
+
+    def robotName(self) -> str:
+        """Return the name of the robot."""
+        return self._robot.name

@@ -5,46 +5,46 @@ from __future__ import annotations
 import logging
 import threading
 import time
+import tomllib
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from importlib import resources
 from pathlib import Path
 from typing import Final
 
+import msgspec
 import qi
 
 from naoserver.assembly import Assembly
-from naoserver.errors import RobotError
+from naoserver.errors import HardwareFailure, RobotError
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
-from naoserver_qi.access import RENEWAL, Access, Walking
-from naoserver_qi.calls import Calls, Faults
+from naoserver_qi import expression, memory, motion, postures, sensors, sound, video, vision
+from naoserver_qi.access import RENEWAL, Access, Service
+from naoserver_qi.calls import Calls, failed
 from naoserver_qi.effectors import EffectorMotion
-from naoserver_qi.footsteps import FootSteps
-from naoserver_qi.leds import ALLeds
-from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
-from naoserver_qi.memory import NOTIFYING, ALMemory
-from naoserver_qi.motion import ALMotion
-from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
-from naoserver_qi.refused import REFUSED, refused_service
-from naoserver_qi.sensors import ALSonar, ALTouch
-from naoserver_qi.sound import ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
-from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
-from naoserver_qi.tracker import ALTracker
-from naoserver_qi.video import ALVideoDevice
-from naoserver_qi.vision import (
-    LOOKING,
-    ALColorBlobDetection,
-    ALFaceDetection,
-    ALLandMarkDetection,
-    ALRedBallDetection,
-)
-from naoserver_qi.whole_body import WholeBody
 from zenoh_ice import WallClock
 
-PARTS_OF_MOTION: Final = (EffectorMotion, FootSteps, WholeBody)
-"""Further operations of ALMotion."""
+_MODULES: Final = (expression, memory, motion, postures, sensors, sound, video, vision)
+SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
+    **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
+    "ALMotion": (motion.ALMotion, EffectorMotion),
+}
+"""The classes that have the operations of each service: those that are called as NAOqi's services are."""
+
+
+class _Refused(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    reason: str
+    operations: tuple[str, ...]
+
+
+REFUSED: Final = msgspec.convert(
+    tomllib.loads(resources.files("naoserver_qi").joinpath("refused.toml").read_text("utf-8")),
+    dict[str, _Refused],
+)
+"""The services that this robot cannot offer."""
 
 _logger = logging.getLogger(__name__)
 
@@ -60,87 +60,49 @@ _GRACE: Final = 0.05
 @contextmanager
 def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: bool) -> Iterator[str]:
     """Serve a robot as NAOqi in a `with` block, which gets the URL; see `naoserver_qi.serve_as_naoqi`."""
-    access = Access(robot, assembly)
-    made_to_fail = Faults(
-        robot.senses,
-        lambda seconds: listener.interrupt(seconds),  # noqa: PLW0108 - it does not exist yet
-        enabled=faults,
-    )
-    calls = Calls(robot.clock, made_to_fail)
-    walking = Walking(access)
-    sonar = ALSonar(robot.senses)
-    memory = ALMemory(
-        access,
-        sonar._distances,
-        made_to_fail,
-        find=lambda name: listener.find(name),  # noqa: PLW0108 - it does not exist yet
-    )
-    postures = ALRobotPosture(access)
-    speech = ALTextToSpeech(robot.voice, memory)
-    motion = ALMotion(access, postures, walking)
-    files = Disk(disk)
-    recorder = ALAudioRecorder(files, robot.clock)
-    ball, landmarks, faces, blobs = detectors = (
-        ALRedBallDetection(robot, access, memory),
-        ALLandMarkDetection(robot, access, memory),
-        ALFaceDetection(robot, access, memory),
-        ALColorBlobDetection(robot, access, memory),
-    )
-    targets = {"RedBall": ball, "LandMark": landmarks, "Face": faces}
-    tracker = ALTracker(access, motion, walking, targets)
-    services: dict[str, object] = {
-        "ALAnimatedSpeech": ALAnimatedSpeech(speech),
-        "ALAudioDevice": ALAudioDevice(recorder),
-        "ALAudioPlayer": ALAudioPlayer(files, robot.clock),
-        "ALAudioRecorder": recorder,
-        "ALAutonomousLife": ALAutonomousLife(memory),
-        "ALBehaviorManager": ALBehaviorManager(access),
-        "ALBattery": ALBattery(robot.senses),
-        "ALColorBlobDetection": blobs,
-        "ALFaceDetection": faces,
-        "ALLandMarkDetection": landmarks,
-        "ALLeds": ALLeds(robot.lights),
-        "ALMemory": memory,
-        "ALRedBallDetection": ball,
-        "ALRobotPosture": postures,
-        "ALSonar": sonar,
-        "ALSystem": ALSystem(robot.name),
-        "ALTextToSpeech": speech,
-        "ALTracker": tracker,
-        "ALTouch": ALTouch(robot.senses),
-        "ALVideoDevice": ALVideoDevice(robot, made_to_fail),
-        **{name: refused_service(name) for name in REFUSED},
-        **({"Faults": made_to_fail} if faults else {}),
+    access = Access(robot, assembly, disk, faults=faults)
+    calls = Calls(robot.clock, access.faults)
+    parts: dict[str, Sequence[object]] = {
+        name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
     }
-    parts: dict[str, tuple[object, ...]] = {name: (service,) for name, service in services.items()}
-    parts["ALMotion"] = (motion, EffectorMotion(access, motion), WholeBody(access), FootSteps(motion))
+    parts |= {name: [_refused_service(name)] for name in REFUSED}
+    if faults:
+        parts["Faults"] = [access.faults]
     listener = _Listener(url, {name: calls.facade(name, own) for name, own in parts.items()})
-    wall = WallClock()
-    jobs = (
-        Periodic("ALMemory", wall, lambda: NOTIFYING, memory._notify, thread="NAOqi"),
-        *(
-            Periodic(
-                each.KEY, robot.clock, lambda: LOOKING, each._look, thread="NAOqi sight", wanted=each._wanted
-            )
-            for each in detectors
-        ),
-        Periodic(
-            "ALTracker",
-            robot.clock,
-            lambda: LOOKING,
-            tracker._follow,
-            thread="NAOqi sight",
-            wanted=tracker.isActive,
-        ),
+    access.find, access.faults.interrupt = listener.find, listener.interrupt
+    wall, walking, tracker = WallClock(), access.walking, access.service(vision.ALTracker)
+    detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
+    looking = [
+        *((each.KEY, each._look, each._wanted) for each in detectors),
+        ("ALTracker", tracker._follow, tracker.isActive),
+    ]
+    notify = access.service(memory.ALMemory)._notify
+    jobs = [
+        Periodic("ALMemory", wall, lambda: memory.NOTIFYING, notify, thread="NAOqi"),
         Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
-    )
+        *(
+            Periodic(name, robot.clock, lambda: vision.LOOKING, work, thread="NAOqi sight", wanted=wanted)
+            for name, work, wanted in looking
+        ),
+    ]
     with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
-        steps.callback(listener.close)
-        steps.callback(walking.close)
+        steps.callback(walking.stop)
+        steps.callback(listener.close)  # nobody walks any more
         steps.callback(tracker.stopTracker)
         steps.callback(calls.close)
         steps.enter_context(JobThreads(jobs))
         yield listener.url
+
+
+def _refused_service(name: str) -> object:
+    """Return a service each of whose operations raises HardwareFailure."""
+    refused = REFUSED[name]
+
+    def refuse(_self: object, *_arguments: object) -> None:
+        raise HardwareFailure(f"{name} is not offered: {refused.reason}")
+
+    service: object = type(name, (), dict.fromkeys(refused.operations, refuse))()
+    return service
 
 
 class _Listener:
@@ -160,10 +122,7 @@ class _Listener:
         self._listen()
 
     def interrupt(self, seconds: float) -> None:
-        """Close every connection soon, and listen again after some wall seconds.
-
-        Does nothing during such a break.
-        """
+        """Close every connection soon, unless that is under way, and listen again after some wall seconds."""
         with self._lock:
             if self._closing.is_set() or (self._break is not None and self._break.is_alive()):
                 return
@@ -172,11 +131,9 @@ class _Listener:
             self._break.start()
 
     def find(self, name: str) -> qi.Future:
-        """Begin to look up a service, also one of a client. Raises RuntimeError during a break."""
+        """Begin to look up a service, also one of a client."""
         session = self._session
-        if session is None:
-            raise RuntimeError("nobody is connected")
-        return session.service(name, _async=True)
+        return failed("nobody is connected") if session is None else session.service(name, _async=True)
 
     def close(self) -> None:
         """Close every connection."""

@@ -12,6 +12,7 @@ import struct
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path, PurePosixPath
 from typing import Final
@@ -19,9 +20,20 @@ from typing import Final
 from tinytag import TinyTag, TinyTagException
 
 from naoserver.errors import InvalidCommand
-from naoserver_qi.arguments import chosen, listed, number, number_within, text
+from naoserver_qi.access import Access, Service
+from naoserver_qi.arguments import (
+    chosen,
+    constant,
+    keepable,
+    kept,
+    listed,
+    number,
+    number_within,
+    switch,
+    text,
+    within,
+)
 from naoserver_qi.calls import Call
-from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
 
@@ -37,51 +49,50 @@ _RATES: Final = (16000, 48000)
 _CHANNELS: Final = 4
 _SAMPLE: Final = 2
 """Bytes of a sample."""
+_SHARE: Final = within(0.0, 1.0)
 _HEADER: Final = struct.Struct("<4sI4s4sIHHIIHH4sI")
 """Header of a WAV file: RIFF, then the layout of the samples, then the size of what follows."""
 
 
-class Disk:
-    """A folder that stands for the robot's disk: `/home/nao/a.wav` is `home/nao/a.wav` in it."""
+def path_on(disk: Path, name: object) -> Path:
+    """Return where a file of the robot is: `/home/nao/a.wav` is `home/nao/a.wav` in the folder `disk`.
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder.resolve()
-
-    def path(self, name: object) -> Path:
-        """Return where a file of the robot is. Raises InvalidCommand for one outside the disk."""
-        path = PurePosixPath("/", text(name, "file name"))
-        with suppress(OSError, RuntimeError, ValueError):  # too long, links in a circle, a null in it
-            place = self._folder.joinpath(*path.parts[1:]).resolve()
-            if place.is_relative_to(self._folder) and place != self._folder:
-                return place
-        raise InvalidCommand("file name", f"{str(path)[:200]!r} is no file on the robot's disk")
+    Raises InvalidCommand for one outside of it.
+    """
+    path = PurePosixPath("/", text(name, "file name"))
+    with suppress(OSError, RuntimeError, ValueError):  # too long, links in a circle, a null in it
+        place = disk.joinpath(*path.parts[1:]).resolve()
+        if place.is_relative_to(disk) and place != disk:
+            return place
+    raise InvalidCommand("file name", f"{str(path)[:200]!r} is no file on the robot's disk")
 
 
+def _percent(value: object, what: str) -> int:
+    return round(number_within(value, what, 0.0, 100.0))
+
+
+@dataclass(slots=True)
 class _Sound:
-    """A loaded file."""
+    """A loaded file, its length and its position in s, and the call that plays it."""
 
-    def __init__(self, name: str, length: float) -> None:
-        self.name: Final = name
-        self.length: Final = length
-        """In s."""
-        self.volume = 1.0
-        self.position = 0.0
-        """In s, while it plays and after that."""
-        self.paused = False
-        self.call: Call | None = None
-        """What plays it."""
+    name: str
+    length: float
+    volume: float = 1.0
+    position: float = 0.0
+    paused: bool = False
+    call: Call | None = None
 
 
-class ALAudioPlayer:
+class ALAudioPlayer(Service):
     """Play sounds: a call lasts as long as the file. Volumes are remembered."""
 
-    def __init__(self, disk: Disk, clock: Clock) -> None:
-        self._disk = disk
-        self._clock = clock
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
         self._lock = threading.Lock()
         self._numbers = count(1)
         self._sounds: dict[int, _Sound] = {}
-        self._volume = 1.0
+
+    setMasterVolume, getMasterVolume = kept("the volume of all sounds, from 0 to 1", 1.0, volume=_SHARE)
 
     def loadFile(self, fileName: object) -> int:
         """Load a sound; returns its number."""
@@ -108,11 +119,6 @@ class ALAudioPlayer:
         """Return the numbers of the loaded sounds."""
         with self._lock:
             return list(self._sounds)
-
-    def getLoadedFilesNames(self) -> list[str]:
-        """Return the file names of the loaded sounds."""
-        with self._lock:
-            return [sound.name for sound in self._sounds.values()]
 
     def play(self, call: Call, id_: object, volume: object = 1.0, pan: object = 0.0) -> None:
         """Play a loaded sound; returns at its end."""
@@ -162,11 +168,6 @@ class ALAudioPlayer:
         for loaded in self.getLoadedFilesIds():
             self.stop(loaded)
 
-    def goTo(self, id_: object, position: object) -> None:
-        """Continue a sound at a position in s."""
-        sound = self._sound(id_)
-        sound.position = number_within(position, "position", 0.0, sound.length)
-
     def getCurrentPosition(self, id_: object) -> float:
         """Return the position of a sound in s."""
         return self._sound(id_).position
@@ -183,18 +184,10 @@ class ALAudioPlayer:
         """Return the volume of a sound, from 0 to 1."""
         return self._sound(id_).volume
 
-    def setMasterVolume(self, volume: object) -> None:
-        """Remember the volume of all sounds, from 0 to 1."""
-        self._volume = number_within(volume, "volume", 0.0, 1.0)
-
-    def getMasterVolume(self) -> float:
-        """Return the volume of all sounds, from 0 to 1."""
-        return self._volume
-
     def _length(self, name: object) -> float:
         """Return how long a file plays in s."""
         try:
-            length = TinyTag.get(self._disk.path(name), tags=False).duration
+            length = TinyTag.get(path_on(self._access.disk, name), tags=False).duration
         except (OSError, TinyTagException) as error:
             _logger.warning("ALAudioPlayer: %s plays for %g s: %s", name, UNKNOWN_LENGTH, error)
             return UNKNOWN_LENGTH
@@ -217,10 +210,11 @@ class ALAudioPlayer:
                 raise InvalidCommand("sound", f"{sound.name[:200]!r} is playing already")
             sound.call = call
         sound.paused = False
-        now = self._clock.now()
+        clock = self._robot.clock
+        now = clock.now()
         try:
             while sound.position < sound.length and not call.wait(_LOOK):
-                before, now = now, self._clock.now()
+                before, now = now, clock.now()
                 if not sound.paused:
                     sound.position += now - before
                 if loop and sound.length > 0.0:
@@ -239,12 +233,11 @@ class ALAudioPlayer:
         return sound
 
 
-class ALAudioRecorder:
+class ALAudioRecorder(Service):
     """Record from the microphones, which hear nothing: the files are silent."""
 
-    def __init__(self, disk: Disk, clock: Clock) -> None:
-        self._disk = disk
-        self._clock = clock
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
         self._lock = threading.Lock()
         self._made = 0
         self._recording: tuple[Path, float, int, int] | None = None
@@ -258,7 +251,7 @@ class ALAudioRecorder:
         channels: object = (0, 0, 1, 0),
     ) -> None:
         """Begin to record into a file; `channels` says of left, right, front and rear whether it is used."""
-        path = self._disk.path(fileName)
+        path = path_on(self._access.disk, fileName)
         chosen(type_, "type of file", ("wav",))
         rate = int(number(samplerate, "sample rate"))
         if rate not in _RATES:
@@ -272,14 +265,14 @@ class ALAudioRecorder:
             if self._made >= MOST:
                 raise InvalidCommand("file name", f"{MOST} files were recorded already")
             self._made += 1
-            self._recording = path, self._clock.now(), rate, used
+            self._recording = path, self._robot.clock.now(), rate, used
             self._write(0.0)
 
     def stopMicrophonesRecording(self) -> None:
         """End the recording."""
         with self._lock:
             if self._recording is not None:
-                self._write(min(LONGEST_RECORDING, self._clock.now() - self._recording[1]))
+                self._write(min(LONGEST_RECORDING, self._robot.clock.now() - self._recording[1]))
             self._recording = None
 
     def _write(self, seconds: float) -> None:
@@ -300,58 +293,33 @@ class ALAudioRecorder:
             raise InvalidCommand("file name", f"{path.name}: {error.strerror}") from None
 
 
-class ALAudioDevice:
+class ALAudioDevice(Service):
     """The loudspeakers' volume, and microphones that hear nothing."""
 
-    def __init__(self, recorder: ALAudioRecorder) -> None:
-        self._recorder = recorder
-        self._volume = 70
-        self._muted = False
-
-    def setOutputVolume(self, volume: object) -> None:
-        """Remember the volume in percent."""
-        self._volume = round(number_within(volume, "volume", 0.0, 100.0))
-
-    def getOutputVolume(self) -> int:
-        """Return the volume in percent."""
-        return self._volume
-
-    def muteAudioOut(self, mute: object) -> None:
-        """Remember whether the loudspeakers are off."""
-        self._muted = bool(mute)
-
-    def isAudioOutMuted(self) -> bool:
-        """Return whether the loudspeakers are off."""
-        return self._muted
+    setOutputVolume, getOutputVolume = kept("the volume in percent", 70, volume=_percent)
+    muteAudioOut, isAudioOutMuted = kept("whether the loudspeakers are off", False, mute=switch)
+    setClientPreferences = constant(
+        "Do nothing, since no sound comes.",
+        name=text,
+        sampleRate=keepable,
+        channels=keepable,
+        deinterleaved=keepable,
+    )
+    unsubscribe = constant("Do nothing.", module=text)
+    enableEnergyComputation = constant("Do nothing: the energies are 0.")
+    disableEnergyComputation = enableEnergyComputation
+    getFrontMicEnergy = constant("Return how loud it is at this microphone: it is silent.", 0.0)
+    getLeftMicEnergy = getRightMicEnergy = getRearMicEnergy = getFrontMicEnergy
 
     def startMicrophonesRecording(self, fileName: object) -> None:
         """Begin to record all four microphones into a file."""
-        self._recorder.startMicrophonesRecording(fileName, "wav", 48000, [1, 1, 1, 1])
+        recorder = self._access.service(ALAudioRecorder)
+        recorder.startMicrophonesRecording(fileName, "wav", 48000, [1, 1, 1, 1])
 
     def stopMicrophonesRecording(self) -> None:
         """End the recording."""
-        self._recorder.stopMicrophonesRecording()
-
-    def setClientPreferences(
-        self, name: object, sampleRate: object, channels: object, deinterleaved: object
-    ) -> None:
-        """Do nothing, since no sound comes."""
+        self._access.service(ALAudioRecorder).stopMicrophonesRecording()
 
     def subscribe(self, module: object) -> None:
         """Do nothing but log it: the microphones hear nothing, so no sound comes."""
         _logger.warning("ALAudioDevice: %s gets no sound: the microphones hear nothing", text(module, "name"))
-
-    def unsubscribe(self, module: object) -> None:
-        """Do nothing."""
-
-    def enableEnergyComputation(self) -> None:
-        """Do nothing: the energies are 0."""
-
-    def disableEnergyComputation(self) -> None:
-        """Do nothing."""
-
-    def getFrontMicEnergy(self) -> float:
-        """Return how loud it is at this microphone: it is silent."""
-        return 0.0
-
-    getLeftMicEnergy = getRightMicEnergy = getRearMicEnergy = getFrontMicEnergy

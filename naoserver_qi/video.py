@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from naoserver.errors import InvalidCommand
 from naoserver.naoqi_names import IMAGE_SIZES
 from naoserver.pixel_formats import PIXEL_FORMATS
-from naoserver.robot import CameraFacts, Frame, Robot
-from naoserver_qi.arguments import number, number_within, text
-from naoserver_qi.calls import Faults
+from naoserver.robot import CameraFacts, Frame
+from naoserver_qi.access import Access, Service
+from naoserver_qi.arguments import kept, number, number_within, text, within
 
 _logger = logging.getLogger(__name__)
 
@@ -25,7 +25,6 @@ MOST_OF_A_NAME: Final = 8
 """Subscriptions that one name may have, as in NAOqi."""
 MOST: Final = 64
 """Subscriptions in all."""
-_MOST_PARAMETERS: Final = 100
 _SELECT: Final = 18
 """NAOqi's parameter that chooses the camera."""
 CAMERAS: Final = ("Camera", "CameraBottom")
@@ -63,10 +62,7 @@ LAYERS: Final[Mapping[int, int]] = {0: 1, 9: 2, 10: 3, 11: 3, 13: 3}
 
 
 def source_size(facts: CameraFacts, size: tuple[int, int]) -> tuple[int, int] | None:
-    """Return the size in which a camera takes a picture that is to have `size`: that, or a multiple of it.
-
-    None when there is neither.
-    """
+    """Return the size in which a camera takes pictures of `size`: that or a multiple; None when neither."""
     fitting = (own for own in facts.sizes if own[0] % size[0] == 0 and own[1] * size[0] == own[0] * size[1])
     return min(fitting, default=None)
 
@@ -79,6 +75,10 @@ def shrunk(frame: Frame, size: tuple[int, int]) -> Pixels:
     blocks = frame.pixels.reshape(size[1], factor, size[0], factor, 3)
     means: Pixels = blocks.mean(axis=(1, 3)).astype(np.uint8)
     return means
+
+
+def _whole(value: object, what: str) -> int:
+    return round(number(value, what))
 
 
 class _Subscription(NamedTuple):
@@ -112,19 +112,17 @@ def _setting(field: str) -> tuple[Callable[..., int], Callable[..., bool]]:
     return get, change
 
 
-class ALVideoDevice:
+class ALVideoDevice(Service):
     """Give pictures to subscribers. None is taken while nobody asks for one."""
 
-    def __init__(self, robot: Robot, faults: Faults) -> None:
-        self._robot = robot
-        self._faults = faults
-        by_name = {facts.name: facts for facts in robot.cameras}
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        by_name = {facts.name: facts for facts in self._robot.cameras}
         self._cameras = [by_name[name] for name in CAMERAS if name in by_name]
         self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
         self._counter = count()
         self._active = 0
-        self._parameters: dict[tuple[str, float], int] = {}
         self._taking = {facts.name: threading.Lock() for facts in self._cameras}
         # The newest frame by camera and size, and when it was asked for.
         self._newest: dict[tuple[str, int, int], tuple[float, Frame]] = {}
@@ -171,7 +169,7 @@ class ALVideoDevice:
     def getImageRemote(self, handle: object) -> Picture | None:
         """Return the newest picture, at most as old as the period of the subscription."""
         subscription = self._get(handle)
-        if self._faults._blind:
+        if self._access.faults._blind:
             return None
         size, space = IMAGE_SIZES[subscription.resolution], subscription.color_space
         facts = self._cameras[subscription.camera]
@@ -198,10 +196,7 @@ class ALVideoDevice:
         return self._get(handle[0]).camera if handle else self._active
 
     def setActiveCamera(self, *handle_and_camera: object) -> bool:
-        """Choose the camera of a subscription, or without one that of all which show the active camera.
-
-        Returns whether there is that camera.
-        """
+        """Choose the camera of a subscription, or of all with the active one; returns whether it is there."""
         *handle, camera = handle_and_camera or (None,)
         if handle:
             return self._change_camera(handle[0], camera)
@@ -211,38 +206,37 @@ class ALVideoDevice:
         shown = [each for each in self.getSubscribers() if self._get(each).camera == before]
         return all(self._change_camera(each, camera) for each in shown)
 
-    def setParameter(self, cameraIndex: object, parameter: object, value: object) -> bool:
-        """Remember a parameter of a camera, such as its brightness, which has no effect on pictures."""
-        camera = self._camera(cameraIndex).name
-        which, kept = number_within(parameter, "parameter", 0, _MOST_PARAMETERS), number(value, "value")
-        self._parameters[camera, which] = round(kept)
-        return True
-
-    def getParameter(self, cameraIndex: object, parameter: object) -> int:
-        """Return a parameter of a camera; 0 for one that was not set."""
-        which = number_within(parameter, "parameter", 0, _MOST_PARAMETERS)
-        return self._parameters.get((self._camera(cameraIndex).name, which), 0)
-
     def setParameterToDefault(self, cameraIndex: object, parameter: object) -> bool:
         """Forget a parameter of a camera."""
-        return self.setParameter(cameraIndex, parameter, 0)
+        self.setParameter(cameraIndex, parameter, 0)
+        return True
 
     def setAllParametersToDefault(self, cameraIndex: object) -> bool:
         """Forget the parameters of a camera."""
-        name = self._camera(cameraIndex).name
-        self._parameters = {key: value for key, value in self._parameters.items() if key[0] != name}
+        self._camera(cameraIndex)
+        for key in [key for key in self.kept.copy() if key[1] == cameraIndex]:
+            self.kept.pop(key, None)
         return True
 
     def setParam(self, parameter: object, value: object) -> bool:
         """Remember a parameter of the active camera, which has no effect; number 18 chooses that camera."""
         if parameter == _SELECT:
             return self.setActiveCamera(value)
-        return self.setParameter(self._active, parameter, value)
+        self.setParameter(self._active, parameter, value)
+        return True
 
     def getParam(self, parameter: object) -> int:
         """Return a parameter of the active camera, and with number 18 the camera."""
         return self._active if parameter == _SELECT else self.getParameter(self._active, parameter)
 
+    setParameter, getParameter = kept(
+        "a parameter of a camera, such as its brightness",
+        0,
+        result=True,
+        cameraIndex=within(0, len(CAMERAS) - 1),
+        parameter=within(0, 100),
+        value=_whole,
+    )
     getResolution, setResolution = _setting("resolution")
     getColorSpace, setColorSpace = _setting("color_space")
     getFrameRate, setFrameRate = _setting("rate")

@@ -1,13 +1,14 @@
-"""NAOqi's detectors: red balls, landmarks, faces and blobs of a color, seen in the robot's own pictures.
+"""NAOqi's detectors of red balls, landmarks, faces and blobs of a color, and ALTracker, which follows them.
 
 Landmarks are ArUco marks of 4 by 4 bits, whose numbers they report. World files place them, and faces, as
-signs.
+signs. They are seen in the robot's own pictures; the tracker follows with the head, or by walking.
 """
 
 from __future__ import annotations
 
 import logging
 import math
+import threading
 from collections.abc import Sequence
 from typing import Any, ClassVar, Final
 
@@ -15,12 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsm_command import missing_package
-from naoserver.errors import HardwareFailure, RobotError
+from naoserver.capabilities import WalkVelocity
+from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.kinematics import numbers_of
-from naoserver.robot import CameraFacts, Robot
-from naoserver_qi.access import Access
-from naoserver_qi.arguments import number_within
+from naoserver.robot import CameraFacts
+from naoserver_qi.access import Access, Service
+from naoserver_qi.arguments import chosen, constant, listed, number, number_within, switch
 from naoserver_qi.memory import ALMemory
+from naoserver_qi.motion import ALMotion
 from naoserver_qi.sensors import Extractor
 
 _logger = logging.getLogger(__name__)
@@ -71,9 +74,9 @@ def find_landmarks(picture: Pixels) -> list[tuple[int, Region]]:
     marks = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250))
     corners, numbers, _ = marks.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
     found = []
-    for number, corner in zip([] if numbers is None else numbers.ravel(), corners, strict=True):
+    for mark, corner in zip([] if numbers is None else numbers.ravel(), corners, strict=True):
         (left, top), (right, bottom) = corner[0].min(axis=0), corner[0].max(axis=0)
-        found.append((int(number), _region(left, top, right, bottom)))
+        found.append((int(mark), _region(left, top, right, bottom)))
     return sorted(found)
 
 
@@ -118,11 +121,9 @@ class Detector(Extractor):
     KEY: ClassVar[str]
     """The event, whose value is an empty list when nothing is seen any more."""
 
-    def __init__(self, robot: Robot, access: Access, memory: ALMemory) -> None:
-        super().__init__()
-        self._robot = robot
-        self._access = access
-        self._memory = memory
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._memory = access.service(ALMemory)
         self._camera = 0
         self.seen: list[tuple[Region, Any]] = []
         """What was seen in the newest picture: in angles, and what else is known of it."""
@@ -173,8 +174,8 @@ class Detector(Extractor):
         raise NotImplementedError
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
-        """Return the event's value."""
-        raise NotImplementedError
+        """Return the event's value: by default that of one thing."""
+        return [stamp, list(self.seen[0][0]), *poses, self._camera]
 
     def _poses(self) -> list[object]:
         """Return where the camera is in the torso's and in the robot's frame."""
@@ -204,9 +205,6 @@ class ALRedBallDetection(Detector):
         ball = find_red_ball(picture)
         return [] if ball is None else [(ball, None)]
 
-    def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
-        return [stamp, list(self.seen[0][0]), *poses, self._camera]
-
 
 class ALLandMarkDetection(Detector):
     """See landmarks, and read their numbers."""
@@ -233,11 +231,8 @@ class ALFaceDetection(Detector):
         faces: list[object] = [[[0, *region], [number, 0.0, ""]] for region, number in self.seen]
         return [stamp, [*faces, []], *poses, self._camera]
 
-    def setRecognitionEnabled(self, enable: object) -> None:
-        """Do nothing: it does not recognize anybody."""
-
-    def setTrackingEnabled(self, enable: object) -> None:
-        """Do nothing: ALTracker follows a face."""
+    setRecognitionEnabled = constant("Do nothing: it does not recognize anybody.", enable=switch)
+    setTrackingEnabled = constant("Do nothing: ALTracker follows a face.", enable=switch)
 
 
 class ALColorBlobDetection(Detector):
@@ -245,9 +240,7 @@ class ALColorBlobDetection(Detector):
 
     KEY = "ALTracker/ColorBlobDetected"
 
-    def __init__(self, robot: Robot, access: Access, memory: ALMemory) -> None:
-        super().__init__(robot, access, memory)
-        self._color, self._tolerance = (255, 0, 0), 60
+    _color, _tolerance = (255, 0, 0), 60
 
     def setColor(self, red: object, green: object, blue: object, tolerance: object) -> None:
         """Look for a color of three parts from 0 to 255, each of which may differ by the tolerance."""
@@ -263,5 +256,180 @@ class ALColorBlobDetection(Detector):
         blob = find_blob(picture, self._color, self._tolerance)
         return [] if blob is None else [(blob, None)]
 
-    def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
-        return [stamp, list(self.seen[0][0]), *poses, self._camera]
+
+_NAME: Final = "ALTracker"
+_MODES: Final = ("Head", "WholeBody", "Move")
+_TARGETS: Final[dict[str, tuple[type[Detector], float]]] = {
+    "RedBall": (ALRedBallDetection, 0.06),
+    "Face": (ALFaceDetection, 0.1),
+    "LandMark": (ALLandMarkDetection, 0.09),
+}
+"""What sees each target, and its width in m where none is given."""
+_SHARE: Final = 0.3
+"""Fraction of full speed at which the head follows."""
+_GAIN: Final = 0.5
+"""Share of the error in angle that a look corrects: pictures are some tenths of a second old."""
+_SPEED: Final = 0.5
+"""Velocity of the walk in 1/s relative to the rest of the way."""
+_NEAR: Final = 0.3
+"""Distance in m at which the walk stops where none is given."""
+_LOST: Final = 5
+"""Looks without the target after which it is lost."""
+_HEAD: Final = ("HeadYaw", "HeadPitch")
+
+
+class ALTracker(Service):
+    """Follow a ball, a face or a landmark."""
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._motion = access.service(ALMotion)
+        self._walking = access.walking
+        self._lock = threading.Lock()
+        self._sizes: dict[str, float] = {}  # of the registered targets, in m
+        self._target = ""
+        self._mode = _MODES[0]
+        self._distance = _NEAR
+        self._missed = 0
+        self._at: tuple[float, float, float] | None = None  # distance, and angles to the left and down
+
+    getAvailableModes = constant("Return the modes.", list(_MODES))
+
+    def registerTarget(self, target: object, params: object) -> None:
+        """Say how wide a target is in m, or a list whose first entry is that; a landmark's numbers follow."""
+        name = chosen(target, "target", _TARGETS)
+        first = listed(params, "params")[0] if isinstance(params, (list, tuple)) and params else params
+        size = number(first, "size") if isinstance(first, (int, float)) else _TARGETS[name][1]
+        self._sizes[name] = number_within(size, "size", 0.005, 5.0)
+
+    def track(self, target: object) -> None:
+        """Follow a target from now on."""
+        name = chosen(target, "target", _TARGETS)
+        self.stopTracker()
+        self._detector(name).subscribe(_NAME)
+        with self._lock:
+            self._sizes.setdefault(name, _TARGETS[name][1])
+            self._target, self._missed, self._at = name, _LOST, None
+
+    def stopTracker(self) -> None:
+        """Follow nothing any more; a walk to the target ends."""
+        with self._lock:
+            target, self._target, self._at = self._target, "", None
+        if target:
+            self._detector(target).unsubscribe(_NAME)
+            if self._mode == "Move":
+                self._walking.stop()
+
+    def unregisterTarget(self, target: object) -> None:
+        """Forget a target, which is not followed any more."""
+        name = chosen(target, "target", _TARGETS)
+        if name == self._target:
+            self.stopTracker()
+        self._sizes.pop(name, None)
+
+    def unregisterAllTargets(self) -> None:
+        """Forget all targets."""
+        self.stopTracker()
+        self._sizes.clear()
+
+    def setMode(self, mode: object) -> None:
+        """Follow with the `Head`, or `Move` to the target as well; `WholeBody` is the head alone."""
+        self._mode = chosen(mode, "mode", _MODES)
+
+    def getMode(self) -> str:
+        """Return how it follows."""
+        return self._mode
+
+    def setRelativePosition(self, target: object) -> None:
+        """Stop at a distance, the negative first number of a list, in m before the target."""
+        first, *_ = listed(target, "position") or [0.0]
+        self._distance = abs(number_within(first, "distance", -3.0, 3.0))
+
+    def isActive(self) -> bool:
+        """Return whether it follows something."""
+        return bool(self._target)
+
+    def getActiveTarget(self) -> str:
+        """Return what it follows; nothing at all as an empty text."""
+        return self._target
+
+    def getRegisteredTargets(self) -> list[str]:
+        """Return the registered targets."""
+        return list(self._sizes)
+
+    def isTargetLost(self) -> bool:
+        """Return whether the target has not been seen for half a second."""
+        return self._missed >= _LOST
+
+    def isNewTargetDetected(self) -> bool:
+        """Return whether the newest picture shows the target."""
+        return bool(self._target) and self._missed == 0
+
+    def getTargetPosition(self, frame: object = 0) -> list[float]:
+        """Return x, y and z of the target in m; an empty list before it was seen."""
+        if (at := self._at) is None:
+            return []
+        distance, left, down = at
+        ahead = distance * math.cos(down)
+        place = self._access.place("CameraTop", frame, measured=True)
+        point = (ahead * math.cos(left), ahead * math.sin(left), -distance * math.sin(down), 1.0)
+        return [float(part) for part in (place @ point)[:3]]
+
+    def lookAt(self, position: object, *rest: object) -> None:
+        """Turn the head to a point of x, y and z in m: in a frame, at a fraction of full speed, or both."""
+        x, y, z = (number(part, "position") for part in listed(position, "position", 3))
+        frame, *rest_ = rest if len(rest) == 3 else (0, *rest)
+        share = number_within(rest_[0] if rest_ else 0.5, "the fraction", 0.01, 1.0)
+        torso = self._access.place("Torso", frame, measured=True)
+        turn, at = torso[:3, :3].T, (x, y, z) - torso[:3, 3]
+        ahead, left, up = turn @ at
+        if math.hypot(ahead, left, up) < 0.01:
+            raise InvalidCommand("position", "the point is within the robot")
+        neck = self._access.place("HeadPitch", 0, measured=True)[:3, 3]
+        ahead, left, up = (part - own for part, own in zip((ahead, left, up), neck, strict=True))
+        self._aim(math.atan2(left, ahead), -math.atan2(up, math.hypot(ahead, left)), share)
+
+    def _detector(self, target: str) -> Detector:
+        return self._access.service(_TARGETS[target][0])
+
+    def _follow(self) -> None:
+        """Correct the head, and the walk, by the newest picture; due every LOOKING."""
+        with self._lock:
+            target = self._target
+        if not target:
+            return
+        seen = self._detector(target).seen
+        if not seen:
+            self._missed = min(self._missed + 1, _LOST)
+            if self._missed == _LOST and self._mode == "Move" and self._walking.moving:
+                self._walking.stop()
+            return
+        self._missed = 0
+        (left, down, width, _), _ = seen[0]
+        self._at = self._sizes[target] / 2.0 / math.tan(max(width, 0.01) / 2.0), left, down
+        angles = self._access.angles(measured=True)
+        try:
+            self._aim(angles["HeadYaw"] + _GAIN * left, angles["HeadPitch"] + _GAIN * down, _SHARE)
+            if self._mode == "Move":
+                self._approach()
+        except RobotError as error:
+            _logger.warning("ALTracker stops: %s", error)
+            self.stopTracker()
+
+    def _approach(self) -> None:
+        """Walk towards the target, or stand before it."""
+        x, y, _ = self.getTargetPosition(2)
+        rest = math.hypot(x, y) - self._distance
+        turn = math.atan2(y, x)
+        if rest < 0.05 and abs(turn) < 0.2:
+            self._walking.stop()
+            return
+        limits = self._motion._walk_limits([])
+        forward = min(max(_SPEED * rest, -limits.forward), limits.forward) if abs(turn) < 0.6 else 0.0
+        self._walking.go(WalkVelocity(forward, 0.0, min(max(turn, -limits.turn), limits.turn)), limits)
+
+    def _aim(self, yaw: float, pitch: float, share: float) -> None:
+        """Send the head to angles, within what it can."""
+        facts = [self._access.body.facts(joint) for joint in _HEAD]
+        aims = [min(max(at, joint.lower), joint.upper) for at, joint in zip((yaw, pitch), facts, strict=True)]
+        self._motion._send(_HEAD, aims, share)

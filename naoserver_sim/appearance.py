@@ -19,19 +19,6 @@ from numpy.typing import NDArray
 from naoserver.capabilities import Color
 from naoserver.expression import START
 
-__all__ = [
-    "VISUAL_GROUP",
-    "Lamps",
-    "Look",
-    "Mesh",
-    "Shape",
-    "add_appearance",
-    "lamp_material",
-    "look_of",
-    "read_meshes",
-    "read_skin",
-]
-
 VISUAL_GROUP: Final = 1
 """The geoms of this group are what the cameras see of the robot."""
 _GLASS: Final = (0.62, 0.65, 0.68)

@@ -1,27 +1,111 @@
-"""The command `naoserver-sim`: simulate a Nao and serve it."""
+"""The command `naoserver-sim`: simulate a Nao and serve it, or several, each a process with its realm."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 import re
+import subprocess
 import sys
-from collections.abc import Sequence
+import threading
+import time
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+import hfsm_command
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
+from naoserver.body import BODIES, H25, find_body
+from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.server import JointSpeed, serve
 from naoserver_qi import DISK_HELP, serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+
+MOST_ROBOTS: Final = 16
+_REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed", "--qi")
+"""Options with a value that each robot gets its own of."""
+_PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
+_POLL: Final = 0.1
+_END: Final = 5.0
+"""Wall seconds within which a robot ends after it was asked to."""
+
+
+def team_commands(
+    options: Sequence[str], robots: int, settings: Settings, *, seed: int | None = None, qi: str | None = None
+) -> list[list[str]]:
+    """Return the command of each robot: the options given for all, but for what is its own.
+
+    The first has the realm and the endpoints of `settings`; the second a 2 behind the realm and the ports
+    after them, and so on. All connect to the first, so that clients which connect there find every realm.
+    """
+    shared = _without(options, _REPLACED)
+    commands = []
+    for number in range(robots):
+        own = ["--realm", settings.realm + (str(number + 1) if number else "")]
+        for endpoint in settings.listen:
+            own += ["--listen", _later_port(endpoint, number)]
+        for endpoint in (*settings.connect, *(settings.listen if number else ())):
+            if not endpoint.endswith(":0"):
+                own += ["--connect", endpoint]
+        if seed is not None:
+            own += ["--seed", str(seed + number)]
+        if qi is not None:
+            own += ["--qi", _later_port(qi, number)]
+        commands.append([sys.executable, "-P", "-m", "naoserver_sim", *shared, *own])
+    return commands
+
+
+def run_team(commands: Iterable[Sequence[str]], stop: threading.Event) -> None:
+    """Run commands until `stop` is set or one ends by itself, which raises RobotError; then end all."""
+    processes: list[subprocess.Popen[bytes]] = []
+    try:
+        for command in commands:
+            tethered = [*hfsm_command.tether_command(), *command]
+            processes.append(subprocess.Popen(tethered, stdin=subprocess.DEVNULL, start_new_session=True))
+        while not stop.wait(_POLL):
+            for number, process in enumerate(processes):
+                if process.poll() is not None:
+                    raise RobotError(f"robot {number + 1} ended with exit code {process.returncode}")
+    finally:
+        _end(processes)
+
+
+def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+    for process in processes:
+        process.terminate()
+    deadline = time.monotonic() + _END
+    for process in processes:
+        try:
+            process.wait(max(0.0, deadline - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait(_END)
+
+
+def _without(options: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Return options without some that have a value, written `--name value` or `--name=value`."""
+    left, skip = [], False
+    for option in options:
+        if skip:
+            skip = False
+        elif option in names:
+            skip = True
+        elif option.partition("=")[0] not in names:
+            left.append(option)
+    return left
+
+
+def _later_port(endpoint: str, number: int) -> str:
+    """Return an endpoint with its port increased by a number; port 0, which the system picks, stays."""
+    return _PORT.sub(lambda found: f":{int(found[1]) + number if int(found[1]) else 0}", endpoint)
+
 
 if TYPE_CHECKING:
     from naoserver.robot import CameraFacts
@@ -42,6 +126,8 @@ naoserver-sim --camera Camera=640x480@15                   larger images
 naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
 
 naoserver-sim --world soccer --noise                       on a field, with senses as they are on a real one
+
+naoserver-sim --body H21                                   hands that do not move
 
 naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
 
@@ -87,6 +173,10 @@ def naoserver_sim(
         int | None,
         typer.Option(min=0, help="Scatter the balls, and draw the noise; the same seed, the same numbers."),
     ] = None,
+    body: Annotated[
+        str,
+        typer.Option(metavar="NAME", help=f"The robot's body: {' or '.join(BODIES)}, whose hands are fixed."),
+    ] = H25.name,
     camera: Annotated[
         list[str] | None,
         typer.Option(
@@ -115,7 +205,7 @@ def naoserver_sim(
     factor = parse_speed(speed)
     requested = parse_cameras(camera or ())
     options = ServerOptions(safety=capped(joint_speed), cameras=requested)
-    surroundings = load_world(world)
+    surroundings, facts = load_world(world), find_body(body)
     if robots > 1:
         with stop_on_signals() as stop:
             run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi), stop)
@@ -123,7 +213,9 @@ def naoserver_sim(
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with (
         stop_on_signals() as stop,
-        closing(SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed)) as robot,
+        closing(
+            SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed, body=facts)
+        ) as robot,
     ):
         check_cameras(requested, robot.cameras)
         robot.start()  # first: clients that find the server look for its servants, and not for long

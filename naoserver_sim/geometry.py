@@ -25,10 +25,8 @@ from naoserver.body import H25
 from naoserver.capabilities import Pose, WorldShape
 from naoserver_sim.appearance import Shape, read_meshes, read_skin
 from naoserver_sim.model import Model
-from naoserver_sim.surroundings import WHITE, field_lines
-from naoserver_sim.world import Field
-
-__all__ = ["describe_body", "describe_world"]
+from naoserver_sim.surroundings import WHITE
+from soccer_field.model import Field
 
 MESH_UNIT: Final = 1e-4
 """Metres in a unit of a mesh's vertices."""
@@ -129,7 +127,7 @@ def _color(mj: mujoco.MjModel, geom: int) -> tuple[float, ...]:
 
 
 def _lines(field: Field) -> Iterator[WorldShape]:
-    for (x, y), (half_x, half_y) in field_lines(field):
+    for (x, y), (half_x, half_y) in field.lines():
         for place in dict.fromkeys((side_x * x, side_y * y) for side_x in (1, -1) for side_y in (1, -1)):
             pose = Pose((*place, 0.0), _UPRIGHT)
             yield WorldShape("Box", (half_x, half_y, _LIFT), pose, WHITE)

@@ -64,10 +64,10 @@ class Model:
     """The torso."""
 
 
-def simulated_cameras() -> tuple[CameraFacts, ...]:
+def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
     """Return the head's cameras and the spectator's, with the image sizes that the simulation renders."""
     cameras = []
-    for camera in H25.cameras:
+    for camera in body.cameras:
         first_width, first_height = camera.sizes[0]
         sizes, rates = zip(
             *(
@@ -87,7 +87,7 @@ def build_model(world: World | None = None, *, skin: bool = True, body: Body = H
     world = world or load_world(DEFAULT_WORLD)
     scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
     spec = mujoco.MjSpec.from_string(scene)
-    cameras = simulated_cameras()
+    cameras = simulated_cameras(body)
     add_surroundings(spec, world)
     links = add_body(spec, body, cameras[:-1])
     add_appearance(spec, links, skin=skin)

@@ -22,10 +22,9 @@ from naoserver_sim.cameras import CameraRenderer, put_cameras
 from naoserver_sim.image_sensor import ImageSensor, PictureNoise
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.motors import SetpointController
-from naoserver_sim.pacing import Pacer
 from naoserver_sim.senses.record import SenseNoise, encoded
 from naoserver_sim.senses.simulated import SimulatedSenses
-from naoserver_sim.simulator import PacedSimulator, SimulationClock, VirtualSimulator
+from naoserver_sim.simulator import PacedSimulator, Pacer, SimulationClock, VirtualSimulator
 from naoserver_sim.stage import SimulatedStage
 from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
@@ -33,7 +32,10 @@ from zenoh_ice import Clock, VirtualClock
 
 
 class SimulatedDevice:
-    """Some joints of a simulation: the robot's, or those of a mechanism that carries a ball."""
+    """Some joints of a simulation: the robot's, or those of a mechanism that carries a ball.
+
+    Implements JointDevice. Commands raise KeyError when a joint is unknown or has no speed.
+    """
 
     def __init__(self, name: str, simulator: PacedSimulator | VirtualSimulator, index: DeviceIndex) -> None:
         self.name: Final = name
@@ -43,7 +45,6 @@ class SimulatedDevice:
         self._places = {joint.name: place for place, joint in enumerate(index.joints)}
 
     def read(self) -> JointReading:
-        """Return the newest snapshot of the joints."""
         snapshot, index = self._simulator.newest(), self._index
         return JointReading(
             time=snapshot.time,
@@ -56,23 +57,14 @@ class SimulatedDevice:
         )
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints to `targets`, each at most at its speed in `max_speeds`.
-
-        Raises KeyError when a joint is unknown or has no speed.
-        """
         places, values = self._given(targets)
         _, speeds = self._given({name: abs(max_speeds[name]) for name in targets})
         self._order(self._simulator.setpoints.move, places, values, speeds)
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints at `velocities` until further notice; 0 holds.
-
-        Raises KeyError when a joint is unknown.
-        """
         self._order(self._simulator.setpoints.drive, *self._given(velocities))
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
-        """Change how strongly some motors hold within some seconds. Raises KeyError for an unknown joint."""
         self._order(self._simulator.motors.stiffen, *self._given(stiffnesses), seconds)
 
     def place(self, positions: Mapping[str, float]) -> None:
@@ -136,6 +128,7 @@ class SimulatedRobot(SimulatedDevice):
         else:
             simulator, self.clock = VirtualSimulator(model.mj, data, setpoints, clock), clock
         super().__init__("Nao", simulator, model.robot)
+        self.body: Final = body
         self.cameras: Final = model.cameras
         self._noise = noise
         self.senses: Final = SimulatedSenses(
@@ -167,17 +160,13 @@ class SimulatedRobot(SimulatedDevice):
         return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
 
     def state(self) -> BodyState:
-        """Return the newest snapshot of the body."""
         at = self._model.base.qpos
         _, x, y, _ = self._simulator.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
         return BodyState(tilt, tilt > FALLEN_TILT, self._simulator.real_time_factor, self._simulator.lag)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Render an image of the newest state; waits at most 1 s, and for GL when it was never used.
-
-        Raises HardwareFailure when there is no such camera or size, or no GL library.
-        """
+        """Render an image of the newest state, as `CameraRenderer.capture` does."""
         return self._renderer.capture(camera, width, height)
 
     def camera_pose(self, camera: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -19,8 +19,6 @@ from naoserver_sim.model import FreeIndex, Model
 from naoserver_sim.simulator import Simulator, Snapshot
 from naoserver_sim.surroundings import about_z
 
-__all__ = ["SimulatedStage"]
-
 Array = NDArray[np.float64]
 
 _FARTHEST: Final = 50.0
@@ -76,16 +74,13 @@ class SimulatedStage:
 
     @cached_property
     def shapes(self) -> Sequence[WorldShape]:
-        """Everything that can be seen but the robot."""
         return describe_world(self._model)
 
     @property
     def objects(self) -> tuple[str, ...]:
-        """The names of what can be placed."""
         return (*self._model.balls, *self._model.loose)
 
     def truth(self) -> Truth:
-        """Return where everything is."""
         snapshot, model = self._simulator.newest(), self._model
         objects = {name: Pose(self._carried_at(snapshot, name), _IDENTITY) for name in model.balls}
         objects |= {name: _pose(snapshot.qpos, index) for name, index in model.loose.items()}
@@ -102,10 +97,6 @@ class SimulatedStage:
         self._simulator.order(lambda: self._restore(self._start_qpos))
 
     def place_object(self, name: str, position: Vector) -> None:
-        """Put an object somewhere, at rest, the way up that it began.
-
-        Raises InvalidCommand when there is no such object, it cannot reach there, or something is there.
-        """
         if name not in self.objects:
             raise InvalidCommand("name", f"there is no object {name!r}; there are {', '.join(self.objects)}")
         _require(-_FARTHEST, _FARTHEST, "m", **dict(zip("xyz", position, strict=True)))
@@ -115,10 +106,7 @@ class SimulatedStage:
             self._place_loose(name, position)
 
     def place_robot(self, x: float, y: float, heading: float) -> None:
-        """Put the robot on its feet somewhere on the floor, in its first posture, its motors stiff.
-
-        Raises InvalidCommand when something is there.
-        """
+        """Put the robot on its feet, its motors stiff. Raises InvalidCommand when something is there."""
         _require(-_FARTHEST, _FARTHEST, "m", x=x, y=y)
         _require(-math.tau, math.tau, "rad", heading=heading)
         qpos = self._start_qpos.copy()
@@ -137,10 +125,6 @@ class SimulatedStage:
         self._simulator.order(lambda: self._restore(qpos, only_robot=True))
 
     def push(self, force: Vector, seconds: float) -> None:
-        """Push the torso, at its center of mass, with a force in N in the world's frame for some seconds.
-
-        Raises InvalidCommand when that is too much, or too many push already.
-        """
         _require(-_STRONGEST, _STRONGEST, "N", **dict(zip(("x", "y", "z"), force, strict=True)))
         _require(0.0, _LONGEST, "s", seconds=seconds)
         if len(self._pushes) >= _MOST_PUSHES:
@@ -154,7 +138,6 @@ class SimulatedStage:
         self._simulator.order(begin)
 
     def press(self, sensor: str, seconds: float) -> None:
-        """Press a touch sensor for some seconds. Raises InvalidCommand when there is no such sensor."""
         _require(0.0, _LONGEST, "s", seconds=seconds)
         self._press(sensor, seconds)
 

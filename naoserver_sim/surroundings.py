@@ -1,22 +1,25 @@
-"""A world in the model: floor or soccer field, walls, boxes, balls, and the spectator's camera.
+"""A world in the model: floor or soccer field, walls, boxes, balls, signs, and the spectator's camera.
 
-The light, the chequered floor, and the classes that say what touches what stand in scene.xml.
+The light, the chequered floor, and the classes that say what touches what stand in scene.xml. Signs are
+boards with a picture on them: landmarks with a number, and faces.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
 
+from hfsm_command import missing_package
+from naoserver.errors import RobotError
 from naoserver.robot import CameraFacts
 from naoserver_sim.body import add_camera, add_motor
-from naoserver_sim.signs import add_picture, add_sign
-from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Field, Light, World
+from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Light, Sign, World
+from soccer_field.model import POST_RADIUS, Field
 
 SPECTATOR: Final = CameraFacts(
     name="CameraOutside",
@@ -151,39 +154,18 @@ _METRE: Final = 100
 """Pixels in a metre of the texture at most."""
 _LARGEST: Final = 1536
 """Pixels along the longer side of the texture at most."""
-_MARK: Final = 0.10
-_POST_RADIUS: Final = 0.05
 _NET: Final = (0.80, 0.82, 0.84, 0.35)
 _NET_THICKNESS: Final = 0.01
 WHITE: Final = (0.96, 0.96, 0.96)
-
-
-def field_lines(field: Field) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
-    """Yield the center and the half sides of each straight line in the quarter x >= 0, y >= 0 of a field.
-
-    Mirrored at both axes they are all; lines that cross an axis reach as far beyond it.
-    """
-    half, end = field.line / 2, field.length / 2
-    # The halfway line and the outline, then both areas before the goal.
-    yield (0.0, 0.0), (half, field.width / 2)
-    yield (0.0, field.width / 2), (end + half, half)
-    yield (end, 0.0), (half, field.width / 2 + half)
-    for depth, breadth in (field.penalty_area, field.goal_area):
-        yield (end - depth / 2, breadth / 2), (depth / 2 + half, half)
-        yield (end - depth, 0.0), (half, breadth / 2 + half)
-    for mark in (0.0, end - field.penalty_mark):
-        yield (mark, 0.0), (_MARK / 2, half)
-        yield (mark, 0.0), (half, _MARK / 2)
 
 
 def draw_field(field: Field) -> NDArray[np.uint8]:
     """Return a picture of the field with its border: rows from +y to -y, columns from -x to +x, RGB."""
     size = (field.length + 2 * field.border, field.width + 2 * field.border)
     scale = min(_METRE, _LARGEST / max(size))
-    width, height = (round(scale * side) for side in size)
-    x = (np.arange(width) + 0.5) / scale - size[0] / 2
-    y = size[1] / 2 - (np.arange(height) + 0.5) / scale
-    x, y = np.meshgrid(np.abs(x), np.abs(y))  # everything is there twice, mirrored
+    # It is drawn once for x and y above zero: everything is there four times, mirrored.
+    width, height = (round(scale * side / 2) for side in size)
+    x, y = np.meshgrid((np.arange(width) + 0.5) / scale, (np.arange(height) + 0.5) / scale)
     # The share of a pixel that is white: how far it lies within a line, in pixels.
     white = np.zeros((height, width))
 
@@ -191,18 +173,20 @@ def draw_field(field: Field) -> NDArray[np.uint8]:
         """Paint where a distance in m to what is to be white is negative."""
         np.maximum(white, np.clip(0.5 - distance * scale, 0.0, 1.0), out=white)
 
-    for (at_x, at_y), (half_x, half_y) in field_lines(field):
+    for (at_x, at_y), (half_x, half_y) in field.lines():
         paint(np.maximum(np.abs(x - at_x) - half_x, np.abs(y - at_y) - half_y))
     paint(np.abs(np.hypot(x, y) - field.circle_diameter / 2) - field.line / 2)
     grass = np.array(field.grass) * (1.0 + 0.04 * np.sign(np.sin(x * math.pi / 0.5)))[..., None]
     colors = grass + white[..., None] * (np.array(WHITE) - grass)
-    return np.asarray(np.round(255 * np.clip(colors, 0, 1)), dtype=np.uint8)
+    quarter = np.asarray(np.round(255 * np.clip(colors, 0, 1)), dtype=np.uint8)
+    half = np.concatenate([quarter[:, ::-1], quarter], axis=1)
+    return np.concatenate([half[::-1], half])
 
 
 def _add_goals(spec: mujoco.MjSpec, field: Field) -> None:
     firm, add = spec.find_default("firm"), spec.worldbody.add_geom
-    bar, radius = mujoco.mjtGeom.mjGEOM_CAPSULE, [_POST_RADIUS, 0, 0]
-    reach, top, depth = field.goal_width / 2 + _POST_RADIUS, field.goal_height, field.goal_depth
+    bar, radius = mujoco.mjtGeom.mjGEOM_CAPSULE, [POST_RADIUS, 0, 0]
+    reach, top, depth = field.goal_width / 2 + POST_RADIUS, field.goal_height, field.goal_depth
     for side in (-1, 1):
         line = side * field.length / 2
         back = line + side * depth
@@ -218,3 +202,71 @@ def _add_goals(spec: mujoco.MjSpec, field: Field) -> None:
             (((line + back) / 2, -reach), (depth / 2, _NET_THICKNESS)),
         ):
             add(firm, type=_BOX, size=[*half, top / 2], pos=[*center, top / 2], rgba=_NET)
+
+
+_PIXELS: Final = 128
+_THICKNESS: Final = 0.01
+_BACK: Final = (0.92, 0.92, 0.90, 1.0)
+
+Picture = NDArray[np.uint8]
+
+
+def draw_landmark(number: int) -> Picture:
+    """Return an ArUco mark of 4 by 4 bits with a white border, RGB. Raises RobotError without OpenCV."""
+    try:
+        import cv2
+    except ModuleNotFoundError as error:
+        raise RobotError(f"landmarks: {missing_package(error, 'vision')}") from None
+    marks = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250)
+    picture = np.full((_PIXELS, _PIXELS), 255, np.uint8)
+    border = _PIXELS // 8
+    picture[border:-border, border:-border] = marks.generateImageMarker(number, _PIXELS - 2 * border)
+    return np.repeat(picture[..., None], 3, axis=2)
+
+
+def draw_face() -> Picture:
+    """Return a face before a wall, RGB: skin, two dark eyes, brows, a nose and a mouth."""
+    image = Image.new("RGB", (_PIXELS, _PIXELS), (150, 165, 175))
+    draw = ImageDraw.Draw(image)
+    draw.ellipse((26, 6, 102, 70), fill=(70, 45, 30))  # hair
+    draw.ellipse((30, 16, 98, 120), fill=(224, 172, 140))
+    for left in (44, 72):
+        draw.ellipse((left, 54, left + 12, 64), fill=(25, 20, 20))
+        draw.line((left - 2, 47, left + 14, 46), fill=(120, 80, 55), width=2)
+    draw.line((64, 62, 60, 80, 66, 82), fill=(196, 140, 110), width=2)
+    draw.arc((50, 78, 78, 102), 20, 160, fill=(170, 70, 70), width=3)
+    return np.asarray(image)
+
+
+def add_picture(spec: mujoco.MjSpec, name: str, picture: Picture) -> None:
+    """Add a material of a name that shows a picture: rows from +y to -y, columns from -x to +x, RGB."""
+    height, width, channels = picture.shape
+    flat = mujoco.mjtTexture.mjTEXTURE_2D
+    texture = spec.add_texture(name=name, type=flat, width=width, height=height, nchannel=channels)
+    texture.data = picture.tobytes()
+    material = spec.add_material(name=name, specular=0.0, shininess=0.0)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+
+
+def add_sign(spec: mujoco.MjSpec, sign: Sign, name: str) -> None:
+    """Add a board that faces where its heading points, and its picture."""
+    picture = draw_face() if sign.landmark is None else draw_landmark(sign.landmark)
+    add_picture(spec, name, picture)
+    # Local axes: x to the right of who looks at it, y up, z towards him.
+    facing, up = (math.cos(sign.heading), math.sin(sign.heading), 0.0), (0.0, 0.0, 1.0)
+    turned = np.column_stack([np.cross(up, facing), up, facing])
+    quat = np.zeros(4)
+    mujoco.mju_mat2Quat(quat, turned.ravel())
+    half, center = sign.size / 2, np.array((*sign.position, sign.height))
+    firm, seen = spec.find_default("firm"), spec.find_default("seen")
+    spec.worldbody.add_geom(
+        firm,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[half, half, _THICKNESS / 2],
+        pos=center - _THICKNESS * np.array(facing),
+        quat=quat,
+        rgba=_BACK,
+    )
+    spec.worldbody.add_geom(
+        seen, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[half, half, 0.01], pos=center, quat=quat, material=name
+    )

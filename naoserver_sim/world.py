@@ -18,6 +18,7 @@ from msgspec import Meta, Struct
 
 from naoserver.errors import RobotError
 from naoserver.robot import JointFacts
+from soccer_field.model import Field
 from zenoh_ice.toml_file import parse_toml, read_text
 
 BALL_RADIUS: Final = 0.06
@@ -116,27 +117,6 @@ class Sign(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     size: Annotated[float, Meta(ge=0.03, le=5.0)] = 0.2
     landmark: Annotated[int, Meta(ge=0, le=249)] | None = None
     """The number on it; a face without one."""
-
-
-class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A soccer field round the origin, goals at -x and +x; by default that of the Standard Platform League.
-
-    Penalty area and goal area are given as depth along x and width along y.
-    """
-
-    length: Size = 9.0
-    width: Size = 6.0
-    border: Size = 0.7
-    line: Annotated[float, Meta(ge=0.01, le=0.2)] = 0.05
-    circle_diameter: Size = 1.5
-    penalty_area: tuple[Size, Size] = (1.65, 4.0)
-    goal_area: tuple[Size, Size] = (0.6, 2.2)
-    penalty_mark: Size = 1.3
-    """Distance of the mark from the goal line."""
-    goal_width: Size = 1.5
-    goal_height: Size = 0.8
-    goal_depth: Size = 0.5
-    grass: Color = (0.18, 0.45, 0.20)
 
 
 class Light(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from contextlib import closing
+from typing import Annotated
 
 import typer
 
 from hfsm_command.cli import report_ready, run, stop_on_signals, with_settings
+from naoserver.body import BODIES, H25, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
@@ -25,12 +27,19 @@ _EXAMPLES = """
 
 @app.command(epilog=_EXAMPLES)
 @with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
-def fake(*, settings: Settings) -> None:
+def fake(
+    *,
+    settings: Settings,
+    body: Annotated[
+        str, typer.Option(metavar="NAME", help=f"The robot's body: {' or '.join(BODIES)}.")
+    ] = H25.name,
+) -> None:
     """Serve a robot without physics, with two balls, in wall time.
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
-    with stop_on_signals() as stop, initialize(settings) as communicator, closing(FakeRobot()) as robot:
+    robot = FakeRobot(body=find_body(body))
+    with stop_on_signals() as stop, initialize(settings) as communicator, closing(robot):
         robot.start()
         adapter = communicator.createObjectAdapter("FakeRobot")
         with serve(robot, adapter):

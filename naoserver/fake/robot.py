@@ -1,7 +1,8 @@
 """A robot without physics: it moves as commanded, with a short lag, and sees the balls it carries round.
 
 It computes its state when it is asked, exactly, from the time that has passed: no threads, and the same
-answers on a `VirtualClock` as on a wall clock.
+answers on a `VirtualClock` as on a wall clock. Its cameras draw balls as discs, by the
+projection of a pinhole camera.
 """
 
 from __future__ import annotations
@@ -9,11 +10,14 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from naoserver.body import H25
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import H25, Body
 from naoserver.capabilities import (
     BatteryReading,
     FootReading,
@@ -27,9 +31,73 @@ from naoserver.capabilities import (
 )
 from naoserver.errors import HardwareFailure
 from naoserver.expression import FadingLights, Ramp, TimedVoice
-from naoserver.fake.camera import Ball, paint, project
-from naoserver.robot import BodyState, Frame, JointFacts, JointReading
+from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
 from zenoh_ice import Clock, WallClock
+
+RADIUS: Final = 0.05
+"""Radius of a ball in m."""
+NECK_HEIGHT: Final = float(H25.facts["checks"]["neck_joint_height"])
+"""Height of the head's two axes above the floor in m, legs straight."""
+_GROUND: Final = 110
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """A ball: its bearing in rad, positive to the left, its distance and its height above the floor in m."""
+
+    pan: float
+    distance: float
+    height: float
+
+
+def focal_length(camera: CameraFacts, width: int) -> float:
+    """Return the focal length in pixels of an image `width` pixels wide."""
+    return width / 2 / math.tan(camera.horizontal_fov / 2)
+
+
+def project(camera: CameraFacts, pan: float, tilt: float, ball: Ball) -> Point:
+    """Return where a ball's centre is in the camera's frame in m: ahead, to the left, up.
+
+    The head turns by `pan` about the vertical, then by `tilt` about its own y axis.
+    """
+    x, y = ball.distance * math.cos(ball.pan - pan), ball.distance * math.sin(ball.pan - pan)
+    x, z = _pitched(x, ball.height - NECK_HEIGHT, tilt)
+    ahead, up = _pitched(x - camera.position[0], z - camera.position[2], camera.tilt)
+    return ahead, y - camera.position[1], up
+
+
+def paint(
+    camera: CameraFacts,
+    size: tuple[int, int],
+    balls: Iterable[tuple[Point, tuple[int, int, int]]],
+    ball_radius: float = RADIUS,
+) -> NDArray[np.uint8]:
+    """Return an RGB image of `size`, width and height, of balls, each with its place and its color.
+
+    A place is in the camera's frame, as `project` returns it. Nearer balls hide those behind them.
+    """
+    width, height = size
+    image = np.full((height, width, 3), _GROUND, np.uint8)
+    focal = focal_length(camera, width)
+    for (ahead, left, up), color in sorted(balls, key=lambda placed: -placed[0][0]):
+        if ahead <= ball_radius:
+            continue
+        column, row = width / 2 - focal * left / ahead, height / 2 - focal * up / ahead
+        radius = focal * ball_radius / ahead
+        rows = np.arange(max(0, math.floor(row - radius)), min(height, math.ceil(row + radius) + 1))
+        columns = np.arange(max(0, math.floor(column - radius)), min(width, math.ceil(column + radius) + 1))
+        if rows.size and columns.size:
+            inside = (rows[:, None] + 0.5 - row) ** 2 + (columns + 0.5 - column) ** 2 <= radius**2
+            image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1][inside] = color
+    return image
+
+
+def _pitched(x: float, z: float, angle: float) -> tuple[float, float]:
+    """Return a point's coordinates in a frame that is pitched by `angle`, positive downwards."""
+    return x * math.cos(angle) - z * math.sin(angle), x * math.sin(angle) + z * math.cos(angle)
+
 
 _GRAVITY: Final = 9.81  # m/s2
 _WEIGHT: Final = _GRAVITY * sum(link.mass for link in H25.links)  # N
@@ -39,11 +107,11 @@ _HALF: Final = FootReading(*[_WEIGHT / 8] * 4)
 class FakeSenses:
     """Feel what it is to stand still, with nothing near, until `feel`. Implements Senses."""
 
-    touch_names = H25.touch_sensors
     sonar_range = (0.25, 2.55)
     sonar_cone = math.radians(60.0)
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, touch_names: tuple[str, ...]) -> None:
+        self.touch_names: Final = touch_names
         self._clock = clock
         self._lock = threading.Lock()
         self._reading = SenseReading(
@@ -57,7 +125,6 @@ class FakeSenses:
         )
 
     def read(self) -> SenseReading:
-        """Return the present sensations."""
         with self._lock:
             return replace(self._reading, time=self._clock.now())
 
@@ -85,14 +152,12 @@ class FakeWalker:
         self._closed = False
 
     def command(self, velocity: WalkVelocity) -> None:
-        """Move at a velocity until the next command."""
         with self._lock:
             self._go_on()
             if not self._closed:
                 self._velocity = velocity
 
     def commanded(self) -> WalkVelocity:
-        """Return the newest command."""
         return self._velocity
 
     @property
@@ -101,7 +166,6 @@ class FakeWalker:
         return self._velocity != _STILL
 
     def odometry(self) -> Odometry:
-        """Return where it is."""
         with self._lock:
             self._go_on()
             return self._odometry
@@ -204,7 +268,6 @@ class FakeDevice:
         }
 
     def read(self) -> JointReading:
-        """Return the state of the joints now."""
         with self._lock:
             self._go_on()
             motions = list(self._motions.values())
@@ -224,11 +287,9 @@ class FakeDevice:
         )
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints to `targets`."""
         self._command({name: (target, max_speeds[name]) for name, target in targets.items()})
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints at `velocities` until further notice."""
         self._command({name: (math.copysign(math.inf, v), abs(v)) for name, v in velocities.items()})
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
@@ -249,7 +310,6 @@ class FakeDevice:
                 self._motions[name] = _Motion(now, value, value)
 
     def close(self) -> None:
-        """Stop all motion."""
         self.read()
         with self._lock:
             self._closed = True
@@ -282,7 +342,7 @@ class FakeDevice:
 
 
 class FakeRobot(FakeDevice):
-    """An H25 without physics. Implements Robot.
+    """A robot without physics. Implements Robot.
 
     `balls` are the colours in RGB of the balls that mechanisms carry, by name. With `camera_failure` every
     capture raises HardwareFailure with that text.
@@ -298,9 +358,11 @@ class FakeRobot(FakeDevice):
         posture: Mapping[str, float] | None = None,
         balls: Mapping[str, tuple[int, int, int]] | None = None,
         camera_failure: str | None = None,
+        body: Body = H25,
     ) -> None:
         self.clock: Final[Clock] = clock or WallClock()
-        super().__init__("Nao", H25.joints, self.clock, posture or H25.postures["STAND_INIT"])
+        self.body: Final = body
+        super().__init__("Nao", body.joints, self.clock, posture or body.postures["STAND_INIT"])
         colors = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)} if balls is None else balls
         self._balls = {
             name: FakeDevice(
@@ -313,11 +375,11 @@ class FakeRobot(FakeDevice):
         }
         self._colors = dict(colors)
         self._camera_failure = camera_failure
-        self.cameras: Final = H25.cameras
+        self.cameras: Final = body.cameras
         self.mechanisms: Final = tuple(self._balls.values())
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
-        self.senses = FakeSenses(self.clock)
+        self.senses = FakeSenses(self.clock, body.touch_sensors)
         self.walker: Final = FakeWalker(self.clock)
 
     def state(self) -> BodyState:
@@ -343,7 +405,6 @@ class FakeRobot(FakeDevice):
         """Do nothing: it computes its state when it is asked."""
 
     def close(self) -> None:
-        """Stop all motion."""
         super().close()
         self.walker.close()
         for ball in self._balls.values():
@@ -366,7 +427,6 @@ class FastClock:
 
     @property
     def rate(self) -> float:
-        """Seconds of this clock in a wall second; 0 while it stands still."""
         return self._rate
 
     @rate.setter
@@ -376,7 +436,6 @@ class FastClock:
             self._rate = rate
 
     def now(self) -> float:
-        """Return the time in s."""
         with self._lock:
             return self._read()
 
@@ -386,11 +445,9 @@ class FastClock:
             self._time += seconds
 
     def sleep(self, seconds: float) -> None:
-        """Wait for a duration in s."""
         self.wait(threading.Event(), seconds)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
-        """Wait for an event for at most `timeout` s; return whether it is set."""
         end = self.now() + timeout
         while not event.is_set() and (left := end - self.now()) > _RESOLUTION:
             event.wait(min(left / self._rate, _NAP) if self._rate else _NAP)

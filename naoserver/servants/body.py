@@ -32,27 +32,20 @@ class JointsI(Joints):
         self.stream: Final = StateStream(device.read, self.getJointStatePublisher, _state)
 
     def getJointNames(self, current: Current) -> list[str]:
-        """Return the names of the joints in the order of every reading."""
         return [joint.name for joint in self._device.joints]
 
     def getJointLimits(self, current: Current) -> list[JointLimits]:
-        """Return the limits of the joints in the order of getJointNames."""
         return [
             JointLimits(joint.name, joint.lower, joint.upper, joint.max_velocity, joint.max_torque)
             for joint in self._device.joints
         ]
 
     def getJointState(self, current: Current) -> JointState:
-        """Return the state of all joints."""
         return self.stream.now()
 
     def setJointPositions(
         self, targets: dict[str, float], fraction: float, current: Current
     ) -> dict[str, float]:
-        """Send some joints to targets at a fraction of their full speed; returns the targets as limited.
-
-        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
-        """
         require_positive(1.0, fraction=fraction)
         speeds = {joint.name: fraction * joint.max_velocity for joint in self._device.joints}
         with refusals_raised():
@@ -61,16 +54,11 @@ class JointsI(Joints):
     def setStiffnesses(
         self, stiffnesses: dict[str, float], seconds: float, current: Current
     ) -> dict[str, float]:
-        """Change how strongly some joints hold; returns what was set, the same for joints of one motor.
-
-        Raises InvalidValueException or CommandRefusedException, and then changes nothing.
-        """
         require_within(0.0, _LONGEST_CHANGE, seconds=seconds)
         with refusals_raised():
             return self._device.stiffen(stiffnesses, seconds, client=current.client)
 
     def stop(self, current: Current) -> None:
-        """Hold every joint where it is."""
         self._device.hold()
 
 
@@ -83,10 +71,6 @@ class PoseHeadI(PoseHead):
         self.stream: Final = StateStream(device.read, self.getPosePublisher, self._pose)
 
     def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
-        """Turn the head to a pose; returns the pose and the highest speeds as they were limited.
-
-        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
-        """
         require_finite(pan=pan, tilt=tilt)
         require_positive(1.0, fraction=fraction)
         speeds = {joint: fraction * self._device.facts(joint).max_velocity for joint in (_YAW, _PITCH)}
@@ -101,10 +85,6 @@ class PoseHeadI(PoseHead):
         )
 
     def setSpeed(self, pan: float, tilt: float, current: Current) -> HeadPose:
-        """Turn the head at speeds until the timeout; returns where it is and the speeds as they were limited.
-
-        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
-        """
         require_finite(pan=pan, tilt=tilt)
         with refusals_raised():
             outcome = self._device.drive({_YAW: pan, _PITCH: tilt}, current.client)
@@ -113,15 +93,12 @@ class PoseHeadI(PoseHead):
         return pose
 
     def stop(self, current: Current) -> None:
-        """Hold the head where it is."""
         self._device.hold((_YAW, _PITCH))
 
     def getPose(self, current: Current) -> HeadPose:
-        """Return where the head points."""
         return self.stream.now()
 
     def getLimits(self, current: Current) -> HeadLimits:
-        """Return how far and how fast the head turns."""
         yaw, pitch = self._device.facts(_YAW), self._device.facts(_PITCH)
         return HeadLimits(
             minPan=yaw.lower,

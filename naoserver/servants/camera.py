@@ -84,21 +84,15 @@ class CameraI(Camera):
     # -- operations --------------------------------------------------------------------------------------
 
     def getImageDescription(self, current: Current) -> ImageDescription:
-        """Return the shape of the images of the stream."""
         width, height = self._settings.width, self._settings.height
         return ImageDescription(
             width=width, height=height, size=width * height * STREAMED_BYTES_A_PIXEL, format=STREAMED_FORMAT
         )
 
     def getImageFormat(self, current: Current) -> list[str]:
-        """Return the pixel formats, that of the stream first."""
         return list(PIXEL_FORMATS)
 
     def getImageData(self, format: str, current: Current) -> ImageData:
-        """Return the newest image.
-
-        Raises ConfigurationNotExistException for an unknown format, HardwareFailedException without an image.
-        """
         if format not in PIXEL_FORMATS:
             missing = (
                 "; JPEG needs Pillow where the server runs: pip install pillow" if format == "JPEG" else ""
@@ -110,7 +104,6 @@ class CameraI(Camera):
         return _image(self._fresh(), format)
 
     def getCameraDescription(self, current: Current) -> CameraDescription:
-        """Return what the camera is and how it projects."""
         settings, facts = self._settings, self.facts
         focal = settings.width / 2 / math.tan(facts.horizontal_fov / 2)
         return CameraDescription(
@@ -146,10 +139,6 @@ class CameraI(Camera):
         return 0
 
     def startCameraStreaming(self, current: Current) -> str:
-        """Take images until the caller stops streaming or is gone; returns the key of the stream.
-
-        Raises HardwareFailedException when no image can be taken.
-        """
         self._streaming.add(current.client)  # before the wait for an image: the client may die meanwhile
         try:
             self._fresh()
@@ -159,7 +148,6 @@ class CameraI(Camera):
         return _key(current)
 
     def stopCameraStreaming(self, current: Current) -> None:
-        """Take no more images for the caller's sake; others that started streaming keep theirs."""
         self._streaming.discard(current.client)
 
     def getFloorPoint(self, u: float, v: float, height: float, current: Current) -> FloorPoint:
@@ -185,7 +173,6 @@ class CameraI(Camera):
         return FloorPoint(float(x), float(y), float(way * np.linalg.norm(ray)))
 
     def reset(self, current: Current) -> None:
-        """Return to the settings with which the server was started."""
         self._settings = self._options
         self._streaming.clear()
 

@@ -26,14 +26,9 @@ class LedsI(Leds):
         )
 
     def getLedNames(self, current: Current) -> list[str]:
-        """Return the names of the groups."""
         return list(self._lights.names)
 
     def setLed(self, name: str, color: LedColor, seconds: float, current: Current) -> None:
-        """Let a group fade to a color in some seconds.
-
-        Raises InvalidValueException, and then changes nothing.
-        """
         require_known("light", name, self._lights.names)
         require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
         require_within(0.0, _LONGEST_FADE, seconds=seconds)
@@ -41,11 +36,9 @@ class LedsI(Leds):
             self._lights.set(name, (color.red, color.green, color.blue), seconds)
 
     def reset(self, current: Current) -> None:
-        """Turn every light to what it shows after the start."""
         self._lights.reset()
 
     def getLeds(self, current: Current) -> LedState:
-        """Return what the lights show."""
         return self._state()
 
     def _state(self) -> LedState:
@@ -67,7 +60,6 @@ class SpeechI(Speech):
         )
 
     def say(self, text: str, current: Current) -> None:
-        """Say a text after the earlier ones. Raises InvalidValueException."""
         if not text.strip():
             raise InvalidValueException("text is empty: there is nothing to say", "text")
         if len(text) > LONGEST_TEXT:
@@ -77,11 +69,9 @@ class SpeechI(Speech):
             self._voice.say(text)
 
     def stop(self, current: Current) -> None:
-        """Fall silent, and drop the texts that wait."""
         self._voice.stop()
 
     def getSpeech(self, current: Current) -> SpeechState:
-        """Return the present utterance."""
         return self._state()
 
     def _state(self) -> SpeechState:

@@ -1,14 +1,16 @@
-"""Servants of the robot's clock and of the server's health."""
+"""Servants of the robot's clock, of the server's health, and of the gate in front of every command."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from interfaces.nao import Clock as ClockServant
-from interfaces.nao import ClockReading, Health, HealthReport
+from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
 from naoserver.event_log import ConditionWatch, EventLog
+from naoserver.gate import Gate
 from naoserver.robot import Robot
 from naoserver.servants.camera import CameraI
+from naoserver.servants.shared import refusals_raised
 from zenoh_ice import Clock, Current
 
 
@@ -19,7 +21,6 @@ class ClockI(ClockServant):
         self._clock = clock
 
     def getTime(self, current: Current) -> ClockReading:
-        """Return the robot's time."""
         return self._reading()
 
     def publish(self) -> None:
@@ -43,7 +44,6 @@ class HealthI(Health):
         self._condition = ConditionWatch(robot, events)
 
     def getHealth(self, current: Current) -> HealthReport:
-        """Return the state of the server."""
         return self._report()
 
     def publish(self) -> None:
@@ -72,3 +72,45 @@ class HealthI(Health):
             velocityTimeouts=timeouts,
             events=events,
         )
+
+
+class SafetyI(Safety):
+    """Stop the robot for everybody, or hold it for one client."""
+
+    ice_concurrent = True  # a stop waits for nobody
+
+    def __init__(self, gate: Gate) -> None:
+        self._gate = gate
+
+    def emergencyStop(self, reason: str, current: Current) -> None:
+        try:
+            self._gate.stop(reason)
+        finally:
+            self.publish()
+
+    def resetEmergencyStop(self, current: Current) -> None:
+        self._gate.reset()
+        self.publish()
+
+    def acquireLease(self, holder: str, seconds: float, current: Current) -> None:
+        with refusals_raised():
+            self._gate.acquire(current.client, holder, seconds)
+        self.publish()
+
+    def releaseLease(self, current: Current) -> None:
+        if self._gate.release(current.client):
+            self.publish()
+
+    def getSafetyState(self, current: Current) -> SafetyState:
+        return self._gate.state()
+
+    def publish(self) -> None:
+        """Publish who may command the robot."""
+        if self.getSafetyStatePublisher.listening:
+            state = self._gate.state()
+            self.getSafetyStatePublisher.publish(state, time=state.time)
+
+    def drop_client(self, client: str) -> None:
+        """Give the lease of a lost client back."""
+        if self._gate.release(client):
+            self.publish()

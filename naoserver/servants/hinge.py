@@ -61,7 +61,7 @@ def _arm_and_leg(side: str) -> tuple[Hinge, ...]:
 
 NECK: Final = Hinge("Neck", ((Axis.PAN, "HeadYaw"), (Axis.TILT, "HeadPitch")))
 HINGES: Final = (NECK, *_arm_and_leg("Left"), *_arm_and_leg("Right"))
-"""Every hinge of the H25. A hand has one axis, its opening from 0 to 1, served as pan."""
+"""Every hinge that a body may have. A hand has one axis, its opening from 0 to 1, served as pan."""
 
 BALL_AXES: Final = (Axis.PAN, Axis.X, Axis.Z)
 """The axes of a ball's three joints in their order: round the robot in rad, distance in m, height in m."""
@@ -76,7 +76,6 @@ class Pose3DMotorsI(Pose3DMotors):
         self._axes = hinge.joints
 
     def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:
-        """Return the newest targets and speeds, as they were limited."""
         goals = {axis: self._device.goal(joint) for axis, joint in self._axes}
         targets = {str(axis): goal.target for axis, goal in goals.items()}
         pan = [goal.speed for axis, goal in goals.items() if axis is Axis.PAN]
@@ -85,10 +84,6 @@ class Pose3DMotorsI(Pose3DMotors):
         return msgspec.structs.replace(_NO_COMMAND, **targets, **speeds)
 
     def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
-        """Send every axis to its target; returns 1 when a value was limited, else 0.
-
-        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
-        """
         require_finite(**msgspec.structs.asdict(data))
         for field, speed in (("panSpeed", data.panSpeed), ("tiltSpeed", data.tiltSpeed)):
             if speed < 0:
@@ -101,11 +96,9 @@ class Pose3DMotorsI(Pose3DMotors):
             return 1 if self._device.move(targets, speeds, client=current.client).limitations else 0
 
     def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
-        """Return the limits of the axes."""
         return _motor_params(self._device, self._axes)
 
     def stop(self, current: Current) -> None:
-        """Hold the setpoint of every axis where it is by now."""
         self._device.hold(joint for _, joint in self._axes)
 
 
@@ -117,7 +110,6 @@ class Pose3DEncodersI(Pose3DEncoders):
         self.stream: Final = StateStream(device.read, self.getPose3DEncodersDataPublisher, self._data)
 
     def getPose3DEncodersData(self, current: Current) -> Pose3DEncodersData:
-        """Return the newest positions."""
         return self.stream.now()
 
     def _data(self, reading: JointReading) -> Pose3DEncodersData:
@@ -130,35 +122,25 @@ class Pose3DEncodersI(Pose3DEncoders):
 
 
 class NeckSpeedI(Pose3DMotors):
-    """Turn the head at `panSpeed` and `tiltSpeed`; the positions of a command are ignored.
-
-    A command that is not renewed stops.
-    """
+    """Turn the head at `panSpeed` and `tiltSpeed`, which must be renewed; positions are ignored."""
 
     def __init__(self, device: GuardedDevice) -> None:
         self._device = device
 
     def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:
-        """Return the speeds that the head is commanded to keep, as they were limited."""
         pan, tilt = self._device.velocity(_YAW), self._device.velocity(_PITCH)
         return msgspec.structs.replace(_NO_COMMAND, panSpeed=pan, tiltSpeed=tilt)
 
     def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
-        """Turn the head; returns 1 when a speed was limited, else 0.
-
-        Raises InvalidValueException or CommandRefusedException, and then moves nothing.
-        """
         require_finite(**msgspec.structs.asdict(data))
         with refusals_raised():
             outcome = self._device.drive({_YAW: data.panSpeed, _PITCH: data.tiltSpeed}, current.client)
         return 1 if outcome.limitations else 0
 
     def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
-        """Return the limits of pan and tilt and of their speeds."""
         return _motor_params(self._device, NECK.joints)
 
     def stop(self, current: Current) -> None:
-        """Hold the head where it is."""
         self._device.hold((_YAW, _PITCH))
 
 

@@ -12,9 +12,8 @@ from naoserver.capabilities import OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
-from naoserver.motions.player import MotionPlayer
+from naoserver.motions.player import MotionPlayer, MotionRoute, PostureRoute
 from naoserver.motions.postures import POSTURES, nearest_posture
-from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.servants.shared import action_stream, refusals_raised, require_known, require_positive
 from zenoh_ice import Current
 
@@ -38,17 +37,12 @@ class MotionsI(Motions):
         self.stream: Final = action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
 
     def getMotions(self, current: Current) -> list[MotionFacts]:
-        """Return the motions that can be played."""
         return [
             MotionFacts(name=of.name, description=of.description, duration=of.duration, start=of.start)
             for of in self._motions.values()
         ]
 
     def play(self, name: str, pace: float, current: Current) -> None:
-        """Begin a motion at a pace; the action before ends.
-
-        Raises InvalidValueException, also when it cannot begin as the body is, or CommandRefusedException.
-        """
         require_known("motion", name, self._motions)
         require_positive(_FASTEST, pace=pace)
         route = MotionRoute(self._motions[name], self._motions.values())
@@ -56,11 +50,9 @@ class MotionsI(Motions):
             self._player.begin(MOTION, name, route, pace=pace, client=current.client)
 
     def stop(self, current: Current) -> None:
-        """Stop the motion, and hold its joints where they are."""
         self._player.stop(MOTION)
 
     def getMotionState(self, current: Current) -> ActionState:
-        """Return how the newest motion goes."""
         return self._player.progress(MOTION)
 
 
@@ -84,21 +76,15 @@ class PosturesI(Postures):
         """Begin to go to a posture. Raises InvalidCommand or CommandRefused."""
 
     def getPostures(self, current: Current) -> list[str]:
-        """Return the postures that the body can be brought into."""
         return list(self.names)
 
     def goToPosture(self, name: str, fraction: float, current: Current) -> None:
-        """Begin to go to a posture at a fraction of the full pace.
-
-        Raises InvalidValueException, also when there is no way, or CommandRefusedException.
-        """
         require_known("posture", name, self.names)
         require_positive(1.0, fraction=fraction)
         with refusals_raised():
             self.go(name, fraction, current.client)
 
     def getPostureState(self, current: Current) -> ActionState:
-        """Return how the way to the newest posture goes."""
         return self.progress()
 
 
@@ -125,11 +111,9 @@ class KeyFramePosturesI(PosturesI):
         self._player.begin(POSTURE, name, route, client=client)
 
     def stop(self, current: Current) -> None:
-        """Stop on the way, and hold every joint where it is."""
         self._player.stop(POSTURE)
 
     def getPosture(self, current: Current) -> str:
-        """Return the posture that the body is in; empty when it is in none."""
         return nearest_posture(self._player.situation())
 
 
@@ -188,11 +172,9 @@ class OwnPosturesI(PosturesI):
             raise
 
     def stop(self, current: Current) -> None:
-        """Stop on the way."""
         self._end()
 
     def getPosture(self, current: Current) -> str:
-        """Return the posture that the robot is in; empty when it is in none."""
         return self._postures.current()
 
     def watch(self) -> float | None:

@@ -25,7 +25,6 @@ class InertialUnitI(nao.InertialUnit):
         self.stream: Final = StateStream(senses.read, self.getInertialReadingPublisher, _inertial)
 
     def getInertialReading(self, current: Current) -> nao.InertialReading:
-        """Return the newest reading."""
         return self.stream.now()
 
 
@@ -36,7 +35,6 @@ class FootPressureI(nao.FootPressure):
         self.stream: Final = StateStream(senses.read, self.getFeetReadingPublisher, _feet)
 
     def getFeetReading(self, current: Current) -> nao.FeetReading:
-        """Return the newest reading."""
         return self.stream.now()
 
 
@@ -50,11 +48,9 @@ class SonarI(nao.Sonar):
         )
 
     def getSonarReading(self, current: Current) -> nao.SonarReading:
-        """Return the newest reading."""
         return self.stream.now()
 
     def getSonarLimits(self, current: Current) -> nao.SonarLimits:
-        """Return the sonar's range and cone."""
         nearest, farthest = self._senses.sonar_range or (0.0, 0.0)
         return nao.SonarLimits(nearest=nearest, farthest=farthest, cone=self._senses.sonar_cone)
 
@@ -69,11 +65,9 @@ class TouchI(nao.Touch):
         )
 
     def getTouchNames(self, current: Current) -> list[str]:
-        """Return the names of the sensors."""
         return list(self._senses.touch_names)
 
     def getTouchReading(self, current: Current) -> nao.TouchReading:
-        """Return the touched sensors."""
         return self.stream.now()
 
     def _touch(self, reading: SenseReading) -> nao.TouchReading:
@@ -90,7 +84,6 @@ class BatteryI(nao.Battery):
         )
 
     def getBatteryReading(self, current: Current) -> nao.BatteryReading:
-        """Return the newest reading."""
         return self.stream.now()
 
 

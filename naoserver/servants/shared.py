@@ -122,10 +122,7 @@ def require_within(lower: float, upper: float, **values: float) -> None:
 
 @contextmanager
 def refusals_raised() -> Iterator[None]:
-    """Raise the interface's exception for a refused command.
-
-    InvalidCommand becomes InvalidValueException, CommandRefused becomes CommandRefusedException.
-    """
+    """Raise InvalidValueException for InvalidCommand, CommandRefusedException for CommandRefused."""
     try:
         yield
     except InvalidCommand as refusal:

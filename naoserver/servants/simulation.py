@@ -35,16 +35,13 @@ class SceneI(Scene):
         self._end_motion: Final = end_motion
 
     def reset(self, current: Current) -> None:
-        """Put the robot and everything else back to where they began; what the robot does ends."""
         self._end_motion()
         self._stage.reset()
 
     def getObjects(self, current: Current) -> list[str]:
-        """Return the names of what can be placed."""
         return list(self._stage.objects)
 
     def getShapes(self, current: Current) -> list[WorldShape]:
-        """Return all that can be seen but the robot."""
         return [
             WorldShape(
                 object=shape.object,
@@ -58,26 +55,22 @@ class SceneI(Scene):
         ]
 
     def placeObject(self, name: str, position: Vector3, current: Current) -> None:
-        """Put something somewhere, at rest. Raises InvalidValueException."""
         with refusals_raised():
             self._stage.place_object(name, _finite(position))
 
     def placeRobot(self, x: float, y: float, heading: float, current: Current) -> None:
-        """Put the robot on its feet somewhere; what it does ends. Raises InvalidValueException."""
         require_finite(x=x, y=y, heading=heading)
         with refusals_raised():
             self._stage.place_robot(x, y, heading)
         self._end_motion()
 
     def pushRobot(self, force: Vector3, seconds: float, current: Current) -> None:
-        """Push the torso for some seconds. Raises InvalidValueException or CommandRefusedException."""
         require_finite(seconds=seconds)
         with refusals_raised():
             self._gate.require(current.client)
             self._stage.push(_finite(force), seconds)
 
     def pressSensor(self, name: str, seconds: float, current: Current) -> None:
-        """Press a touch sensor for some seconds. Raises InvalidValueException."""
         require_finite(seconds=seconds)
         with refusals_raised():
             self._stage.press(name, seconds)
@@ -90,7 +83,6 @@ class GroundTruthI(GroundTruth):
         self.stream: Final = StateStream(stage.truth, self.getGroundTruthPublisher, _truth)
 
     def getGroundTruth(self, current: Current) -> GroundTruthReading:
-        """Return where everything is."""
         return self.stream.now()
 
 

@@ -15,8 +15,7 @@ from naoserver.servants.shared import (
     require_finite,
     require_within,
 )
-from naoserver.walk_guard import WalkGuard
-from naoserver.walk_to import WalkTo, Way
+from naoserver.walk import WalkGuard, WalkTo, Way
 from zenoh_ice import Current
 
 _FARTHEST: Final = 100.0
@@ -30,37 +29,27 @@ class MotorsI(Motors):
         self._walk = walk
 
     def getV(self, current: Current) -> float:
-        """Return the commanded forward velocity in m/s."""
         return self._walk.commanded().forward
 
     def setV(self, v: float, current: Current) -> int:
-        """Walk forwards at a velocity in m/s; returns 1 when it was limited, else 0.
-
-        Raises InvalidValueException, also when the robot cannot walk now, or CommandRefusedException.
-        """
         require_finite(v=v)
         return self._drive("forward", v, current)
 
     def getW(self, current: Current) -> float:
-        """Return the commanded turning velocity in rad/s."""
         return self._walk.commanded().turn
 
     def setW(self, w: float, current: Current) -> int:
-        """Turn to the left at a velocity in rad/s; as setV."""
         require_finite(w=w)
         return self._drive("turn", w, current)
 
     def getL(self, current: Current) -> float:
-        """Return the commanded sideways velocity in m/s."""
         return self._walk.commanded().left
 
     def setL(self, l: float, current: Current) -> int:  # noqa: E741  (the name in the interface)
-        """Walk to the left at a velocity in m/s; as setV."""
         require_finite(l=l)
         return self._drive("left", l, current)
 
     def stop(self, current: Current) -> None:
-        """End the walk, on both feet."""
         self._walk.stop()
 
     def _drive(self, kind: str, velocity: float, current: Current) -> int:
@@ -77,10 +66,6 @@ class WalkI(Walk):
         self.stream: Final = action_stream(walk_to.state, self.getWalkStatePublisher)
 
     def walkTo(self, x: float, y: float, heading: float, current: Current) -> None:
-        """Begin to walk to a place in m and rad in the robot's frame as it stands now.
-
-        Raises InvalidValueException, also when the robot cannot walk now, or CommandRefusedException.
-        """
         require_within(-_FARTHEST, _FARTHEST, x=x, y=y)
         require_within(-math.tau, math.tau, heading=heading)
         way = Way((x, y, heading), self._walk.read(), self._walk.limits)
@@ -88,11 +73,9 @@ class WalkI(Walk):
             self._walk_to.begin(way, current.client)
 
     def stop(self, current: Current) -> None:
-        """End the walk, on both feet."""
         self._walk_to.stop()
 
     def getWalkState(self, current: Current) -> ActionState:
-        """Return how the newest walk to a place goes."""
         return self._walk_to.state()
 
 
@@ -103,7 +86,6 @@ class EncodersI(Encoders):
         self.stream: Final = StateStream(walk.read, self.getEncodersDataPublisher, _data)
 
     def getEncodersData(self, current: Current) -> EncodersData:
-        """Return the newest odometry."""
         return self.stream.now()
 
 

@@ -2,11 +2,8 @@
 
 Importing this package registers them: `gymnasium.make("naoserver_sim.learning:Nao/Walk-v0")` does both.
 
-Module         What it holds
-`environment`  what all have in common: a robot on a virtual clock, the same episode for the same seed
-`walk`         Nao/Walk-v0: step with the legs at a given velocity
-`reach`        Nao/Reach-v0: bring the left hand to a place
-`stand_up`     Nao/StandUp-v0: get up from the floor
+`environment` holds what all have in common: a robot on a virtual clock, the same episode for the same seed;
+`tasks` what each is about.
 """
 
 from __future__ import annotations
@@ -22,11 +19,9 @@ __all__ = ["ENVIRONMENTS"]
 ENVIRONMENTS = {"Nao/Walk-v0": 1000, "Nao/Reach-v0": 250, "Nao/StandUp-v0": 1250}
 """The registered environments, and the steps of 20 ms after which an episode is truncated."""
 
-_ENTRIES = {"Nao/Walk-v0": "walk:WalkEnvironment", "Nao/Reach-v0": "reach:ReachEnvironment"}
-_ENTRIES["Nao/StandUp-v0"] = "stand_up:StandUpEnvironment"
-
 for _name, _steps in ENVIRONMENTS.items():
     if _name not in gymnasium.registry:
+        _class = f"{_name[len('Nao/') : -len('-v0')]}Environment"
         gymnasium.register(
-            id=_name, entry_point=f"naoserver_sim.learning.{_ENTRIES[_name]}", max_episode_steps=_steps
+            id=_name, entry_point=f"naoserver_sim.learning.tasks:{_class}", max_episode_steps=_steps
         )

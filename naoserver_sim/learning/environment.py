@@ -12,14 +12,12 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.body import H25, find_body
 from naoserver.capabilities import InertialReading, SenseReading, Truth
 from naoserver.robot import JointReading
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import World, load_world
 from zenoh_ice import VirtualClock
-
-__all__ = ["PERIOD", "NaoEnvironment", "Options", "three_numbers", "upward"]
 
 Array = NDArray[np.float32]
 
@@ -43,6 +41,8 @@ class Options(TypedDict, total=False):
     """`rgb_array`, or None not to render."""
     noise: bool
     """Whether the senses are as imperfect and late as a real robot's; True."""
+    body: str
+    """`H25`, or `H21`, whose hands do not move and are no part of any action."""
     world: str
     """The name or the file of a world (docs/how-to/worlds.md); `empty`."""
 
@@ -63,10 +63,11 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(f"there is no render mode {render_mode!r}; there is 'rgb_array'")
         self.render_mode = render_mode
-        self.observation_space = Box(-_MOST, _MOST, (2 * len(moved) + more,), np.float32)
-        self.action_space = Box(-1.0, 1.0, (len(moved),), np.float32)
-        self._places = [H25.joint_names.index(name) for name in moved]
-        self._moved = [H25.joints[place] for place in self._places]
+        self._body = find_body(options.get("body", H25.name))
+        self._places = [place for place, name in enumerate(self._body.joint_names) if name in moved]
+        self._moved = [self._body.joints[place] for place in self._places]
+        self.observation_space = Box(-_MOST, _MOST, (2 * len(self._moved) + more,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (len(self._moved),), np.float32)
         self._option = option
         self._noise = options.get("noise", True)
         self._world: World = load_world(options.get("world", "empty"))
@@ -101,6 +102,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
             skin=self.render_mode is not None,
             noise=self._noise,
             seed=int(self.np_random.integers(_SEEDS)),
+            body=self._body,
         )
         self._wait(_SETTLING)
         self._begin(options or {})

@@ -14,8 +14,6 @@ from typing import Final
 
 from naoserver.capabilities import WalkVelocity
 
-__all__ = ["AT_REST", "LEFT", "RIGHT", "FootOffset", "Gait"]
-
 LEFT: Final = 0
 RIGHT: Final = 1
 
@@ -81,10 +79,7 @@ class Gait:
         return 1 - self.swing
 
     def tick(self, seconds: float, velocity: WalkVelocity, loads: tuple[float, float]) -> bool:
-        """Advance by some seconds towards a velocity; `loads` are those of the soles in N.
-
-        Returns whether a step ended.
-        """
+        """Advance by some seconds towards a velocity, by the soles' loads in N; return if a step ended."""
         wanted = self._wanted(velocity)
         if not self.walking:
             if wanted == AT_REST:

@@ -14,8 +14,6 @@ from typing import Final
 
 from naoserver.body import H25
 
-__all__ = ["LEG_JOINTS", "LEG_MOTORS", "FootPose", "Legs"]
-
 _LEG: Final = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 LEG_MOTORS: Final = ("LHipYawPitch", *(f"{side}{joint}" for side in "LR" for joint in _LEG))
 """The motors of the legs in the order of every solution."""
@@ -68,10 +66,7 @@ class Legs:
         self._slope = _USUAL_SLOPE
 
     def solve(self, left: FootPose, right: FootPose) -> list[float]:
-        """Return the angles of `LEG_MOTORS` in rad.
-
-        A foot that is out of reach is brought as near as it goes.
-        """
+        """Return the angles of `LEG_MOTORS` in rad; a foot out of reach is brought as near as it goes."""
         aim_left, aim_right = self._aim(left), self._aim(right)
 
         def legs(hip_yaw: float) -> tuple[list[float], list[float], float]:
@@ -127,10 +122,7 @@ class Legs:
         return ankle, (cy * cp, sy * cp, -sp), up
 
     def _leg(self, side: float, hip_yaw: float, aim: _Aim) -> tuple[list[float], float]:
-        """Return the five angles below the HipYawPitch joint, and the sine of the yaw that is off.
-
-        `side` is 1 of the left leg, -1 of the right.
-        """
+        """Return the angles below HipYawPitch, and the sine of the yaw that is off, of the `side` 1 or -1."""
         hip = _about_diagonal(side, hip_yaw)
         (x, y, z), forward, up = aim
         along, aside, above = _turned_back(hip, (x, y - side * self._hip_y, z - self._hip_z))

@@ -14,8 +14,6 @@ from typing import Final, NamedTuple
 from naoserver.capabilities import InertialReading
 from naoserver_sim.walk.kinematics import Legs, Vector
 
-__all__ = ["FloorPose", "Odometer"]
-
 _LEFT: Final = 1.0
 _RIGHT: Final = -1.0
 _STILL: Final = 0.1

@@ -15,8 +15,6 @@ from naoserver_sim.model import DeviceIndex
 from naoserver_sim.motors import SetpointController
 from naoserver_sim.walk.gait import FootOffset
 
-__all__ = ["ArmSwing", "Trim"]
-
 _SMOOTHING: Final = 0.3
 """Time constant in s with which the feet follow."""
 _LEGS: Final = ("Hip", "Knee", "Ankle")

@@ -16,12 +16,88 @@ from naoserver.errors import InvalidCommand
 from naoserver_sim.model import Model
 from naoserver_sim.senses.record import SensorRecord, encoded
 from naoserver_sim.simulator import Simulator
-from naoserver_sim.walk.controller import WalkController
-from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, Legs
+from naoserver_sim.walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
+from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
 from naoserver_sim.walk.odometry import Odometer
 from naoserver_sim.walk.upper_body import ArmSwing, Trim
 
-__all__ = ["LIMITS", "SimulatedWalker"]
+# How the body is held while it walks, and how it is kept upright.
+_HIP_HEIGHT: Final = 0.230
+"""Height in m of the hips above the soles."""
+_HIP_DEPTH: Final = 0.085
+"""Height in m of the torso's frame above the hips."""
+_HIP_WIDTH: Final = 0.05
+"""Distance in m of a hip from the middle."""
+_FORWARD_OF_HIP: Final = 0.012
+"""Distance of the feet in front of the torso's frame in m."""
+_LEAN: Final = 0.05
+"""Pitch of the torso in rad; so small that its sine is the angle, and its cosine 1 but for 0.1 percent."""
+_PITCH_GAIN: Final = 0.03
+"""Radians of the carrying ankle's pitch for a rad/s of the torso's."""
+_ROLL_GAIN: Final = 0.05
+"""Radians of the carrying ankle's roll for a rad/s of the torso's."""
+_HIP_GAIN: Final = 0.01
+"""Radians of the carrying hip's pitch for a rad/s of the torso's."""
+_SMOOTHING: Final = 0.6
+"""Part of the last turning rate that is kept at each tick."""
+
+
+class WalkController:
+    """Say at each tick of control where the legs are to be; no physics, no threads."""
+
+    def __init__(self) -> None:
+        self.gait: Final = Gait()
+        self._legs = Legs()
+        self._rate = (0.0, 0.0)
+        self._part = [0.0, 0.0]  # of the feedback that each foot gets: the one that carries, without a jump
+
+    def reset(self) -> None:
+        """Stand on both feet at once, as before the first step."""
+        self.gait.stop()
+        self._rate = (0.0, 0.0)
+        self._part = [0.0, 0.0]
+
+    def stance(self, shift: tuple[float, float] = (0.0, 0.0)) -> list[float]:
+        """Return the angles of `LEG_MOTORS` with which a step begins and ends; `shift` is that of `tick`."""
+        return Legs().solve(self._foot(LEFT, AT_REST, shift), self._foot(RIGHT, AT_REST, shift))
+
+    def tick(
+        self,
+        seconds: float,
+        velocity: WalkVelocity,
+        turning: tuple[float, float, float],
+        loads: tuple[float, float],
+        shift: tuple[float, float] = (0.0, 0.0),
+    ) -> list[float]:
+        """Return the angles of `LEG_MOTORS`.
+
+        `turning` is the torso's turning rate in rad/s, `loads` are those of the soles in N, left and right;
+        `shift` is by how much in m the center of mass is further forwards and to the left than usual.
+        """
+        gait, keep = self.gait, _SMOOTHING
+        roll = keep * self._rate[0] + (1.0 - keep) * turning[0]
+        pitch = keep * self._rate[1] + (1.0 - keep) * turning[1]
+        self._rate = (roll, pitch)
+        gait.tick(seconds, velocity, loads)
+        angles = self._legs.solve(
+            self._foot(LEFT, gait.feet[LEFT], shift), self._foot(RIGHT, gait.feet[RIGHT], shift)
+        )
+        for foot in (LEFT, RIGHT):
+            carries = gait.walking and foot == gait.support
+            part = self._part[foot] = 0.5 * (self._part[foot] + carries)
+            first = 1 + 5 * foot
+            angles[first + 1] += part * _HIP_GAIN * pitch
+            angles[first + 3] += part * _PITCH_GAIN * pitch
+            angles[first + 4] += part * _ROLL_GAIN * roll
+        return angles
+
+    def _foot(self, foot: int, offset: FootOffset, shift: tuple[float, float]) -> FootPose:
+        """Return where a foot is to be in the frame of a torso that leans forwards."""
+        x = offset.x + _FORWARD_OF_HIP + shift[0]
+        y = offset.y + (_HIP_WIDTH if foot == LEFT else -_HIP_WIDTH) + shift[1]
+        z = offset.lift - _HIP_HEIGHT - _HIP_DEPTH
+        return FootPose(x - _LEAN * z, y, z + _LEAN * x, offset.yaw, pitch=-_LEAN)
+
 
 LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind."""
@@ -98,10 +174,6 @@ class SimulatedWalker:
         self._loads = sensors.loads()
 
     def command(self, velocity: WalkVelocity) -> None:
-        """Walk at a velocity until the next command; all 0 ends the walk on both feet.
-
-        Raises InvalidCommand when it does not stand on its feet or its legs are limp.
-        """
         if max(map(abs, astuple(velocity))) < _SLOWEST:
             velocity = _STILL
         snapshot = self._simulator.newest()
@@ -113,18 +185,15 @@ class SimulatedWalker:
         self._simulator.order(lambda: self._take(velocity))
 
     def commanded(self) -> WalkVelocity:
-        """Return the newest command; all 0 once it has ended, also by a fall."""
         self._simulator.catch_up()
         return self._commanded
 
     @property
     def walking(self) -> bool:
-        """Whether it moves the legs: from a command until it stands on both feet again."""
         self._simulator.catch_up()
         return self._commanded != _STILL or self._stage is not _Stage.RESTING
 
     def odometry(self) -> Odometry:
-        """Return where the robot believes to be, by its joints and its inertial unit."""
         time = self._simulator.newest().time
         return Odometry(time, *self._odometer.pose)
 

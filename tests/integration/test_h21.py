@@ -1,23 +1,23 @@
-"""An H21, the H25 with hands that do not move, is built and served from its own facts."""
+"""An H21, the H25 with hands that do not move, is asked for by name, and works by its own facts.
 
+The tests of conformance run on it, too.
+"""
+
+import gymnasium
 import pytest
 
+from hfsm_pytest import BehaviorFailed
+from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import CameraPrx, InvalidValueException, Pose3DMotorsPrx
-from interfaces.nao import (
-    ActionStatus,
-    BatteryPrx,
-    JointsPrx,
-    MotionsPrx,
-    PosturesPrx,
-    ScenePrx,
-    TouchPrx,
-    WalkPrx,
-)
+from interfaces.nao import ActionStatus, JointsPrx, ScenePrx, TouchPrx
 from naoserver.body import H21, H25
+from naoserver.motions.postures import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
-from tests.support.robot_server import eventually, served_to_client, wait_for
-from zenoh_ice import ObjectNotExistException
+from tests.support.motion_rig import MotionRig
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import served_to_client, wait_for
+from zenoh_ice import ObjectNotExistException, VirtualClock
 
 pytestmark = pytest.mark.sim
 
@@ -50,57 +50,21 @@ def test_it_weighs_and_looks_like_an_h25(skin):
     assert hand.pos == pytest.approx(h25.body("l_wrist_hand").pos)
 
 
-def test_its_joints_are_served_and_move_and_others_are_refused(nao):
-    body = nao.proxy(JointsPrx, "Body")
-    assert body.getJointNames() == list(H21.joint_names)
-    body.setJointPositions({"RElbowRoll": 0.8}, 0.5)
-    place = H21.joint_names.index("RElbowRoll")
-    wait_for(body.getJointState, lambda state: abs(state.positions[place] - 0.8) < 0.1)
+def test_what_moves_its_hands_is_refused(nao):
     with pytest.raises(InvalidValueException, match="LHand"):
-        body.setJointPositions({"LHand": 0.5}, 0.5)
-
-
-def test_hinges_that_it_lacks_are_not_served(nao):
-    nao.proxy(Pose3DMotorsPrx, "LeftElbowMotors")
+        nao.proxy(JointsPrx, "Body").setJointPositions({"LHand": 0.5}, 0.5)
     for name in ("LeftWristMotors", "RightHandMotors"):
         assert name not in nao.assembly.servants
         with pytest.raises(ObjectNotExistException):
             Pose3DMotorsPrx.checkedCast(nao.communicator.stringToProxy(name))
 
 
-def test_it_waves_and_goes_into_postures(nao):
-    motions, postures = nao.proxy(MotionsPrx, "Motions"), nao.proxy(PosturesPrx, "Postures")
-    motions.play("wave", 1.0)  # its hand opens, on an H25
-    wait_for(motions.getMotionState, lambda state: state.status is ActionStatus.Done)
-    for posture in ("Crouch", "Stand", "StandInit"):
-        postures.goToPosture(posture, 1.0)
-        wait_for(
-            postures.getPostureState,
-            lambda state: (state.name, state.status) == (posture, ActionStatus.Done),  # noqa: B023
-        )
-        assert postures.getPosture() == posture
-    assert not nao.robot.state().fallen
-
-
-def test_it_walks(nao):
-    def x() -> float:
-        return float(nao.robot.stage.truth().torso.position[0])
-
-    begin, walk = x(), nao.proxy(WalkPrx, "Walk")
-    walk.walkTo(0.3, 0.0, 0.0)
-    eventually(lambda: x() > begin + 0.2)
-    walk.stop()
-    assert not nao.robot.state().fallen
-
-
 def test_it_has_no_sensors_in_its_hands(nao):
     touch, scene = nao.proxy(TouchPrx, "Touch"), nao.proxy(ScenePrx, "Scene")
-    assert touch.getTouchNames() == list(H21.touch_sensors)
     scene.pressSensor("HeadFront", 5.0)
     wait_for(touch.getTouchReading, lambda state: "HeadFront" in state.touched)
     with pytest.raises(InvalidValueException, match="LHandBack"):
         scene.pressSensor("LHandBack", 1.0)
-    assert nao.proxy(BatteryPrx, "Battery").getBatteryReading().charge > 0.9
 
 
 @pytest.mark.gl
@@ -110,3 +74,85 @@ def test_its_camera_knows_where_a_pixel_is_on_the_floor(nao):
     point = camera.getFloorPoint(160.0, 120.0, 0.0)
     assert 0.2 < point.x < 1.0
     assert point.y == pytest.approx(0.0, abs=0.1)
+
+
+def test_it_gets_up():
+    clock = VirtualClock()
+    rig = MotionRig(SimulatedRobot(clock=clock, skin=False, body=H21), clock)
+    rig.let_go(0.8)
+    rig.robot.stage.push((80.0, 0.0, 0.0), 0.15)
+    rig.let_go(3.0)
+    assert rig.stance is Stance.BELLY
+    assert rig.go("Stand").status is ActionStatus.Done
+    assert rig.posture == "Stand"
+
+
+def test_a_program_for_naoqi_runs_on_it_and_learns_that_it_has_no_hands():
+    pytest.importorskip("qi")
+    from tests.support.naoqi import connected
+
+    options = ("--body", "H21", "--listen", free_endpoint(), "--no-skin", "--speed", "3")
+    with ComponentProcess(module("naoserver_sim", *options, "--qi", "tcp://127.0.0.1:0")) as process:
+        url = process.wait_for(r"^NAOqi: (\S+)")[1]
+        process.wait_for("^ready")
+        with connected(url) as session:
+            motion, memory = session.service("ALMotion"), session.service("ALMemory")
+            assert motion.getBodyNames("Body") == list(H21.joint_names)
+            config = dict(zip(*motion.getRobotConfig(), strict=True))
+            assert (config["Model Type"], config["Number of Hands"]) == ("naoH21", 0)
+            motion.wakeUp()
+            arm = motion.getBodyNames("LArm")
+            assert arm == ["LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
+            motion.angleInterpolation("LArm", [1.0, 0.3, -1.0, -0.5], 1.0, True)
+            assert motion.getAngles("LArm", True) == pytest.approx([1.0, 0.3, -1.0, -0.5], abs=0.1)
+            before = motion.getPosition("LArm", 0, False)
+            motion.positionInterpolation("LArm", 0, [*before[:2], before[2] + 0.02, 0, 0, 0], 7, 0.5)
+            assert motion.getPosition("LArm", 0, False)[2] == pytest.approx(before[2] + 0.02, abs=0.003)
+            assert motion.getMass("LArm") == pytest.approx(sum(arm_masses()))
+            for wrong in (lambda: motion.openHand("LHand"), lambda: motion.getPosition("LWristYaw", 0, True)):
+                with pytest.raises(RuntimeError, match=r"there is no .*(LHand|LWristYaw)"):
+                    wrong()
+            for key in ("LWristYaw/Position/Sensor/Value", "LHand/Touch/Back/Sensor/Value"):
+                with pytest.raises(RuntimeError, match=key):
+                    memory.getData(f"Device/SubDeviceList/{key}")
+            assert motion.moveTo(0.1, 0.0, 0.0)
+            assert not memory.getData("robotHasFallen")
+
+
+def arm_masses():
+    return [link.mass for link in H25.links if link.parent_joint and link.parent_joint[0] == "L"
+            and link.parent_joint[1:].startswith(("Shoulder", "Elbow", "Wrist"))]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "moved"), [("Walk", 11), ("Reach", 4), ("StandUp", 21)])
+def test_it_learns_with_the_joints_that_it_has(name, moved):
+    with gymnasium.make(f"naoserver_sim.learning:Nao/{name}-v0", body="H21") as environment:
+        assert environment.action_space.shape == (moved,)
+        observation, _ = environment.reset(seed=1)
+        assert observation.shape == environment.observation_space.shape
+        observation, *_ = environment.step(environment.action_space.sample())
+        assert environment.observation_space.contains(observation)
+
+
+class Twist(Component):
+    """Turns a wrist."""
+
+    Wrist = Proxy("LeftWristMotors", Pose3DMotorsPrx)
+
+    def automaton(self) -> Automaton:
+        return Automaton(id=1, name="twist", states=(State("turn", initial=True, code=self.turn),))
+
+    def turn(self) -> None:
+        command = self.Wrist.getPose3DMotorsData()
+        command.pan = 0.5
+        self.Wrist.setPose3DMotorsData(command)
+
+
+@pytest.mark.parametrize("robot", ["fake", "sim"])
+def test_a_behavior_that_turns_a_wrist_says_that_there_is_none(behavior, robot):
+    on_h25 = behavior(Twist, robot=robot)
+    on_h25.advance(1.5)
+    assert on_h25.robot.joint("LWristYaw") == pytest.approx(0.5, abs=0.05)
+    on_h21 = behavior(Twist, robot=robot, body="H21")
+    with pytest.raises(BehaviorFailed, match=r"no servant LeftWristMotors; there are .*LeftElbowMotors"):
+        on_h21.advance(1.5)

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot, FastClock
-from naoserver.fake.camera import Ball, focal_length, project
-from naoserver.fake.robot import LAG
+from naoserver.fake.robot import LAG, Ball, focal_length, project
 from naoserver.robot import Robot
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice.clock import VirtualClock

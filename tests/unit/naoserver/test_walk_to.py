@@ -8,8 +8,8 @@ from interfaces.nao import ActionStatus
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import CommandRefused
 from naoserver.fake.robot import LIMITS
-from naoserver.walk_to import PERIOD, WalkTo, Way
-from tests.unit.naoserver.test_walk_guard import STILL, Rig
+from naoserver.walk import PERIOD, WalkTo, Way
+from tests.unit.naoserver.test_walk import STILL, Rig
 
 START = Odometry(0.0, 0.0, 0.0, 0.0)
 

@@ -91,7 +91,7 @@ def test_another_robot_than_a_nao_is_refused_by_what_it_lacks(naoqi):
     naoqi.memory = {key: value for key, value in naoqi.memory.items() if "HipPitch" not in key}
     naoqi.memory["RobotConfig/Body/Type"] = "pepper"
     robot = NaoqiRobot(naoqi.connect)
-    with pytest.raises(HardwareFailure, match="pepper, has no joint LHipPitch; only the Nao H25"):
+    with pytest.raises(HardwareFailure, match="pepper, has no joint LHipPitch, as a Nao H25 has"):
         robot.start()
     robot.close()
     assert naoqi.links[0].lost.is_set(), "the connection is closed"

@@ -13,7 +13,7 @@ from tests.support.scripted_naoqi import DEVICES, nao_memory
 
 def read(memory, **changes):
     memory = memory | changes
-    layout = MemoryLayout(memory)
+    layout = MemoryLayout(memory, H25)
     return layout.read([memory[key] for key in layout.keys], time=5.0)
 
 
@@ -31,7 +31,7 @@ def test_the_signs_of_the_inertial_unit_are_those_of_the_generation(nao6, force,
     for axis, pull, turning in zip("XYZ", (-3.4, -0.4, -9.2), (0.1, 0.2, 0.3), strict=True):
         memory[f"{unit}Accelerometer{axis}/Sensor/Value"] = pull
         memory[f"{unit}Gyroscope{axis}/Sensor/Value"] = turning
-    layout = MemoryLayout(memory, nao6=nao6)
+    layout = MemoryLayout(memory, H25, nao6=nao6)
     inertial = layout.read([memory[key] for key in layout.keys], time=5.0).senses.inertial
     assert inertial.acceleration == force
     assert inertial.angular_velocity == rate
@@ -99,7 +99,7 @@ def test_joints_of_one_motor_share_its_values():
 def test_a_robot_without_a_joint_is_reported_by_its_name():
     memory = {key: value for key, value in nao_memory().items() if "/LHand/Position" not in key}
     with pytest.raises(KeyError, match="LHand"):
-        MemoryLayout(memory)
+        MemoryLayout(memory, H25)
 
 
 def test_what_is_missing_reads_as_at_rest():
@@ -119,7 +119,7 @@ def test_what_is_missing_reads_as_at_rest():
 )
 def test_whatever_a_robot_answers_reads_as_numbers_or_is_refused(strange):
     memory = nao_memory()
-    layout = MemoryLayout(memory)
+    layout = MemoryLayout(memory, H25)
     answer = [strange.get(index, memory[key]) for index, key in enumerate(layout.keys)]
     try:
         measured = layout.read(answer, time=0.0)
@@ -135,7 +135,7 @@ def test_whatever_a_robot_answers_reads_as_numbers_or_is_refused(strange):
 
 
 def test_an_answer_of_another_length_is_refused():
-    layout = MemoryLayout(nao_memory())
+    layout = MemoryLayout(nao_memory(), H25)
     with pytest.raises(ValueError, match="2 values came"):
         layout.read([0.0, 0.0], time=0.0)
 

@@ -15,8 +15,7 @@ def rig():
 
 @pytest.fixture
 def memory(rig):
-    """Its ALMemory, without sonar."""
+    """Its ALMemory."""
     from naoserver_qi.memory import ALMemory
-    from naoserver_qi.sensors import ALSonar
 
-    return ALMemory(rig.access, ALSonar(None)._distances)
+    return rig.access.service(ALMemory)

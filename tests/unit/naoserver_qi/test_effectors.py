@@ -8,7 +8,6 @@ pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
 from naoserver_qi.effectors import EffectorMotion
-from naoserver_qi.whole_body import WholeBody
 
 TORSO, WORLD, ROBOT = 0, 1, 2
 POSITION, ALL = 7, 63
@@ -21,7 +20,7 @@ def stands(rig):
 
 @pytest.fixture
 def effectors(rig):
-    return EffectorMotion(rig.access, rig.motion)
+    return rig.access.service(EffectorMotion)
 
 
 def place(rig, name, frame=TORSO):
@@ -119,7 +118,7 @@ def test_a_transform_must_be_a_rotation(effectors):
 
 
 def test_masses_are_those_of_the_body(rig):
-    body = WholeBody(rig.access)
+    body = rig.motion
     assert body.getMass("Body") == pytest.approx(5.36, abs=0.01)
     assert body.getMass("LArm") == pytest.approx(body.getMass("RArm"), rel=0.01)
     _x, y, z = body.getCOM("Body", ROBOT, False)
@@ -130,7 +129,7 @@ def test_masses_are_those_of_the_body(rig):
 
 
 def test_the_names_of_balance_are_checked(rig):
-    body = WholeBody(rig.access)
+    body = rig.motion
     body.wbEnable(True)
     body.wbFootState("Fixed", "Legs")
     assert body.wbGoToBalance("LLeg", 1.0) is False

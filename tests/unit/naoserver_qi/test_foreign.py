@@ -12,20 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
-from naoserver_qi.calls import Faults
-from naoserver_qi.effectors import EffectorMotion
-from naoserver_qi.footsteps import FootSteps
-from naoserver_qi.leds import ALLeds
-from naoserver_qi.life import ALAutonomousLife
-from naoserver_qi.memory import ALMemory
-from naoserver_qi.postures import ALBehaviorManager
-from naoserver_qi.sensors import ALSonar, ALTouch
-from naoserver_qi.sound import ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
-from naoserver_qi.speech import ALTextToSpeech
-from naoserver_qi.tracker import ALTracker
-from naoserver_qi.video import ALVideoDevice
-from naoserver_qi.vision import ALColorBlobDetection, ALRedBallDetection
-from naoserver_qi.whole_body import WholeBody
+from naoserver_qi.service import SERVICES
 from tests.support.examples import examples
 from tests.support.qi_service import Rig
 
@@ -67,31 +54,8 @@ class Ended:
 @pytest.fixture(scope="module")
 def operations(tmp_path_factory):
     rig = Rig()
-    disk = Disk(tmp_path_factory.mktemp("disk"))
-    recorder = ALAudioRecorder(disk, rig.clock)
-    sonar = ALSonar(rig.robot.senses)
-    memory = ALMemory(rig.access, sonar._distances)
-    services = [
-        rig.motion,
-        memory,
-        ALVideoDevice(rig.robot, Faults()),
-        rig.postures,
-        ALBehaviorManager(rig.access),
-        ALLeds(rig.robot.lights),
-        ALTextToSpeech(rig.robot.voice, memory),
-        ALAutonomousLife(memory),
-        sonar,
-        ALTouch(rig.robot.senses),
-        ALAudioPlayer(disk, rig.clock),
-        recorder,
-        ALAudioDevice(recorder),
-        EffectorMotion(rig.access, rig.motion),
-        FootSteps(rig.motion),
-        WholeBody(rig.access),
-        ball := ALRedBallDetection(rig.robot, rig.access, memory),
-        ALColorBlobDetection(rig.robot, rig.access, memory),
-        ALTracker(rig.access, rig.motion, rig.walking, {"RedBall": ball}),
-    ]
+    rig.access.disk = tmp_path_factory.mktemp("disk")
+    services = [rig.access.service(kind) for kinds in SERVICES.values() for kind in kinds]
     yield [
         getattr(service, name)
         for service in services

@@ -6,10 +6,8 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver_qi.leds import ALLeds
-from naoserver_qi.memory import ALMemory
+from naoserver_qi.expression import ALAnimatedSpeech, ALLeds, ALTextToSpeech
 from naoserver_qi.sensors import ALSonar, ALTouch
-from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 
 KEYS = {
     "InertialSensor/AccelerometerZ": -9.8,
@@ -30,7 +28,7 @@ KEYS = {
 
 @pytest.fixture
 def leds(rig):
-    return ALLeds(rig.robot.lights)
+    return rig.access.service(ALLeds)
 
 
 @pytest.mark.parametrize(
@@ -81,47 +79,58 @@ def test_groups_of_ones_own(rig, leds):
     assert leds.getIntensity("Mine") == [1.0, 1.0, 1.0]
 
 
-def test_lights_that_are_none(leds):
+def test_lights_that_are_none(rig, leds):
     with pytest.raises(InvalidCommand, match="no group of lights 'Nose'"):
         leds.on("Nose")
+    rig.robot.lights = None
     with pytest.raises(HardwareFailure, match="no lights"):
-        ALLeds(None).on("FaceLeds")
+        leds.on("FaceLeds")
 
 
-def test_a_text_is_said_without_its_tags(rig, memory):
-    rig.complete(ALTextToSpeech(rig.robot.voice, memory).say, "Hello \\pau=300\\ you")
+@pytest.fixture
+def speech(rig):
+    return rig.access.service(ALTextToSpeech)
+
+
+def test_a_text_is_said_without_its_tags(rig, memory, speech):
+    rig.complete(speech.say, "Hello \\pau=300\\ you")
     assert rig.robot.voice.utterance().text == "Hello   you"
     assert memory.getData("ALTextToSpeech/TextDone") == 1
 
 
-def test_animations_are_left_out(rig, memory):
-    speech = ALAnimatedSpeech(ALTextToSpeech(rig.robot.voice, memory))
-    rig.complete(speech.say, "^start(animations/Stand/Gestures/Hey_1) Hey")
+def test_animations_are_left_out(rig):
+    rig.complete(rig.access.service(ALAnimatedSpeech).say, "^start(animations/Stand/Gestures/Hey_1) Hey")
     assert rig.robot.voice.utterance().text == "Hey"
 
 
-def test_stop_all_ends_what_is_being_said(rig, memory):
-    speech = ALTextToSpeech(rig.robot.voice, memory)
+def test_stop_all_ends_what_is_being_said(rig, speech):
     call = rig.begin(speech.say, "a long text " * 20)
     speech.stopAll()
     rig.advance(0.2)
     call.join()
 
 
-def test_a_voice_goes_with_its_language(rig, memory):
-    speech = ALTextToSpeech(rig.robot.voice, memory)
+def test_a_voice_goes_with_its_language(speech):
     speech.setVoice("naofrf")
     assert (speech.getLanguage(), speech.getVoice()) == ("French", "naofrf")
     with pytest.raises(InvalidCommand, match="no voice 'Nobody'; there are naoenu"):
         speech.setVoice("Nobody")
 
 
-def test_parameters_of_the_voice_are_remembered(rig, memory):
-    speech = ALTextToSpeech(rig.robot.voice, memory)
+def test_parameters_of_the_voice_are_remembered(speech):
     speech.setParameter("speed", 80)
     assert (speech.getParameter("speed"), speech.getParameter("pitchShift")) == (80.0, 0.0)
     speech.resetSpeed()
     assert speech.getParameter("speed") == 0.0
+
+
+def test_values_without_effect_are_kept_to_a_limit(speech):
+    for i in range(1000):
+        speech.setParameter(f"parameter {i}", i)
+    speech.setParameter("parameter 0", 7)
+    assert speech.getParameter("parameter 0") == 7.0
+    with pytest.raises(InvalidCommand, match="1000 values are kept already"):
+        speech.setParameter("one more", 1)
 
 
 @pytest.mark.parametrize(("key", "value"), KEYS.items())
@@ -150,18 +159,18 @@ def test_memory_reports_the_posture(rig, memory):
 
 
 def test_touch_lists_its_sensors(rig):
-    touch = ALTouch(rig.robot.senses)
+    touch = rig.access.service(ALTouch)
     rig.robot.senses.feel(touched=frozenset({"LHandBack"}))
     assert [name for name, touched, _ in touch.getStatus() if touched] == ["LHand/Touch/Back"]
     assert [name for name, _, _ in touch.getStatus()] == touch.getSensorList()
+    rig.robot.senses = None
     with pytest.raises(HardwareFailure, match="feels no touch"):
-        ALTouch(None).getStatus()
+        touch.getStatus()
 
 
-def test_the_sonar_stands_still_unless_somebody_wants_it(rig):
+def test_the_sonar_stands_still_unless_somebody_wants_it(rig, memory):
     rig.robot.senses.feel(sonar=SonarReading(0.5))
-    sonar = ALSonar(rig.robot.senses)
-    memory = ALMemory(rig.access, sonar._distances)
+    sonar = rig.access.service(ALSonar)
     keys = ["Device/SubDeviceList/US/Left/Sensor/Value", "Device/SubDeviceList/US/Right/Sensor/Value"]
     assert memory.getListData(keys) == [0.0, 0.0]
     sonar.subscribe("me")
@@ -199,8 +208,7 @@ NEVER = "'{}' never happens here unless a program raises it"
         ("Program/Event", []),
     ],
 )
-def test_a_subscription_that_nothing_answers_is_logged_once(rig, caplog, name, warned):
-    memory = ALMemory(rig.access, ALSonar(None)._distances)
+def test_a_subscription_that_nothing_answers_is_logged_once(memory, caplog, name, warned):
     memory.insertData("Program/Event", 0)
     for _ in range(2):
         memory.subscriber(name)

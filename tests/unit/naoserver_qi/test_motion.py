@@ -9,7 +9,7 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
-from naoserver_qi.footsteps import FootSteps
+from naoserver_qi.effectors import EffectorMotion
 from naoserver_qi.postures import ALBehaviorManager
 from tests.support.qi_service import LongCall
 from tests.support.robot_server import eventually
@@ -292,7 +292,7 @@ def test_a_posture_ends_the_walk_first(rig):
 
 
 def test_default_behaviors_are_remembered(rig):
-    behaviors = ALBehaviorManager(rig.access)
+    behaviors = rig.access.service(ALBehaviorManager)
     behaviors.setDefaultBehaviors(["wave"])
     behaviors.addDefaultBehavior("bow")
     behaviors.addDefaultBehavior("wave")
@@ -301,7 +301,7 @@ def test_default_behaviors_are_remembered(rig):
 
 
 def test_a_behavior_runs_to_its_end(rig):
-    behaviors = ALBehaviorManager(rig.access)
+    behaviors = rig.access.service(ALBehaviorManager)
     call = rig.begin(behaviors.runBehavior, "wave")
     assert behaviors.getRunningBehaviors() == ["wave"]
     with pytest.raises(InvalidCommand, match="moved by the motion wave"):
@@ -313,7 +313,7 @@ def test_a_behavior_runs_to_its_end(rig):
 
 
 def test_a_behavior_can_be_stopped(rig):
-    behaviors = ALBehaviorManager(rig.access)
+    behaviors = rig.access.service(ALBehaviorManager)
     behaviors.startBehavior("wave")
     rig.advance(0.5)
     behaviors.stopBehavior("wave")
@@ -323,7 +323,7 @@ def test_a_behavior_can_be_stopped(rig):
 
 def test_a_behavior_that_is_not_there(rig):
     with pytest.raises(InvalidCommand, match=r"no behavior 'fly'; there are .*wave"):
-        ALBehaviorManager(rig.access).startBehavior("fly")
+        rig.access.service(ALBehaviorManager).startBehavior("fly")
 
 
 def test_a_robot_without_a_walk_says_so(rig):
@@ -342,7 +342,7 @@ def test_a_robot_without_a_walk_says_so(rig):
     ids=["forward", "right"],
 )
 def test_foot_steps_lead_to_a_place(rig, legs, steps, x, y):
-    rig.complete(FootSteps(rig.motion).setFootSteps, legs, steps, [0.6, 1.2], False)
+    rig.complete(rig.access.service(EffectorMotion).setFootSteps, legs, steps, [0.6, 1.2], False)
     assert rig.motion.getRobotPosition(True) == pytest.approx([x, y, 0.0], abs=0.03)
 
 
@@ -356,6 +356,6 @@ def test_foot_steps_lead_to_a_place(rig, legs, steps, x, y):
     ],
 )
 def test_what_are_no_foot_steps(rig, arguments, message):
-    call = rig.begin(FootSteps(rig.motion).setFootStepsWithSpeed, *arguments)
+    call = rig.begin(rig.access.service(EffectorMotion).setFootStepsWithSpeed, *arguments)
     call.join()
     assert message in str(call.error)

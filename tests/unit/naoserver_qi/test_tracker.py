@@ -8,10 +8,7 @@ pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
 from naoserver.errors import InvalidCommand
-from naoserver_qi.memory import ALMemory
-from naoserver_qi.sensors import ALSonar
-from naoserver_qi.tracker import ALTracker
-from naoserver_qi.vision import LOOKING, ALRedBallDetection
+from naoserver_qi.vision import LOOKING, ALRedBallDetection, ALTracker
 
 
 @pytest.fixture(autouse=True)
@@ -21,12 +18,12 @@ def stands(rig):
 
 @pytest.fixture
 def detector(rig):
-    return ALRedBallDetection(rig.robot, rig.access, ALMemory(rig.access, ALSonar(None)._distances))
+    return rig.access.service(ALRedBallDetection)
 
 
 @pytest.fixture
-def tracker(rig, detector):
-    return ALTracker(rig.access, rig.motion, rig.walking, {"RedBall": detector})
+def tracker(rig):
+    return rig.access.service(ALTracker)
 
 
 def run(rig, tracker, detector, seconds):
@@ -94,7 +91,7 @@ def test_it_looks_at_a_point(rig, tracker, rest):
 
 
 def test_what_is_no_target(tracker):
-    with pytest.raises(InvalidCommand, match="no target 'Cat'; there are RedBall"):
+    with pytest.raises(InvalidCommand, match="no target 'Cat'; there are RedBall, Face, LandMark"):
         tracker.track("Cat")
     with pytest.raises(InvalidCommand, match="not a finite number"):
         tracker.lookAt([math.nan, 0, 0], 0, 0.5, False)

@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
-from naoserver_qi.arguments import CHAINS, fraction, joints_of, keepable, number, number_lists, numbers, text
+from naoserver_qi.arguments import JointNames, fraction, keepable, number, number_lists, numbers, text
+
+NAMES = JointNames(H25.joint_names)
 
 foreign = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.binary(max_size=5),
@@ -47,7 +49,7 @@ def test_what_is_too_large_or_alive_is_not_kept(value):
 @given(foreign)
 def test_anything_is_joints_or_refused(value):
     with suppress(InvalidCommand):
-        assert set(joints_of(value)) <= set(H25.joint_names)
+        assert set(NAMES.of(value)) <= set(H25.joint_names)
 
 
 @pytest.mark.parametrize(
@@ -83,22 +85,22 @@ def test_a_text_that_is_too_long():
 
 def test_a_list_that_is_too_long():
     with pytest.raises(InvalidCommand, match="entries"):
-        joints_of(["HeadYaw"] * 2000)
+        NAMES.of(["HeadYaw"] * 2000)
 
 
 def test_chains():
-    assert CHAINS["Body"] == H25.joint_names
-    assert CHAINS["LArm"] == (
+    assert NAMES.chains["Body"] == H25.joint_names
+    assert NAMES.chains["LArm"] == (
         *("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"),
         *("LWristYaw", "LHand"),
     )
-    assert CHAINS["RLeg"] == (
+    assert NAMES.chains["RLeg"] == (
         *("RHipYawPitch", "RHipRoll", "RHipPitch", "RKneePitch"),
         *("RAnklePitch", "RAnkleRoll"),
     )
     parts = ("Head", "LArm", "LLeg", "RLeg", "RArm")
-    assert tuple(joint for part in parts for joint in CHAINS[part]) == H25.joint_names
+    assert tuple(joint for part in parts for joint in NAMES.chains[part]) == H25.joint_names
 
 
 def test_names_of_chains_and_joints_together():
-    assert joints_of(["Head", "LHand"]) == ("HeadYaw", "HeadPitch", "LHand")
+    assert NAMES.of(["Head", "LHand"]) == ("HeadYaw", "HeadPitch", "LHand")

@@ -18,7 +18,7 @@ from naoserver_qi.vision import (
     find_landmarks,
     find_red_ball,
 )
-from naoserver_sim.signs import draw_face, draw_landmark
+from naoserver_sim.surroundings import draw_face, draw_landmark
 
 
 def picture(drawn=None, left=0, top=0):
@@ -87,7 +87,7 @@ def test_nothing_is_seen_where_nothing_is():
 
 
 def test_a_ball_is_reported_as_angles(rig, memory):
-    detector = ALRedBallDetection(rig.robot, rig.access, memory)
+    detector = rig.access.service(ALRedBallDetection)
     detector.subscribe("test")
     assert memory.getData("redBallDetected") == []
     detector._look()
@@ -99,7 +99,7 @@ def test_a_ball_is_reported_as_angles(rig, memory):
 
 
 def test_what_is_gone_is_reported_once(rig, memory):
-    detector = ALRedBallDetection(rig.robot, rig.access, memory)
+    detector = rig.access.service(ALRedBallDetection)
     detector.subscribe("test")
     detector._look()
     rig.complete(rig.motion.angleInterpolation, "HeadYaw", 1.5, 1.0, True)
@@ -107,8 +107,8 @@ def test_what_is_gone_is_reported_once(rig, memory):
     assert memory.getData("redBallDetected") == []
 
 
-def test_it_looks_while_there_are_subscribers(rig, memory):
-    detector = ALFaceDetection(rig.robot, rig.access, memory)
+def test_it_looks_while_there_are_subscribers(rig):
+    detector = rig.access.service(ALFaceDetection)
     assert not detector._wanted()
     detector.subscribe("test", 500, 0.0)
     assert detector._wanted()
@@ -120,7 +120,7 @@ def test_it_looks_while_there_are_subscribers(rig, memory):
 
 
 def test_the_color_of_a_blob_is_chosen(rig, memory):
-    detector = ALColorBlobDetection(rig.robot, rig.access, memory)
+    detector = rig.access.service(ALColorBlobDetection)
     detector.setColor(30, 200, 40, 60)
     assert detector.getColor() == [30, 200, 40, 60]
     detector.subscribe("test")

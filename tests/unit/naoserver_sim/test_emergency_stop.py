@@ -7,7 +7,7 @@ pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip inst
 from naoserver.assembly import Assembly
 from naoserver.errors import CommandRefused
 from naoserver.options import ServerOptions
-from naoserver.walk_guard import WalkGuard
+from naoserver.walk import WalkGuard
 from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock
 

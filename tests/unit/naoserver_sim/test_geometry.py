@@ -7,7 +7,8 @@ import pytest
 from naoserver_sim.geometry import describe_world
 from naoserver_sim.model import build_model
 from naoserver_sim.surroundings import draw_field
-from naoserver_sim.world import Field, load_world, parse_world
+from naoserver_sim.world import load_world, parse_world
+from soccer_field.model import Field
 
 pytestmark = pytest.mark.sim
 

@@ -6,8 +6,7 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim.motors import SetpointController
-from naoserver_sim.pacing import Pacer
-from naoserver_sim.simulator import STEPS_PER_TICK, PacedSimulator, Simulator
+from naoserver_sim.simulator import STEPS_PER_TICK, PacedSimulator, Pacer, Simulator
 from tests.support.limits import EVENT_LIMIT
 
 pytestmark = pytest.mark.sim

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from naoserver.errors import RobotError
 from naoserver_sim.model import build_model
 from naoserver_sim.surroundings import draw_field
-from naoserver_sim.world import Field, bundled_worlds, load_world, parse_world, scattered
+from naoserver_sim.world import bundled_worlds, load_world, parse_world, scattered
+from soccer_field.model import Field
 
 pytestmark = pytest.mark.sim
 

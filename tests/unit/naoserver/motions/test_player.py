@@ -5,8 +5,8 @@ import pytest
 from interfaces.nao import ActionStatus
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
+from naoserver.motions.player import PostureRoute, RouteError
 from naoserver.motions.postures import POSTURES
-from naoserver.motions.routes import PostureRoute, RouteError
 from tests.support.motion_rig import MOTIONS, MotionRig
 from zenoh_ice import VirtualClock
 

@@ -13,8 +13,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.motions.keyframes import load_motions
 from naoserver_sim.learning import ENVIRONMENTS
 from naoserver_sim.learning.environment import PERIOD
-from naoserver_sim.learning.reach import ARM, hand_at
-from naoserver_sim.learning.stand_up import MOTORS
+from naoserver_sim.learning.tasks import ARM, MOTORS, hand_at
 from naoserver_sim.model import build_model
 
 pytestmark = pytest.mark.sim
@@ -105,7 +104,7 @@ def test_nothing_can_be_done_before_the_first_reset(make):
 
 
 def test_an_unknown_render_mode_is_refused():
-    from naoserver_sim.learning.walk import WalkEnvironment
+    from naoserver_sim.learning.tasks import WalkEnvironment
 
     with pytest.raises(ValueError, match="rgb_array"):
         WalkEnvironment(render_mode="human")

@@ -1,16 +1,20 @@
-"""ALLeds: the lights."""
+"""ALLeds, ALTextToSpeech and ALAnimatedSpeech: lights and voice."""
 
 from __future__ import annotations
 
 import re
+import threading
 from functools import partial
 from typing import Final
 
-from naoserver.capabilities import Color, Lights
-from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.capabilities import Color, Lights, Voice
+from naoserver.errors import InvalidCommand
+from naoserver.expression import LONGEST_TEXT
 from naoserver.naoqi_names import LIGHT_GROUPS
-from naoserver_qi.arguments import chosen, listed, number_within, text
+from naoserver_qi.access import Access, Service, needed
+from naoserver_qi.arguments import chosen, constant, kept, listed, number, number_within, one_of, text, within
 from naoserver_qi.calls import Call
+from naoserver_qi.memory import ALMemory
 
 GROUPS: Final = {
     "AllLeds": tuple(LIGHT_GROUPS),
@@ -50,19 +54,16 @@ _part: Final = partial(number_within, lower=0.0, upper=1.0)
 _seconds: Final = partial(number_within, what="duration", lower=0.0, upper=_LONGEST)
 
 
-class ALLeds:
+class ALLeds(Service):
     """Set the lights, a group at a time; a fade returns when it is at its end."""
 
-    def __init__(self, lights: Lights | None) -> None:
-        """Serve lights; None makes every command fail."""
-        self._found = lights
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
         self._groups: dict[str, tuple[str, ...]] = dict(GROUPS)
 
     @property
     def _lights(self) -> Lights:
-        if self._found is None:
-            raise HardwareFailure("this robot has no lights")
-        return self._found
+        return needed(self._robot.lights, "has no lights")
 
     def fadeRGB(self, call: Call, name: object, *color: object) -> None:
         """Fade to red, green and blue from 0 to 1, to 0xRRGGBB or to a colour's name, within some seconds."""
@@ -165,3 +166,89 @@ def _color(values: tuple[object, ...]) -> Color:
         known = ", ".join(_COLORS)
         raise InvalidCommand("color", f"a colour is 0xRRGGBB or one of {known}, not {str(value)[:60]!r}")
     return (code >> 16) / 255, (code >> 8 & 0xFF) / 255, (code & 0xFF) / 255
+
+
+_LOOK: Final = 0.05
+"""Robot seconds between two looks whether a text was said."""
+_TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
+"""NAOqi's tags for pauses, speed and pitch in a text."""
+_ANIMATION: Final = re.compile(r"\^\w+(\([^)^]*\))?")
+_VOICES: Final = {
+    "English": "naoenu",
+    "French": "naofrf",
+    "German": "naoged",
+    "Italian": "naoiti",
+    "Spanish": "naospe",
+}
+"""The voice of each language."""
+_LANGUAGE: Final = one_of("language", _VOICES)
+
+
+class ALTextToSpeech(Service):
+    """Say texts; tags for pauses and pitch are left out."""
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._turn = threading.Lock()
+
+    setLanguage, getLanguage = kept("the language", "English", pLanguage=_LANGUAGE)
+    setVolume, getVolume = kept("the volume from 0 to 1", 0.7, volume=within(0.0, 1.0))
+    setParameter, getParameter = kept(
+        "a parameter of the voice, such as `speed`", 0.0, pEffectName=text, pEffectValue=number
+    )
+    getAvailableLanguages = constant("Return the languages that can be set.", list(_VOICES))
+    getAvailableVoices = constant("Return the names of the voices.", list(_VOICES.values()))
+
+    def say(self, call: Call, stringToSay: object, language: object = None) -> None:
+        """Say a text after the earlier ones; return when it was said."""
+        if language is not None:
+            _LANGUAGE(language, "language")
+        words = _TAG.sub(" ", text(stringToSay, "text")).strip()
+        if len(words) > LONGEST_TEXT:
+            raise InvalidCommand("text", f"the text has {len(words)} characters, more than {LONGEST_TEXT}")
+        voice, memory = self._voice(), self._access.service(ALMemory)
+        while not self._turn.acquire(timeout=0.1):
+            if call.stopped.is_set():
+                return
+        try:
+            if not words or call.stopped.is_set():
+                return
+            before = voice.utterance().count
+            voice.say(words)
+            memory.raiseEvent("ALTextToSpeech/CurrentSentence", words)
+            memory.raiseEvent("ALTextToSpeech/TextStarted", 1)
+            while (now := voice.utterance()).speaking or now.count == before:
+                if call.wait(_LOOK):
+                    voice.stop()
+            memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
+            memory.raiseEvent("ALTextToSpeech/TextDone", 1)
+        finally:
+            self._turn.release()
+
+    def stopAll(self) -> None:
+        """Fall silent, and forget what was not said yet."""
+        self._voice().stop()
+
+    def getVoice(self) -> str:
+        """Return the voice, that of the language."""
+        return _VOICES[self.getLanguage()]
+
+    def setVoice(self, voiceID: object) -> None:
+        """Remember a voice, and its language."""
+        voice = chosen(voiceID, "voice", _VOICES.values())
+        self.setLanguage(next(language for language, name in _VOICES.items() if name == voice))
+
+    def resetSpeed(self) -> None:
+        """Forget the parameter `speed`."""
+        self.setParameter("speed", 0.0)
+
+    def _voice(self) -> Voice:
+        return needed(self._robot.voice, "has no voice")
+
+
+class ALAnimatedSpeech(Service):
+    """Say texts without the tags of animations."""
+
+    def say(self, call: Call, text_: object, _configuration: object = None) -> None:
+        """Say a text; returns when it was said."""
+        self._access.service(ALTextToSpeech).say(call, _ANIMATION.sub(" ", text(text_, "text")))

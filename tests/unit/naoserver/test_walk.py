@@ -14,7 +14,7 @@ from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
 from naoserver.safety import JointSafety
-from naoserver.walk_guard import WalkGuard
+from naoserver.walk import WalkGuard
 from zenoh_ice import VirtualClock
 
 STILL = WalkVelocity()

@@ -1,0 +1,250 @@
+"""The environments: Nao/Walk-v0, Nao/Reach-v0 and Nao/StandUp-v0."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import H25
+from naoserver.capabilities import Truth, WalkVelocity
+from naoserver.kinematics import place_of
+from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options, three_numbers, upward
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.walk.kinematics import LEG_MOTORS
+
+_REACH: Final = 0.6
+"""Radians by which an action moves a joint from the stance at most."""
+_STRIDE: Final = 0.5
+"""Duration of two steps in s; the observation contains the phase: a clock to step by."""
+_FASTEST: Final = WalkVelocity(forward=0.25, left=0.1, turn=0.6)
+"""The highest velocity of each kind that is drawn."""
+_TOLERANCE: Final = 0.1
+"""Error of the velocity in m/s at which 37 % of its reward is left; of the turn 4 times that in rad/s."""
+_ON_FEET: Final = 0.2
+_JERK: Final = 0.02
+_FALL: Final = -10.0
+_LOWEST: Final = 0.2
+"""Height of the torso in m below which it has fallen on its knees or worse."""
+
+
+class WalkEnvironment(NaoEnvironment):
+    """Keep to a velocity on the floor, by the angles of the legs.
+
+    Action (11): the motors of the legs in the order of `LEG_MOTORS`, up to 0.6 rad to either side of the
+    stance in which it begins. Observation (46): the velocity that is wanted (3); up, turning rate and loads
+    of the soles (8); angles about the stance (11) and speeds (11) of the motors; the last action (11); sine
+    and cosine of a clock to step by (2).
+
+    Reward of a step: 0.2 for being on its feet, up to 1 the closer the torso moves to the velocity, as the
+    mean over the last half second, for it sways from step to step, less the jerk of the action. A fall ends
+    the episode and costs 10. `reset(options={"velocity": (forward, left, turn)})` gives the velocity in m/s
+    and rad/s; without it one is drawn.
+    """
+
+    def __init__(self, **options: Unpack[Options]) -> None:
+        super().__init__(LEG_MOTORS, 24, "velocity", options)
+        self._full = {joint.name: joint.max_velocity for joint in self._moved}
+        self._stance = np.zeros(len(LEG_MOTORS))
+        self._last = np.zeros(len(LEG_MOTORS))
+        self._jerk = 0.0
+        self._wanted = WalkVelocity()
+        self._moves: deque[WalkVelocity] = deque(maxlen=round(_STRIDE / PERIOD))
+
+    def _begin(self, options: Mapping[str, Any]) -> None:
+        commands = self.robot.read().commands
+        self._stance = np.array([commands[place] for place in self._places])
+        self._last = np.zeros(len(LEG_MOTORS))
+        self._moves.clear()
+        drawn = self.np_random.uniform(-1.0, 1.0, 3) * (_FASTEST.forward, _FASTEST.left, _FASTEST.turn)
+        self._wanted = WalkVelocity(*three_numbers(options.get("velocity", drawn), "velocity"))
+
+    def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
+        angles = self._stance + _REACH * action
+        robot.command_positions(dict(zip(LEG_MOTORS, angles.tolist(), strict=True)), self._full)
+        change = action - self._last
+        self._jerk, self._last = float(change @ change), action
+
+    def _judge(self) -> tuple[float, bool]:
+        if self.fallen or self._truth.torso.position[2] < _LOWEST:
+            return _FALL, True
+        self._moves.append(velocity_of(self._truth))
+        wanted, moved = self._wanted, self._velocity()
+        error = math.hypot(
+            moved.forward - wanted.forward, moved.left - wanted.left, (moved.turn - wanted.turn) / 4.0
+        )
+        return _ON_FEET + math.exp(-((error / _TOLERANCE) ** 2)) - _JERK * self._jerk, False
+
+    def _features(self) -> list[float]:
+        wanted = self._wanted
+        phase = math.tau * self._joints.time / _STRIDE
+        return [
+            *(4.0 * wanted.forward, 10.0 * wanted.left, wanted.turn),
+            *self._balance(),
+            *(np.array(self._angles()) - self._stance).tolist(),
+            *self._speeds(0.1),
+            *self._last.tolist(),
+            *(math.sin(phase), math.cos(phase)),
+        ]
+
+    def _velocity(self) -> WalkVelocity:
+        """Return the mean of the velocities in the last half second."""
+        if not self._moves:
+            return WalkVelocity()
+        kinds = zip(*((move.forward, move.left, move.turn) for move in self._moves), strict=True)
+        return WalkVelocity(*(sum(kind) / len(self._moves) for kind in kinds))
+
+    def _info(self) -> dict[str, Any]:
+        moved, wanted = self._velocity(), self._wanted
+        return super()._info() | {
+            "velocity": (moved.forward, moved.left, moved.turn),
+            "wanted": (wanted.forward, wanted.left, wanted.turn),
+        }
+
+
+def velocity_of(truth: Truth) -> WalkVelocity:
+    """Return how the torso moves over the floor, in its own frame."""
+    heading = truth.torso.heading
+    cosine, sine = math.cos(heading), math.sin(heading)
+    vx, vy, _ = truth.velocity
+    return WalkVelocity(cosine * vx + sine * vy, cosine * vy - sine * vx, truth.angular_velocity[2])
+
+
+Array = NDArray[np.float64]
+
+ARM: Final = ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw")
+"""The joints of the arm from the shoulder down."""
+_THERE: Final = 0.02
+"""Distance in m at which the hand is there."""
+_REWARD: Final = 1.0
+_SCALE: Final = 5.0
+"""Factor for lengths in m, which are then about 1."""
+
+
+class ReachEnvironment(NaoEnvironment):
+    """Bring the middle of the left hand within 2 cm of a place that it can reach, and keep it there.
+
+    Action (5; 4 of an H21): the speeds of the joints in `ARM`, up to half their full ones. Observation (24;
+    22): angles and speeds of these joints; where the hand is (3), and from there to the place (3), in the
+    torso's frame; up, turning rate and loads of the soles (8). Where the hand is follows from the angles of
+    the joints.
+
+    Reward of a step: minus the distance in m, and 1 while the hand is there. A fall ends the episode and
+    costs 10. `reset(options={"place": (x, y, z)})` gives the place in m; without it the one is drawn at which
+    the hand is when the joints are anywhere in the middle 80 % of their ranges.
+    """
+
+    def __init__(self, **options: Unpack[Options]) -> None:
+        super().__init__(ARM, 14, "place", options)
+        self._target = self._hand = np.zeros(3)
+
+    def _begin(self, options: Mapping[str, Any]) -> None:
+        lower = np.array([joint.lower for joint in self._moved])
+        upper = np.array([joint.upper for joint in self._moved])
+        drawn = hand_at(
+            (lower + (upper - lower) * self.np_random.uniform(0.1, 0.9, len(self._moved))).tolist()
+        )
+        self._target = np.array(three_numbers(options.get("place", drawn), "place"))
+
+    def _judge(self) -> tuple[float, bool]:
+        if self.fallen:
+            return _FALL, True
+        distance = self._distance()
+        return (_REWARD if distance <= _THERE else 0.0) - distance, False
+
+    def _features(self) -> list[float]:
+        hand = self._hand
+        return [
+            *self._angles(),
+            *self._speeds(0.2),
+            *(_SCALE * hand).tolist(),
+            *(_SCALE * (self._target - hand)).tolist(),
+            *self._balance(),
+        ]
+
+    def _info(self) -> dict[str, Any]:
+        return super()._info() | {"distance": self._distance(), "is_success": self._distance() <= _THERE}
+
+    def _look(self) -> None:
+        super()._look()
+        self._hand = hand_at(self._angles())
+
+    def _distance(self) -> float:
+        return float(np.linalg.norm(self._target - self._hand))
+
+
+def hand_at(angles: Sequence[float]) -> Array:
+    """Return where the left hand is in m in the torso's frame, by angles of `ARM`; an H21 lacks the last."""
+    return place_of("LArm", dict(zip(ARM, angles, strict=False)))[:3, 3]
+
+
+MOTORS: Final = tuple(
+    joint.name
+    for joint in H25.joints
+    if joint.name not in {pair.follower for pair in H25.couplings} and "Hand" not in joint.name
+)
+"""The moved joints: all motors but those of the hands."""
+_PUSH: Final = 60.0
+"""N with which it is thrown over, for `_PUSHED` s."""
+_PUSHED: Final = 0.3
+_FALLING: Final = 3.0
+"""Seconds after the push until it lies still."""
+_STIFFENING: Final = 0.2
+_STANDING: Final = 0.30
+"""Height of the torso in m at which it stands, knees bent; it is 0.33 m high with straight legs."""
+_UPRIGHT: Final = math.cos(math.radians(15))
+_HELD: Final = 1.0
+"""Seconds for which it has to stand."""
+_STANDS: Final = 50.0
+_DIRECTIONS: Final = {"belly": 0.0, "back": math.pi}
+
+
+class StandUpEnvironment(NaoEnvironment):
+    """Get up from where it fell, and stand for a second.
+
+    The robot is thrown over in a direction that is drawn, lets its motors go as it does in a fall, and lies
+    as it fell when the episode begins. `reset(options={"side": "belly"})`, or "back", gives the direction.
+
+    Action (23; 21 of an H21): the speeds of those of `MOTORS` that it has, up to half their full ones.
+    Observation (54; 50): angles and speeds of these; up, turning rate and loads of the soles (8). Reward of a
+    step: how high the torso is and how upright, up to 1 each second; 50 when it has stood for a second, which
+    ends the episode.
+    """
+
+    def __init__(self, **options: Unpack[Options]) -> None:
+        super().__init__(MOTORS, 8, "side", options)
+        self._stood = 0.0
+
+    def _begin(self, options: Mapping[str, Any]) -> None:
+        drawn = float(self.np_random.uniform(-math.pi, math.pi))
+        side = options.get("side")
+        if side is not None and side not in _DIRECTIONS:
+            raise ValueError(f"there is no side {side!r}; there are {', '.join(_DIRECTIONS)}")
+        direction = drawn if side is None else _DIRECTIONS[side]
+        robot = self.robot
+        robot.stage.push((_PUSH * math.cos(direction), _PUSH * math.sin(direction), 0.0), _PUSHED)
+        self._wait(_FALLING)
+        robot.command_stiffnesses(dict.fromkeys(self._body.joint_names, 1.0), _STIFFENING)
+        self._wait(_STIFFENING)
+        self._stood = 0.0
+
+    def _judge(self) -> tuple[float, bool]:
+        _, x, y, _ = self._truth.torso.orientation
+        upright = 1.0 - 2.0 * (x * x + y * y)
+        height = self._truth.torso.position[2]
+        stands = height >= _STANDING and upright >= _UPRIGHT
+        self._stood = self._stood + PERIOD if stands else 0.0
+        if self._stood >= _HELD:
+            return _STANDS, True
+        part = min(max(height / _STANDING, 0.0), 1.0) * (1.0 + upright) / 2.0
+        return PERIOD * part, False
+
+    def _features(self) -> list[float]:
+        return [*self._angles(), *self._speeds(0.1), *self._balance()]
+
+    def _info(self) -> dict[str, Any]:
+        return super()._info() | {"up": upward(self._senses.inertial), "is_success": self._stood >= _HELD}
