@@ -9,12 +9,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 PYTHONS ?= python3.11 python3.12 python3.13
+ROS_PYTHON ?= python3.11
+ROS_PEERS ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/visualhfsm/ros-peers
 SECONDS ?=
 # Many containers set it. Then each process that runs tests, and each of the hundreds that the tests start, would
 # compile all its modules again, which takes a third of their time.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor packages system browser clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -33,7 +35,7 @@ test: ## Run the linters and every test, and build the documentation
 	@$(MAKE) --no-print-directory --jobs=2 all-tests lint docs
 
 all-tests:
-	@$(BIN)/python -m pytest -n 4 --dist loadgroup -q --durations=10
+	@$(BIN)/python -m pytest -n 6 --dist loadgroup -q --durations=10
 
 coverage: $(VENV)/dev.stamp packages ## Run every test and report what it covers of the packages and of the page
 	@rm -rf coverage
@@ -107,6 +109,14 @@ constraints: ## Resolve the newest versions into constraints.txt
 
 vendor: ## Bundle the libraries of the editor's page (needs Node.js and npm)
 	cd tools/vendor && npm ci --silent && npm run --silent build
+
+ros-peers: ## Install genuine rclpy and zenoh-ros2-sdk, with which the tests compare our ROS 2 (ROS_PEERS=FOLDER)
+	@sh tools/setup/create_venv.sh $(ROS_PYTHON) "$(ROS_PEERS)"
+	@"$(ROS_PEERS)/bin/python" -m pip install --quiet --requirement tests/ros_peers/requirements.txt
+
+ros-recordings: ## Record what genuine ROS makes of messages in tests/data/ros2, after `make ros-peers`
+	@"$(ROS_PEERS)/bin/python" tests/ros_peers/record_types.py >tests/data/ros2/types.json.new 2>/dev/null
+	@mv tests/data/ros2/types.json.new tests/data/ros2/types.json
 
 packages: $(VENV)/python.stamp
 	@sh tools/setup/system_packages.sh $(BIN)/python gl chromium node

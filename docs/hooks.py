@@ -36,6 +36,7 @@ COMMANDS: Final = {
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim.command",
     "naoserver-naoqi": "naoserver_naoqi.command",
+    "naoserver-ros2": "naoserver_ros2.command",
     "ballmover": "ballmover.cli",
     "nao": "deploy.nao.command",
 }
@@ -263,16 +264,15 @@ def edits() -> str:
 def naoqi() -> str:
     """Return a table of the operations of NAOqi's services on the virtual Nao."""
     from naoserver_qi import service
-    from naoserver_qi.refused import REFUSED
 
     rows = []
-    for name in sorted({name for name in vars(service) if name.startswith("AL")} | REFUSED.keys()):
-        if name in REFUSED:
-            reason, operations = REFUSED[name]
-            rows += [(f"`{name}.{each}`", "refused", reason) for each in sorted(operations.split())]
+    for name in sorted({*service.SERVICES, *service.REFUSED}):
+        if refused := service.REFUSED.get(name):
+            rows += [(f"`{name}.{each}`", "refused", refused.reason) for each in sorted(refused.operations)]
             continue
-        parts = [getattr(service, name), *(service.PARTS_OF_MOTION if name == "ALMotion" else ())]
-        functions = {k: v for part in parts for k, v in inspect.getmembers(part, inspect.isfunction)}
+        functions = {
+            k: v for part in service.SERVICES[name] for k, v in inspect.getmembers(part, inspect.isfunction)
+        }
         for operation, function in sorted(functions.items()):
             if not operation.startswith("_"):
                 does = (inspect.getdoc(function) or "").partition("\n\n")[0]

@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from logging.handlers import RotatingFileHandler
 from typing import Any
 
@@ -17,7 +18,7 @@ from hypothesis import HealthCheck, settings
 
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
-from tests.support.limits import CALL_LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
@@ -65,10 +66,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
             return scope if scope.startswith(ONE_BY_ONE) else scope.partition("::")[0]
 
         def _assign_work_unit(self, node: Any) -> None:
-            # Pages keep processors busy, while other tests wait for robots that move in real time: half of the
+            # Pages keep processors busy, while other tests wait for robots that move in real time: two of three
             # workers begin with those.
             others = (scope for scope in self.workqueue if not scope.startswith(ONE_BY_ONE))
-            if self.nodes.index(node) % 2 and (first := next(others, None)):
+            if self.nodes.index(node) % 3 and (first := next(others, None)):
                 self.workqueue.move_to_end(first, last=False)
             super()._assign_work_unit(node)
 
@@ -89,8 +90,8 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def surroundings() -> Iterator[None]:
-    """Remove environment variables that would change the tests, and let calls take longer."""
+def surroundings(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Remove environment variables that would change the tests, and let calls and images take longer."""
     with pytest.MonkeyPatch.context() as patch:
         for name in list(os.environ):
             if name in DECISIVE or name.startswith("VISUALHFSM_"):
@@ -105,7 +106,13 @@ def surroundings() -> Iterator[None]:
         ):
             if signal.getsignal(number) is signal.SIG_IGN:
                 signal.signal(number, handler)
-        patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))  # a machine may be busy for 2 s
+        # A machine may be busy for 2 s, and longer than an image of a simulation may take.
+        patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))
+        if find_spec("mujoco") and any(each.get_closest_marker("gl") for each in request.session.items):
+            from naoserver_sim import cameras
+
+            patch.setattr(cameras, "_FRAME_TIMEOUT", EVENT_LIMIT)
+            patch.setattr(cameras, "_SETUP_TIMEOUT", START_LIMIT)
         yield
 
 

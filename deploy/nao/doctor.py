@@ -114,8 +114,8 @@ def _print(finding: Finding) -> None:
 _DISTRIBUTION: Final = "visualhfsm"
 _PACKAGES: Final = (
     "ballmover", "behaviors", "codegen", "deploy", "hfsm_command", "hfsm_pytest", "hfsm_recording",
-    "hfsm_runtime", "interfaces", "naoserver", "naoserver_naoqi", "naoserver_qi", "naoserver_sim",
-    "visualhfsm", "zenoh_ice",
+    "hfsm_runtime", "interfaces", "naoserver", "naoserver_naoqi", "naoserver_qi", "naoserver_ros2",
+    "naoserver_sim", "ros2", "soccer_field", "visualhfsm", "zenoh_ice",
 )  # fmt: skip
 """The packages of the distribution; most of their names are common words."""
 _NAMESPACES: Final = ("behaviors", "interfaces")
@@ -128,6 +128,7 @@ _EXTRAS: Final[Mapping[str, str]] = {
     "vision": "behaviors that see",
     "web": "the editor, visualhfsm edit",
     "naoqi": "the real robot, naoserver-naoqi",
+    "ros2": "ROS 2, naoserver-ros2",
 }
 # A line such as `mujoco>=4.0; extra == 'sim'`: name, oldest version, and extra.
 _REQUIREMENT: Final = re.compile(r"([\w.-]+)[^;>]*(?:>=([\d.]+))?[^;]*(?:;.*extra *== *['\"]([\w-]+))?")

@@ -10,7 +10,6 @@ from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import (
     Box,
     CarriedBall,
-    Field,
     Light,
     LooseBall,
     Start,
@@ -19,6 +18,7 @@ from naoserver_sim.world import (
     bundled_worlds,
     parse_world,
 )
+from soccer_field.model import Field
 from tests.support.pages import DOCS
 from tests.support.robot_server import served
 from zenoh_ice import VirtualClock

@@ -88,6 +88,7 @@ def test_without_gl_a_camera_call_names_the_package_and_the_rest_works(endpoint)
         (["--speed", "fast"], "'fast' is not a speed"),
         (["--camera", "Camera=1x1"], "320x240 up to 30/s"),
         (["--camera", "Tail=320x240"], "there is no camera 'Tail'"),
+        (["--body", "H30"], "there is no body 'H30'; there are H25, H21"),
     ],
 )
 def test_what_it_cannot_do_it_says(endpoint, options, message):

@@ -167,7 +167,7 @@ def test_parameters_of_a_camera_are_remembered(video):
     assert (video.getParameter(1, 0), video.getParameter(0, 0)) == (55, 0)
     video.setAllParametersToDefault(1)
     assert video.getParameter(1, 0) == 0
-    with pytest.raises(RuntimeError, match="no camera 7"):
+    with pytest.raises(RuntimeError, match="cameraIndex is 7: it must be from 0 to 1"):
         video.setParameter(7, 0, 1)
 
 

@@ -1,4 +1,4 @@
-"""Walk, senses, lights, voice, motions, postures and safety of every robot, with their tolerances."""
+"""Walk, lights, voice, motions, postures and safety of every robot, with their tolerances."""
 
 import math
 from collections import deque
@@ -14,11 +14,8 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import (
     ActionStatus,
-    BatteryPrx,
-    FootPressurePrx,
     GroundTruthPrx,
     HealthPrx,
-    InertialUnitPrx,
     JointsPrx,
     LedColor,
     LedsPrx,
@@ -27,15 +24,12 @@ from interfaces.nao import (
     PosturesPrx,
     SafetyPrx,
     ScenePrx,
-    SonarPrx,
     SpeechPrx,
     TouchPrx,
     Vector3,
     WalkPrx,
 )
-from naoserver.body import H25
 from naoserver.motions.postures import POSTURES
-from naoserver.servants.hinge import HINGES
 from tests.support.conformance import PATIENT, ROBOTS
 from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually, wait_for
@@ -45,29 +39,11 @@ SPEED = 0.08
 """Forward velocity in m/s that every robot walks at: NAOqi's walk reaches 0.095 m/s."""
 SPEED_TOLERANCE = 0.25
 """Part of a velocity by which what is reached, by odometry over some steps, may miss it."""
-GRAVITY = 9.81
-GRAVITY_TOLERANCE = 0.3
-"""In m/s2, at rest."""
-TILT_TOLERANCE = 0.12
-"""In rad, of a torso that stands: its posture leans forwards a little."""
-WEIGHT = GRAVITY * sum(link.mass for link in H25.links)
-WEIGHT_TOLERANCE = 0.1
-"""Part of the weight by which what the soles feel may miss it."""
-RATE_TOLERANCE = 0.1
-"""In rad/s, at rest."""
 POSTURE_TOLERANCE = 0.1
 """In rad, of a joint that carries the body in a posture."""
 COLOR_TOLERANCE = 0.01
 """NAOqi has 256 shades."""
 
-COMMON = {
-    *(f"{hinge.name}{kind}" for hinge in HINGES for kind in ("Motors", "Encoders")),
-    *("Battery", "Body", "Camera", "CameraBottom", "Clock", "Encoders", "FootPressure", "Head", "Health"),
-    *("InertialUnit", "Leds", "Motions", "Motors", "NeckSpeed", "Postures", "Safety", "Sonar", "Speech"),
-    *("Touch", "Walk"),
-}
-BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors", "Encoders")}
-SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}
 RED = LedColor(red=1.0, green=0.0, blue=0.0)
 
 
@@ -90,21 +66,12 @@ def body(nao):
     return nao.proxy(JointsPrx, "Body")
 
 
-def joint(state, name):
-    return state.positions[H25.joint_names.index(name)]
+def joint(nao, state, name):
+    return state.positions[nao.robot.body.joint_names.index(name)]
 
 
 def ended(state):
     return state.status not in (ActionStatus.Idle, ActionStatus.Moving)
-
-
-def test_it_serves_what_such_a_robot_has(nao):
-    expected = set(COMMON)
-    if nao.robot.mechanisms:
-        expected |= BALLS
-    if nao.robot.stage is not None:
-        expected |= SIMULATION
-    assert nao.assembly.servants.keys() == expected
 
 
 # -- the walk ------------------------------------------------------------------------------------------------
@@ -180,7 +147,7 @@ def test_while_it_walks_the_head_is_free_and_the_legs_are_not(walking):
         body.setJointPositions({"LKneePitch": 0.5}, 0.2)
     assert refusal.value.field == "LKneePitch"
     body.setJointPositions({"HeadYaw": 0.3}, 1.0)
-    wait_for(body.getJointState, lambda state: abs(joint(state, "HeadYaw") - 0.3) < 0.05)
+    wait_for(body.getJointState, lambda state: abs(joint(walking, state, "HeadYaw") - 0.3) < 0.05)
     motors.setV(0.0)
 
     def free():
@@ -198,74 +165,6 @@ def test_a_walk_that_is_not_renewed_stops_by_itself_and_that_is_counted(nao):
     motors.setV(SPEED)
     eventually(lambda: motors.getV() == 0.0)
     eventually(lambda: health.getHealth().velocityTimeouts == timeouts + 1)
-
-
-# -- the senses ----------------------------------------------------------------------------------------------
-
-
-def test_the_inertial_unit_feels_a_robot_that_stands(nao):
-    unit = nao.proxy(InertialUnitPrx, "InertialUnit")
-    first = unit.getInertialReading.wait(timeout=EVENT_LIMIT)
-    second = unit.getInertialReading.wait(after=first, timeout=EVENT_LIMIT)
-    assert second.value.time > first.value.time
-
-    def at_rest(reading):
-        force, rate = reading.acceleration, reading.angularVelocity
-        return (
-            abs(math.hypot(force.x, force.y, force.z) - GRAVITY) < GRAVITY_TOLERANCE
-            and math.hypot(rate.x, rate.y, rate.z) < RATE_TOLERANCE
-            and max(abs(reading.roll), abs(reading.pitch)) < TILT_TOLERANCE
-        )
-
-    wait_for(unit.getInertialReading, at_rest)
-
-
-def test_the_feet_carry_the_weight_between_them(nao):
-    feet = nao.proxy(FootPressurePrx, "FootPressure")
-
-    def carries(reading):
-        left, right = reading.left, reading.right
-        return left.total + right.total == pytest.approx(WEIGHT, rel=WEIGHT_TOLERANCE)
-
-    reading = wait_for(feet.getFeetReading, carries)
-    for foot in (reading.left, reading.right):
-        parts = (foot.frontLeft, foot.frontRight, foot.rearLeft, foot.rearRight)
-        assert min(parts) >= 0.0
-        assert sum(parts) == pytest.approx(foot.total)
-        assert foot.total > 0.2 * WEIGHT
-        assert -0.05 < foot.centerX < 0.11
-        assert abs(foot.centerY) < 0.06
-
-
-def test_the_sonar_reports_distances_within_its_limits_or_none(nao):
-    sonar = nao.proxy(SonarPrx, "Sonar")
-    limits = sonar.getSonarLimits()
-    assert 0.0 < limits.nearest < limits.farthest < 10.0
-    assert math.radians(20) < limits.cone < math.radians(90)
-    reading = sonar.getSonarReading.wait(timeout=EVENT_LIMIT).value
-    for distance in (reading.left, reading.right):
-        assert distance == math.inf or limits.nearest <= distance <= limits.farthest
-
-
-def test_nothing_touches_it_and_the_sensors_have_names(nao):
-    touch = nao.proxy(TouchPrx, "Touch")
-    assert touch.getTouchNames() == list(H25.touch_sensors)
-    wait_for(touch.getTouchReading, lambda reading: reading.touched == [])
-
-
-def test_the_battery_is_reported(nao):
-    reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=EVENT_LIMIT).value
-    assert 0.0 <= reading.charge <= 1.0
-    assert -20.0 < reading.current < 20.0
-    assert 0.0 < reading.temperature < 60.0
-    assert not reading.plugged
-
-
-def test_the_motors_are_warm_and_stiff(body):
-    state = body.getJointState()
-    assert len(state.temperatures) == len(state.stiffnesses) == 26
-    assert set(state.stiffnesses) == {1.0}
-    assert all(10.0 < temperature < 60.0 for temperature in state.temperatures)
 
 
 # -- lights and voice ----------------------------------------------------------------------------------------
@@ -292,13 +191,6 @@ def test_lights_fade_to_a_color_and_back_to_what_they_began_with(nao):
     wait_for(leds.getLeds, shows(RED))
     leds.reset()
     wait_for(leds.getLeds, shows(before["LeftEye"]))
-
-
-def test_a_light_that_is_not_there_is_refused_by_name(nao):
-    leds = nao.proxy(LedsPrx, "Leds")
-    with pytest.raises(InvalidValueException) as refusal:
-        leds.setLed("Tail", RED, 0.0)
-    assert refusal.value.field == "name"
 
 
 def test_a_text_is_begun_reported_and_ended(nao):
@@ -330,7 +222,9 @@ def test_it_goes_into_a_posture_and_reports_it(nao, body):
     assert (state.status, state.name, state.count) == (ActionStatus.Done, "Crouch", count + 1), state.message
     eventually(lambda: postures.getPosture() == "Crouch")
     knee = POSTURES["Crouch"]["LKneePitch"]
-    wait_for(body.getJointState, lambda state: abs(joint(state, "LKneePitch") - knee) < POSTURE_TOLERANCE)
+    wait_for(
+        body.getJointState, lambda state: abs(joint(nao, state, "LKneePitch") - knee) < POSTURE_TOLERANCE
+    )
 
 
 def test_a_posture_is_refused_where_there_is_none_and_stops_on_the_way(nao, body):
@@ -346,7 +240,7 @@ def test_a_posture_is_refused_where_there_is_none_and_stops_on_the_way(nao, body
     postures.goToPosture("Crouch", 0.3)
     wait_for(
         body.getJointState,
-        lambda state: abs(joint(state, "LKneePitch") - POSTURES["StandInit"]["LKneePitch"]) > 0.1,
+        lambda state: abs(joint(nao, state, "LKneePitch") - POSTURES["StandInit"]["LKneePitch"]) > 0.1,
     )
     postures.stop()
     assert wait_for(postures.getPostureState, ended).status in (ActionStatus.Stopped, ActionStatus.Failed)
@@ -371,7 +265,7 @@ def test_a_motion_owns_its_joints_and_stops_and_holds(nao, body):
     motions.play("wave", 0.5)
     wait_for(motions.getMotionState, lambda state: state.progress > 0.05)
     with pytest.raises(InvalidValueException, match="wave"):
-        body.setJointPositions(dict.fromkeys(H25.joint_names, 0.0), 0.1)
+        body.setJointPositions(dict.fromkeys(nao.robot.body.joint_names, 0.0), 0.1)
     motions.stop()
     assert wait_for(motions.getMotionState, ended).status == ActionStatus.Stopped
     wait_for(body.getJointState, lambda state: max(map(abs, state.velocities)) < 0.1)
@@ -406,7 +300,7 @@ def test_an_emergency_stop_ends_all_motion_and_latches(nao, body):
         with pytest.raises(CommandRefusedException):
             command()
     held = wait_for(body.getJointState, lambda state: max(map(abs, state.velocities)) < 0.1)
-    assert joint(held, "HeadYaw") < 1.0
+    assert joint(nao, held, "HeadYaw") < 1.0
     state = safety.getSafetyState()
     assert (state.stopped, state.reason) == (True, "enough")
     safety.resetEmergencyStop()
@@ -441,19 +335,3 @@ def test_ground_truth_and_scene_are_there_in_a_simulation_and_nowhere_else(nao):
     wait_for(truth.getGroundTruth, lambda seen: abs(seen.objects["BallRed"].position.y - 0.1) < 0.02)
     scene.pressSensor("HeadFront", 5.0)
     wait_for(nao.proxy(TouchPrx, "Touch").getTouchReading, lambda reading: reading.touched == ["HeadFront"])
-
-
-def test_streams_go_on_in_time(nao):
-    """Each stream has the robot's time, which advances, and no older state after a newer one."""
-    for interface, identity, operation in (
-        (JointsPrx, "Body", "getJointState"),
-        (EncodersPrx, "Encoders", "getEncodersData"),
-        (FootPressurePrx, "FootPressure", "getFeetReading"),
-        (InertialUnitPrx, "InertialUnit", "getInertialReading"),
-    ):
-        times = []
-        for sample in getattr(nao.proxy(interface, identity), operation).samples(timeout=EVENT_LIMIT):
-            times.append(sample.time)
-            if len(set(times)) == 3:
-                break
-        assert times == sorted(times), identity

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
+from functools import partial
 from typing import Final
 
 import pytest
 
+from interfaces.jderobot import Pose3DMotorsData
+from naoserver.body import H21, H25, Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.server import serve
@@ -16,7 +19,7 @@ from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, served_to_client
 from zenoh_ice import initialize
 
-__all__ = ["PATIENT", "ROBOTS", "Served"]
+__all__ = ["PATIENT", "ROBOTS", "Served", "motors"]
 
 Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
 """Serves a robot with some options, or with the defaults."""
@@ -26,24 +29,24 @@ PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 
 
 @contextmanager
-def fake(options: ServerOptions | None) -> Iterator[RobotClient]:
+def fake(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
     """Serve the robot without physics."""
-    with served_to_client(FakeRobot(), options) as nao:
+    with served_to_client(FakeRobot(body=body), options) as nao:
         yield nao
 
 
 @contextmanager
-def simulated(options: ServerOptions | None) -> Iterator[RobotClient]:
+def simulated(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
     """Serve the simulated robot."""
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     from naoserver_sim.robot import SimulatedRobot
 
-    with served_to_client(SimulatedRobot(), options) as nao:
+    with served_to_client(SimulatedRobot(body=body), options) as nao:
         yield nao
 
 
 @contextmanager
-def naoqi(options: ServerOptions | None) -> Iterator[RobotClient]:
+def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
     """Serve a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi."""
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     from naoserver_naoqi.link import RobotAddress
@@ -51,7 +54,7 @@ def naoqi(options: ServerOptions | None) -> Iterator[RobotClient]:
     from naoserver_qi import serve_as_naoqi
     from tests.support.naoqi import connect_patiently
 
-    behind = FakeRobot()
+    behind = FakeRobot(body=body)
     with (
         closing(behind),
         initialize(realm="behind", listen=[free_endpoint()], connect=[], clock="wall") as communicator,
@@ -59,7 +62,8 @@ def naoqi(options: ServerOptions | None) -> Iterator[RobotClient]:
         serve_as_naoqi(behind, assembly, "tcp://127.0.0.1:0") as url,
     ):
         address = RobotAddress.parse(url)
-        with served_to_client(NaoqiRobot(lambda _: connect_patiently(address)), options) as nao:
+        robot = NaoqiRobot(lambda _: connect_patiently(address), body=body)
+        with served_to_client(robot, options) as nao:
             yield nao
 
 
@@ -67,4 +71,12 @@ ROBOTS: Final = (
     pytest.param(fake, id="fake"),
     pytest.param(simulated, id="simulated", marks=pytest.mark.sim),
     pytest.param(naoqi, id="naoqi"),
+    pytest.param(partial(fake, body=H21), id="fake H21"),
+    pytest.param(partial(naoqi, body=H21), id="naoqi H21"),
+    pytest.param(partial(simulated, body=H21), id="simulated H21", marks=pytest.mark.sim),
 )
+
+
+def motors(**values: float) -> Pose3DMotorsData:
+    """Return a command of some values, the others zero."""
+    return Pose3DMotorsData(**(dict.fromkeys(Pose3DMotorsData.__struct_fields__, 0.0) | values))

@@ -7,9 +7,8 @@ from typing import Any, Final
 from interfaces.nao import ActionState
 from naoserver.assembly import Assembly
 from naoserver.motions.keyframes import load_motions
-from naoserver.motions.player import PERIOD
+from naoserver.motions.player import PERIOD, MotionRoute, PostureRoute
 from naoserver.motions.postures import nearest_posture, situation_of, stance_of
-from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.options import ServerOptions
 from zenoh_ice import VirtualClock
 

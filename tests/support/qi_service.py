@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Final
 
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver_qi.access import Access, Walking
+from naoserver_qi.access import Access
 from naoserver_qi.calls import Call
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALRobotPosture
@@ -56,14 +57,14 @@ class Rig:
         self.clock = SteppedClock(limit=EVENT_LIMIT)
         self.robot = make_robot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
-        self.access = Access(self.robot, self.assembly)
-        self.postures = ALRobotPosture(self.access)
-        self.walking = Walking(self.access)
-        self.motion = ALMotion(self.access, self.postures, self.walking)
+        self.access = Access(self.robot, self.assembly, Path("no disk"))
+        self.postures = self.access.service(ALRobotPosture)
+        self.walking = self.access.walking
+        self.motion = self.access.service(ALMotion)
 
     def close(self) -> None:
         """End the threads."""
-        self.walking.close()
+        self.walking.stop()
         self.robot.close()
 
     def advance(self, seconds: float) -> None:

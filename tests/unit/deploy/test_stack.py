@@ -220,5 +220,5 @@ def test_a_stack_is_given_by_name_or_by_file():
         "sim",
         "a/b.toml",
     ]
-    with pytest.raises(StackError, match=r"no stack soccer; there is demo, lab, nao, sim, or a file"):
+    with pytest.raises(StackError, match=r"no stack soccer; there is demo, lab, nao, ros, sim, or a file"):
         stack_path("soccer")

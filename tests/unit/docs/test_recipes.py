@@ -15,6 +15,7 @@ pytest_plugins = "pytester"
 
 RECIPES = [
     *("how-to/see-a-ball", "how-to/walk-to-a-place", "how-to/wait", "how-to/combine"),
+    pytest.param("how-to/localization", marks=[pytest.mark.sim, pytest.mark.gl]),
     pytest.param("tutorial/football", marks=[pytest.mark.sim, pytest.mark.gl]),
 ]
 

@@ -1,0 +1,367 @@
+"""What every robot reports and refuses while it stands: tests that change nothing, so it is started once for all."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from interfaces.jderobot import (
+    CameraPrx,
+    ConfigurationNotExistException,
+    EncodersPrx,
+    InvalidValueException,
+    Pose3DEncodersPrx,
+    Pose3DMotorsPrx,
+)
+from interfaces.nao import (
+    BatteryPrx,
+    ClockPrx,
+    FootPressurePrx,
+    HealthPrx,
+    InertialUnitPrx,
+    JointsPrx,
+    LedColor,
+    LedsPrx,
+    PoseHeadPrx,
+    SonarPrx,
+    TouchPrx,
+)
+from naoserver.body import H25
+from naoserver.servants.hinge import HINGES
+from tests.support.conformance import ROBOTS, motors
+from tests.support.limits import EVENT_LIMIT, START_LIMIT
+from tests.support.robot_server import wait_for
+from zenoh_ice import MarshalException
+
+TOLERANCE = 0.05
+"""Radians by which a joint that is not moved may be away from its place."""
+GRAVITY = 9.81
+GRAVITY_TOLERANCE = 0.3
+"""In m/s2, at rest."""
+TILT_TOLERANCE = 0.12
+"""In rad, of a torso that stands: its posture leans forwards a little."""
+WEIGHT = GRAVITY * sum(link.mass for link in H25.links)
+WEIGHT_TOLERANCE = 0.1
+"""Part of the weight by which what the soles feel may miss it."""
+RATE_TOLERANCE = 0.1
+"""In rad/s, at rest."""
+
+COMMON = {
+    *("Battery", "Body", "Camera", "CameraBottom", "Clock", "Encoders", "FootPressure", "Head", "Health"),
+    *("InertialUnit", "Leds", "Motions", "Motors", "NeckSpeed", "Postures", "Safety", "Sonar", "Speech"),
+    *("Touch", "Walk"),
+}
+BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors", "Encoders")}
+SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def served(request):
+    """A robot that is served."""
+    with request.param(None) as nao:
+        yield nao
+
+
+@pytest.fixture
+def nao(served):
+    """The robot, and a client's session."""
+    with served.client() as nao:
+        yield nao
+
+
+@pytest.fixture
+def head(nao):
+    return nao.proxy(PoseHeadPrx, "Head")
+
+
+@pytest.fixture
+def body(nao):
+    return nao.proxy(JointsPrx, "Body")
+
+
+@pytest.fixture
+def camera(nao):
+    camera = nao.proxy(CameraPrx, "Camera")
+    camera.reset()
+    return camera
+
+
+# -- what it is and does --------------------------------------------------------------------------------------
+
+
+def test_it_serves_what_such_a_robot_has(nao):
+    joints, expected = set(nao.robot.body.joint_names), set(COMMON)
+    for hinge in HINGES:
+        if joints.issuperset(joint for _, joint in hinge.joints):
+            expected |= {f"{hinge.name}Motors", f"{hinge.name}Encoders"}
+    if nao.robot.mechanisms:
+        expected |= BALLS
+    if nao.robot.stage is not None:
+        expected |= SIMULATION
+    assert nao.assembly.servants.keys() == expected
+
+
+def test_it_has_the_joints_of_its_body(nao, body):
+    assert body.getJointNames() == list(nao.robot.body.joint_names)
+    for limits, facts in zip(body.getJointLimits(), nao.robot.body.joints, strict=True):
+        assert (limits.name, limits.lower, limits.upper) == (facts.name, facts.lower, facts.upper)
+        assert limits.maxVelocity == facts.max_velocity
+
+
+def test_its_state_has_a_value_for_each_joint_and_moves_on_in_time(nao, body):
+    first = body.getJointState.wait(timeout=EVENT_LIMIT)
+    second = body.getJointState.wait(after=first, timeout=EVENT_LIMIT)
+    assert second.value.time > first.value.time
+    assert second.time == second.value.time
+    state = body.getJointState()
+    for values in (state.positions, state.velocities, state.commands, state.torques):
+        assert len(values) == len(nao.robot.body.joints)
+        assert all(math.isfinite(value) for value in values)
+
+
+def test_the_motors_are_warm_and_stiff(nao, body):
+    state = body.getJointState()
+    assert len(state.temperatures) == len(state.stiffnesses) == len(nao.robot.body.joints)
+    assert set(state.stiffnesses) == {1.0}
+    assert all(10.0 < temperature < 60.0 for temperature in state.temperatures)
+
+
+def test_every_hinge_is_served_with_the_limits_of_its_joints(nao):
+    facts = {joint.name: joint for joint in nao.robot.body.joints}
+    for hinge in (hinge for hinge in HINGES if facts.keys() >= {joint for _, joint in hinge.joints}):
+        params = nao.proxy(Pose3DMotorsPrx, f"{hinge.name}Motors").getPose3DMotorsParams()
+        for axis, joint in hinge.joints:
+            assert getattr(params, f"max{axis.capitalize()}") == facts[joint].upper
+            assert getattr(params, f"min{axis.capitalize()}") == facts[joint].lower
+        nao.proxy(Pose3DEncodersPrx, f"{hinge.name}Encoders").getPose3DEncodersData()
+
+
+def test_the_clock_streams_a_time_that_goes_on(nao):
+    clock = nao.proxy(ClockPrx, "Clock")
+    first = clock.getTime.wait(timeout=EVENT_LIMIT)
+    second = clock.getTime.wait(after=first, timeout=EVENT_LIMIT)
+    assert second.value.time > first.value.time
+    assert second.value.rate > 0.0
+    assert second.value.simulated == nao.robot.clock.simulated
+
+
+def test_health_reports_that_it_stands(nao):
+    report = nao.proxy(HealthPrx, "Health").getHealth.wait(timeout=EVENT_LIMIT).value
+    assert not report.fallen
+    assert report.torsoTilt < 0.2
+    assert report.cameraRates.keys() >= {"Camera", "CameraBottom"}
+    assert report.uptime > 0
+
+
+def test_streams_go_on_in_time(nao):
+    """Each stream has the robot's time, which advances, and no older state after a newer one."""
+    for interface, identity, operation in (
+        (JointsPrx, "Body", "getJointState"),
+        (EncodersPrx, "Encoders", "getEncodersData"),
+        (FootPressurePrx, "FootPressure", "getFeetReading"),
+        (InertialUnitPrx, "InertialUnit", "getInertialReading"),
+    ):
+        times = []
+        for sample in getattr(nao.proxy(interface, identity), operation).samples(timeout=EVENT_LIMIT):
+            times.append(sample.time)
+            if len(set(times)) == 3:
+                break
+        assert times == sorted(times), identity
+
+
+# -- the senses -----------------------------------------------------------------------------------------------
+
+
+def test_the_inertial_unit_feels_a_robot_that_stands(nao):
+    unit = nao.proxy(InertialUnitPrx, "InertialUnit")
+    first = unit.getInertialReading.wait(timeout=EVENT_LIMIT)
+    second = unit.getInertialReading.wait(after=first, timeout=EVENT_LIMIT)
+    assert second.value.time > first.value.time
+
+    def at_rest(reading):
+        force, rate = reading.acceleration, reading.angularVelocity
+        return (
+            abs(math.hypot(force.x, force.y, force.z) - GRAVITY) < GRAVITY_TOLERANCE
+            and math.hypot(rate.x, rate.y, rate.z) < RATE_TOLERANCE
+            and max(abs(reading.roll), abs(reading.pitch)) < TILT_TOLERANCE
+        )
+
+    wait_for(unit.getInertialReading, at_rest)
+
+
+def test_the_feet_carry_the_weight_between_them(nao):
+    feet = nao.proxy(FootPressurePrx, "FootPressure")
+
+    def carries(reading):
+        left, right = reading.left, reading.right
+        return left.total + right.total == pytest.approx(WEIGHT, rel=WEIGHT_TOLERANCE)
+
+    reading = wait_for(feet.getFeetReading, carries)
+    for foot in (reading.left, reading.right):
+        parts = (foot.frontLeft, foot.frontRight, foot.rearLeft, foot.rearRight)
+        assert min(parts) >= 0.0
+        assert sum(parts) == pytest.approx(foot.total)
+        assert foot.total > 0.2 * WEIGHT
+        assert -0.05 < foot.centerX < 0.11
+        assert abs(foot.centerY) < 0.06
+
+
+def test_the_sonar_reports_distances_within_its_limits_or_none(nao):
+    sonar = nao.proxy(SonarPrx, "Sonar")
+    limits = sonar.getSonarLimits()
+    assert 0.0 < limits.nearest < limits.farthest < 10.0
+    assert math.radians(20) < limits.cone < math.radians(90)
+    reading = sonar.getSonarReading.wait(timeout=EVENT_LIMIT).value
+    for distance in (reading.left, reading.right):
+        assert distance == math.inf or limits.nearest <= distance <= limits.farthest
+
+
+def test_nothing_touches_it_and_the_sensors_have_names(nao):
+    touch = nao.proxy(TouchPrx, "Touch")
+    assert touch.getTouchNames() == list(nao.robot.body.touch_sensors)
+    wait_for(touch.getTouchReading, lambda reading: reading.touched == [])
+
+
+def test_the_battery_is_reported(nao):
+    reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=EVENT_LIMIT).value
+    assert 0.0 <= reading.charge <= 1.0
+    assert -20.0 < reading.current < 20.0
+    assert 0.0 < reading.temperature < 60.0
+    assert not reading.plugged
+
+
+# -- cameras --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.gl
+def test_a_camera_describes_itself(camera):
+    description = camera.getCameraDescription()
+    assert (description.name, description.width, description.height, description.rate) == (
+        "Camera",
+        320,
+        240,
+        10.0,
+    )
+    assert 2 * math.atan(160 / description.fdistx) == pytest.approx(math.radians(56.3), abs=0.01)
+    assert (description.u0, description.v0) == (159.5, 119.5)
+
+
+@pytest.mark.gl
+def test_an_image_is_what_its_description_says(camera):
+    for name, channels in (("RGB8", 3), ("BGR8", 3), ("GRAY8", 1)):
+        assert name in camera.getImageFormat()
+        image = camera.getImageData(name)
+        shape = image.description
+        assert (shape.width, shape.height, shape.format) == (320, 240, name)
+        assert shape.size == len(image.pixelData) == 320 * 240 * channels
+
+
+@pytest.mark.gl
+def test_images_are_timed_by_the_robots_clock(nao, camera):
+    clock = nao.proxy(ClockPrx, "Clock")
+    before = clock.getTime().time
+    stamp = camera.getImageData("RGB8").timeStamp
+    time = stamp.seconds + stamp.useconds / 1e6
+    assert before - 5.0 <= time <= clock.getTime().time + 0.01
+
+
+@pytest.mark.gl
+def test_images_of_the_stream_are_a_period_apart(camera):
+    assert camera.getImageFormat()[0] == "RGB8"
+    times = []
+    for sample in camera.getImageData.samples(timeout=START_LIMIT):
+        assert sample.value.description.format == "RGB8"
+        times.append(sample.time)
+        if len(times) == 8:
+            break
+    assert times[-1] - times[0] > 0.35, (
+        "a late one may come close to the next, but they are no more than asked for"
+    )
+    assert all(after > before for before, after in pairwise(times))
+
+
+def test_a_setting_that_a_camera_does_not_have_is_refused(camera):
+    for setting, value, reason in (
+        ("width", 321, "321x240"),
+        ("rate", 1000.0, "up to 30"),
+        ("rate", math.nan, "nan"),
+        ("rate", 0.0, "0"),
+    ):
+        description = camera.getCameraDescription()
+        setattr(description, setting, value)
+        with pytest.raises(ConfigurationNotExistException, match=reason):
+            camera.setCameraDescription(description)
+    assert camera.getCameraDescription().width == 320
+
+
+def test_an_unknown_pixel_format_is_refused_with_those_there_are(camera):
+    with pytest.raises(ConfigurationNotExistException, match=r"'PNG'.*RGB8"):
+        camera.getImageData("PNG")
+
+
+# -- what is refused ------------------------------------------------------------------------------------------
+
+
+def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body):
+    for stiffnesses, seconds, field in (
+        ({"HeadYaw": 1.1}, 0.0, "HeadYaw"),
+        ({"HeadYaw": math.nan}, 0.0, "HeadYaw"),
+        ({"Tail": 0.5}, 0.0, "Tail"),
+        ({"HeadYaw": 0.5}, -1.0, "seconds"),
+        ({"HeadYaw": 0.5}, math.inf, "seconds"),
+    ):
+        with pytest.raises(InvalidValueException) as refusal:
+            body.setStiffnesses(stiffnesses, seconds)
+        assert refusal.value.field == field
+    assert set(body.getJointState().stiffnesses) == {1.0}
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_value_that_is_not_finite_is_refused_with_its_field(nao, head, body, value):
+    refused = []
+    for call in (
+        lambda: head.setPose(value, 0.0, 0.5),
+        lambda: head.setPose(0.0, 0.0, value),
+        lambda: head.setSpeed(0.0, value),
+        lambda: body.setJointPositions({"HeadYaw": 0.0, "LKneePitch": value}, 0.1),
+        lambda: nao.proxy(Pose3DMotorsPrx, "NeckMotors").setPose3DMotorsData(motors(roll=value)),
+        lambda: nao.proxy(Pose3DMotorsPrx, "NeckSpeed").setPose3DMotorsData(motors(tiltSpeed=value)),
+    ):
+        with pytest.raises(InvalidValueException) as refusal:
+            call()
+        refused.append(refusal.value.field)
+    assert refused == ["pan", "fraction", "tilt", "LKneePitch", "roll", "tiltSpeed"]
+    assert abs(head.getPose().pan) < TOLERANCE, "nothing moved, and the server lives"
+
+
+@pytest.mark.parametrize("fraction", [0.0, -0.1, 1.01])
+def test_a_fraction_out_of_its_domain_is_refused(head, fraction):
+    with pytest.raises(InvalidValueException) as refusal:
+        head.setPose(0.0, 0.0, fraction)
+    assert refusal.value.field == "fraction"
+
+
+def test_a_negative_speed_of_a_position_is_refused(nao):
+    with pytest.raises(InvalidValueException) as refusal:
+        nao.proxy(Pose3DMotorsPrx, "NeckMotors").setPose3DMotorsData(motors(panSpeed=-1.0))
+    assert refusal.value.field == "panSpeed"
+
+
+def test_an_unknown_joint_is_refused_and_no_joint_moves(body):
+    with pytest.raises(InvalidValueException, match="HeadYaw") as refusal:
+        body.setJointPositions({"HeadYaw": 0.5, "Tail": 0.0}, 0.5)
+    assert refusal.value.field == "Tail"
+    assert body.getJointState().commands[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_wrong_type_is_refused_with_the_field(nao, body):
+    with pytest.raises(MarshalException, match="targets"):
+        body.setJointPositions({"HeadYaw": "left"}, 0.5)
+    assert len(body.getJointState().positions) == len(nao.robot.body.joints)
+
+
+def test_a_light_that_is_not_there_is_refused_by_name(nao):
+    leds = nao.proxy(LedsPrx, "Leds")
+    with pytest.raises(InvalidValueException) as refusal:
+        leds.setLed("Tail", LedColor(red=1.0, green=0.0, blue=0.0), 0.0)
+    assert refusal.value.field == "name"
