@@ -19,14 +19,14 @@ pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 @pytest.fixture
 def demo(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[ComponentProcess]:
-    """Start the demo, for the seconds of the parameter or for longer than any test takes."""
-    seconds = getattr(request, "param", 600)
+    """Start the demo at three times its speed for longer than any test takes, or as the parameter says."""
+    seconds, speed = getattr(request, "param", (600, 3))
     stack = tmp_path / "demo.toml"
     text = (REPOSITORY / "deploy" / "demo.toml").read_text("utf-8")
     stack.write_text(text.replace('log_dir = "demo/logs"', f'log_dir = "{tmp_path}/logs"'))
     command = module(
         "deploy.nao", "stack", str(stack), "--seconds", str(seconds),
-        "--set", "speed=3", "--set", f"report={tmp_path / 'report.html'}", "--set", f"endpoint={free_endpoint()}",
+        "--set", f"speed={speed}", "--set", f"report={tmp_path / 'report.html'}", "--set", f"endpoint={free_endpoint()}",
     )  # fmt: skip
     with ComponentProcess(command) as demo:
         yield demo
@@ -47,7 +47,8 @@ def assert_gone(processes: list[psutil.Process]) -> None:
     ] == []
 
 
-@pytest.mark.parametrize("demo", [5], indirect=True)
+# Faster, a busy machine could miss the ball for longer than its share is counted.
+@pytest.mark.parametrize("demo", [(8, 1)], indirect=True, ids=["8 s"])
 def test_the_demo_ends_by_itself_with_a_summary_and_a_report(demo: ComponentProcess, tmp_path: Path) -> None:
     running = components(demo)
 
