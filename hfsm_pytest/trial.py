@@ -27,10 +27,10 @@ from hfsm_runtime.loading import load_module
 from hfsm_runtime.robot import connect
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.timeline import Timeline
-from naoserver.fake import FakeRobot, FastClock
+from naoserver.fake import FakeRobot
 from naoserver.jobs import Job, JobThreads, Periodic
 from naoserver.server import serve
-from zenoh_ice import Clock, Communicator, ObjectAdapter, Publisher, Settings
+from zenoh_ice import Clock, Communicator, ObjectAdapter, Publisher, RobotClock, Settings
 from zenoh_ice.in_process import InProcessTransport
 
 from .communicator import blank, make_stub
@@ -62,44 +62,47 @@ class Trial(Runtime):
             self.timeline.set_speed(speed)
 
     def _make_timeline(self, clock: Clock) -> Timeline:
-        assert isinstance(clock, FastClock)
+        assert isinstance(clock, RobotClock)
         return _TrialTimeline(clock)
 
 
 class _TrialTimeline(Timeline):
     """Component time that is also the time of all the rest: in a pause the robot stands still, too."""
 
-    def __init__(self, clock: FastClock) -> None:
+    def __init__(self, clock: RobotClock) -> None:
         super().__init__(clock)
-        self._fast = clock
+        self._robot_clock = clock
         self.speed = clock.rate
 
     def set_speed(self, speed: float) -> None:
         """Let time pass at another speed, from the end of a pause on."""
         self.speed = speed
         if not self.paused:
-            self._fast.rate = speed
+            self._run(speed)
 
     def pause(self) -> None:
         """Let time stand still."""
         super().pause()
-        self._fast.rate = 0.0
+        self._run(0.0)
 
     def resume(self) -> None:
         """Let time continue."""
-        self._fast.rate = self.speed
+        self._run(self.speed)
         super().resume()
 
     def step(self, duration: int) -> None:
         """Move time forward by a duration in ns while it stands still."""
         super().step(duration)
-        self._fast.advance(duration / 1e9)
+        self._run(0.0, duration / 1e9)
+
+    def _run(self, rate: float, ahead: float = 0.0) -> None:
+        self._robot_clock.update(self._robot_clock.now() + ahead, rate, simulated=True)
 
 
 @contextmanager
 def trial() -> Iterator[World]:
     """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block."""
-    clock = FastClock(1.0)
+    clock = RobotClock(0.0, 1.0, simulated=True, silence=math.inf)
     with ExitStack() as stack:
         network = stack.enter_context(Communicator(Settings(), transport=InProcessTransport, clock=clock))
         adapter = network.createObjectAdapter("trial")

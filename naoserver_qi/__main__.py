@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Annotated, Final, NoReturn
@@ -40,14 +41,15 @@ def serve_fake(
     """
     from hfsm_command.cli import report_ready, stop_on_signals
     from naoserver.assembly import Assembly
-    from naoserver.fake import FakeRobot, FastClock
+    from naoserver.fake import FakeRobot
     from naoserver.jobs import JobThreads
     from naoserver.options import ServerOptions
     from naoserver_qi import serve_as_naoqi
-    from zenoh_ice import WallClock
+    from zenoh_ice import RobotClock, WallClock
 
+    clock = RobotClock(0.0, speed, simulated=True, silence=math.inf)
     with stop_on_signals() as stop, ExitStack() as stack:
-        robot = stack.enter_context(closing(FakeRobot(FastClock(speed))))
+        robot = stack.enter_context(closing(FakeRobot(clock)))
         robot.start()
         assembly = Assembly(robot, ServerOptions(), WallClock())
         threads = JobThreads(assembly.jobs)

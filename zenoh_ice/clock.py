@@ -102,20 +102,22 @@ class RobotClock:
     """Follow a clock by the samples given to `update`.
 
     Between samples the time runs on at the rate of the last one, and so it does when samples stop: that is
-    logged after 1 s. It never runs backwards: where an estimate was ahead it stands still until the other
-    clock has caught up. Only when that clock restarts, more than 0.1 s behind its last sample, the time jumps
-    with it and all sleepers wake at once.
+    logged after `silence` s, infinite for a clock that is only set when its rate changes. It never runs
+    backwards: where an estimate was ahead it stands still until the other clock has caught up. Only when that
+    clock restarts, more than 0.1 s behind its last sample, the time jumps with it and all sleepers wake at
+    once.
 
     Raises MarshalException when it is to begin with a time or a rate that no clock has.
     """
 
-    def __init__(self, time_: float, rate: float, simulated: bool) -> None:
+    def __init__(self, time_: float, rate: float, simulated: bool, silence: float = _SILENCE) -> None:
         if not _plausible(time_, rate):
             raise MarshalException(f"the robot's clock shows {time_!r} s at a rate of {rate!r}")
         self.rate = rate
         """Seconds of this clock that pass in a second of wall time; 0 while it is paused."""
         self.simulated = simulated
         """Whether the time is that of a simulation."""
+        self._longest_silence = silence
         self._sample = self._newest = time_
         self._arrival = time.monotonic()
         self._restarts = 0
@@ -126,7 +128,7 @@ class RobotClock:
         """Return the time in s."""
         with self._changed:
             silence = time.monotonic() - self._arrival
-            if silence > _SILENCE and not self._silence_logged and not self._closed:
+            if silence > self._longest_silence and not self._silence_logged and not self._closed:
                 self._silence_logged = True
                 _logger.warning(
                     "no sample of the robot's clock for %.1f s; continuing at its last rate, %g",

@@ -1,5 +1,5 @@
 """A robot without physics, for tests and for trying out clients: `python -m naoserver.fake` serves it."""
 
-from naoserver.fake.robot import FakeDevice, FakeRobot, FastClock
+from naoserver.fake.robot import FakeDevice, FakeRobot
 
-__all__ = ["FakeDevice", "FakeRobot", "FastClock"]
+__all__ = ["FakeDevice", "FakeRobot"]

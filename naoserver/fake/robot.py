@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import threading
-import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -409,49 +408,3 @@ class FakeRobot(FakeDevice):
         self.walker.close()
         for ball in self._balls.values():
             ball.close()
-
-
-_RESOLUTION: Final = 1e-9  # s; sums of floats are not exact
-_NAP: Final = 0.05  # wall s after which a wait on a clock whose rate may change checks again
-
-
-class FastClock:
-    """Steady wall time, `rate` times as fast, which may change at any time. Implements zenoh_ice.Clock."""
-
-    simulated: Final = True
-
-    def __init__(self, rate: float) -> None:
-        self._lock = threading.Lock()
-        self._time, self._since = 0.0, time.monotonic()
-        self._rate = rate
-
-    @property
-    def rate(self) -> float:
-        return self._rate
-
-    @rate.setter
-    def rate(self, rate: float) -> None:
-        with self._lock:
-            self._time, self._since = self._read(), time.monotonic()
-            self._rate = rate
-
-    def now(self) -> float:
-        with self._lock:
-            return self._read()
-
-    def advance(self, seconds: float) -> None:
-        """Move the time forward by a duration in s."""
-        with self._lock:
-            self._time += seconds
-
-    def sleep(self, seconds: float) -> None:
-        self.wait(threading.Event(), seconds)
-
-    def wait(self, event: threading.Event, timeout: float) -> bool:
-        end = self.now() + timeout
-        while not event.is_set() and (left := end - self.now()) > _RESOLUTION:
-            event.wait(min(left / self._rate, _NAP) if self._rate else _NAP)
-        return event.is_set()
-
-    def _read(self) -> float:
-        return self._time + (time.monotonic() - self._since) * self._rate

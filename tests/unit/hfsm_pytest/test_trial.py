@@ -15,12 +15,12 @@ from hfsm_pytest.trial import Trial, trial
 from hfsm_runtime import Automaton, Component, Proxy, Ros, State
 from hfsm_runtime.errors import ValueTypeError
 from interfaces.nao import HeadPose, PoseHeadPrx, SpeechPrx
-from naoserver.fake import FastClock
 from ros2 import CallTimeoutError
 from tests.support.automata import after, automaton, component
 from tests.support.gripper import GripperPrx
 from tests.support.limits import START_LIMIT
 from tests.support.running import eventually, running
+from zenoh_ice import RobotClock
 
 
 class Nothing(Component):
@@ -66,8 +66,9 @@ def test_a_command_expires_by_the_time_of_the_trial() -> None:
     tested = Nothing()
     with trial() as world:
         world.connect(tested)
-        assert isinstance(world.communicator.clock, FastClock)
-        world.communicator.clock.rate = 0.2
+        clock = world.communicator.clock
+        assert isinstance(clock, RobotClock)
+        clock.update(clock.now(), 0.2, simulated=True)
         tested.Head.setSpeed(1.0, 0.0)
         eventually(lambda: tested.Head.getPose().pan > 0.25)  # by wall time it would stop before
 

@@ -1,7 +1,6 @@
 """The fake robot keeps the contract of `naoserver.robot`, in virtual time."""
 
 import math
-import threading
 
 import numpy as np
 import pytest
@@ -9,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.errors import HardwareFailure
-from naoserver.fake import FakeRobot, FastClock
+from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LAG, Ball, focal_length, project
 from naoserver.robot import Robot
-from tests.support.limits import EVENT_LIMIT
 from zenoh_ice.clock import VirtualClock
 
 
@@ -141,24 +139,3 @@ def test_a_joint_that_becomes_limp_on_its_way_stays_where_it_is(robot, clock):
     robot.command_stiffnesses({"HeadYaw": 1.0}, 0.0)
     clock.advance(1.0)
     assert robot.read().positions[0] == yaw
-
-
-def test_a_fast_clock_changes_its_pace_without_a_jump_and_is_moved_by_hand():
-    clock = FastClock(0.0)
-    assert clock.now() == clock.now() == 0.0
-    clock.advance(5.0)
-    assert clock.now() == 5.0
-    clock.rate = 1000.0
-    assert 5.0 <= clock.now() < 5.0 + 1000.0 * EVENT_LIMIT
-    clock.sleep(100.0)
-    clock.rate = 0.0
-    assert clock.now() == clock.now() >= 105.0
-
-
-def test_a_wait_on_a_fast_clock_ends_sooner_when_that_becomes_faster():
-    clock = FastClock(1e-6)
-    waiting = threading.Thread(target=clock.sleep, args=(1.0,), daemon=True)
-    waiting.start()
-    clock.rate = 1000.0
-    waiting.join(EVENT_LIMIT)
-    assert not waiting.is_alive()

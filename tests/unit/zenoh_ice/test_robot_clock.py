@@ -146,6 +146,22 @@ def test_silence_is_reported_once_and_so_is_its_end(wall: Wall, caplog: pytest.L
     ]
 
 
+def test_a_clock_that_is_set_by_hand_changes_its_pace_without_a_jump_and_misses_no_samples(
+    wall: Wall, caplog: pytest.LogCaptureFixture
+) -> None:
+    clock = RobotClock(0.0, 0.0, simulated=True, silence=math.inf)
+    wall.now += 5.0
+    assert clock.now() == 0.0
+    clock.update(5.0, 1000.0, simulated=True)
+    assert clock.now() == 5.0
+    wall.now += 5.0
+    assert clock.now() == pytest.approx(5005.0)
+    clock.update(clock.now(), 0.0, simulated=True)
+    wall.now += 5.0
+    assert clock.now() == pytest.approx(5005.0)
+    assert caplog.messages == []
+
+
 def asleep(function: Callable[[], object]) -> tuple[threading.Thread, list[object]]:
     """Run a function in a thread; return the thread and, once it has ended, what happened."""
     outcome: list[object] = []
