@@ -75,6 +75,17 @@ class InertialReading:
     pitch: float
     """Angle of the torso to the vertical in rad, positive forwards."""
 
+    @property
+    def up(self) -> Vector:
+        """Unit vector upwards: (0, 0, 1) upright, (-1, 0, 0) on the belly, (1, 0, 0) on the back."""
+        across = math.cos(self.pitch)
+        return -math.sin(self.pitch), math.sin(self.roll) * across, math.cos(self.roll) * across
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the torso's z axis and the vertical in rad."""
+        return math.acos(max(-1.0, min(1.0, self.up[2])))
+
 
 @dataclass(frozen=True, slots=True)
 class FootReading:

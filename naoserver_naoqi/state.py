@@ -199,9 +199,7 @@ class NaoqiState:
 
     def body(self) -> BodyState:
         """Return how the body is, by the inertial unit."""
-        inertial = self.senses().inertial
-        cosine = math.cos(inertial.roll) * math.cos(inertial.pitch)
-        tilt = math.acos(min(1.0, max(-1.0, cosine)))
+        tilt = self.senses().inertial.tilt
         factor = 1.0 if self._frozen is None else 0.0
         return BodyState(torso_tilt=tilt, fallen=tilt > FALLEN_TILT, real_time_factor=factor, lag=0.0)
 

@@ -91,7 +91,7 @@ class Situation:
     joints: Mapping[str, float]
     """Angles in rad by name."""
     up: tuple[float, float, float]
-    """Unit vector: (0, 0, 1) upright, (-1, 0, 0) on the belly, (1, 0, 0) on the back."""
+    """Unit vector, as of `InertialReading`."""
 
 
 def situation_of(robot: Robot) -> Situation:
@@ -104,10 +104,7 @@ def situation_of(robot: Robot) -> Situation:
         if robot.state().fallen:
             raise RobotError("the robot has fallen, and has no inertial unit that measures how it lies")
         return Situation(joints, (0.0, 0.0, 1.0))
-    inertial = robot.senses.read().inertial
-    roll, pitch = inertial.roll, inertial.pitch
-    up = (-math.sin(pitch), math.sin(roll) * math.cos(pitch), math.cos(roll) * math.cos(pitch))
-    return Situation(joints, up)
+    return Situation(joints, robot.senses.read().inertial.up)
 
 
 def stance_of(situation: Situation) -> Stance:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, TypedDict
@@ -13,7 +12,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from naoserver.body import H25, find_body
-from naoserver.capabilities import InertialReading, SenseReading, Truth
+from naoserver.capabilities import SenseReading, Truth
 from naoserver.robot import JointReading
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import World, load_world
@@ -189,7 +188,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def _balance(self) -> list[float]:
         """Return what the body feels of its balance: up (3), turning (3), loads of the soles (2)."""
         inertial, left, right = self._senses.inertial, self._senses.left_foot, self._senses.right_foot
-        return [*upward(inertial), *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
+        return [*inertial.up, *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
 
 
 def three_numbers(value: Any, what: str) -> list[float]:  # noqa: ANN401
@@ -198,9 +197,3 @@ def three_numbers(value: Any, what: str) -> list[float]:  # noqa: ANN401
     if numbers.shape != (3,) or not (np.abs(numbers) <= _FARTHEST).all():
         raise ValueError(f"the {what} {value!r} is not three numbers from -{_FARTHEST:g} to {_FARTHEST:g}")
     return list(map(float, numbers))
-
-
-def upward(inertial: InertialReading) -> tuple[float, float, float]:
-    """Return the unit vector in the torso's frame that points up."""
-    roll, pitch = inertial.roll, inertial.pitch
-    return -math.sin(pitch), math.sin(roll) * math.cos(pitch), math.cos(roll) * math.cos(pitch)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from naoserver.body import H25
 from naoserver.capabilities import Truth, WalkVelocity
 from naoserver.kinematics import place_of
-from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options, three_numbers, upward
+from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options, three_numbers
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.kinematics import LEG_MOTORS
 
@@ -247,4 +247,4 @@ class StandUpEnvironment(NaoEnvironment):
         return [*self._angles(), *self._speeds(0.1), *self._balance()]
 
     def _info(self) -> dict[str, Any]:
-        return super()._info() | {"up": upward(self._senses.inertial), "is_success": self._stood >= _HELD}
+        return super()._info() | {"up": self._senses.inertial.up, "is_success": self._stood >= _HELD}

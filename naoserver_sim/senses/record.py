@@ -205,11 +205,6 @@ class SensorRecord:
         force, turning = (ax + e[0], ay + e[1], az + e[2]), (tx + e[3], ty + e[4], tz + e[5])
         return InertialReading(force, turning, roll + e[6], pitch + e[7])
 
-    def leaning(self) -> float:
-        """Return the angle between the torso's z axis and the vertical in rad."""
-        reading = self.newest.inertial
-        return math.acos(max(-1.0, min(1.0, math.cos(reading.roll) * math.cos(reading.pitch))))
-
     def bumps(self, sample: Sample) -> tuple[float, ...]:
         """Return the forces on the bumpers in N."""
         return tuple(float(sample.values[bumper]) for bumper in self._bumpers)

@@ -342,7 +342,8 @@ class SimulatedSenses:
         self._ticks += 1
         period = self._simulator.tick_period
         if self._ticks % _FALLS_EVERY == 0:
-            self.falls.look(time, period * _FALLS_EVERY, self.record.leaning(), self.record.weight())
+            tilt = self.record.newest.inertial.tilt
+            self.falls.look(time, period * _FALLS_EVERY, tilt, self.record.weight())
         if self._ticks % self._sonar_every == 0:
             data = self._data
             self._battery.draw(period * self._sonar_every, data.actuator_force, data.qvel)
