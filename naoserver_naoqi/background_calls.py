@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, Generic, TypeVar
 
 from naoserver.errors import HardwareFailure
@@ -17,7 +17,6 @@ _PATIENCE: Final = 1.0
 """Seconds to wait for an answer before the next command is sent without it."""
 _END: Final = 2.0
 
-K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 
@@ -96,7 +95,7 @@ class Poll:
             self._reply = link.begin(self._operation, *self._arguments)
 
 
-class CoalescingQueue(Generic[K, V]):
+class CoalescingQueue(Generic[V]):
     """A queue of commands that keeps the newest one for each key.
 
     NAOqi may run two calls in either order, so each is sent after the answer to the previous one. The first
@@ -109,14 +108,14 @@ class CoalescingQueue(Generic[K, V]):
         name: str,
         connection: Connection,
         reporter: Reporter,
-        send: Callable[[Link, Mapping[K, V]], Sequence[Reply]],
+        send: Callable[[Link, Mapping[str, V]], Sequence[Reply]],
     ) -> None:
         self._name = name
         self._connection = connection
         self._reporter = reporter
         self._send = send
         self._changed = threading.Condition()
-        self._waiting: dict[K, V] = {}
+        self._waiting: dict[str, V] = {}
         self._replies: Sequence[Reply] = ()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name=f"NAOqi {name}", daemon=True)
@@ -127,7 +126,7 @@ class CoalescingQueue(Generic[K, V]):
         with self._changed:
             return not self._replies and not self._waiting
 
-    def post(self, commands: Mapping[K, V]) -> None:
+    def post(self, commands: Mapping[str, V]) -> None:
         """Send commands now, or after the previous answer; drop them without a connection."""
         with self._changed:
             link = self._connection.link

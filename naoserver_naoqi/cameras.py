@@ -9,7 +9,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -61,16 +61,16 @@ class _Subscription:
     period: float
 
 
+@dataclass(slots=True)
 class _Camera:
     """One camera: at most one subscription, of the newest size that was asked for."""
 
-    def __init__(self, index: int, facts: CameraFacts) -> None:
-        self.index = index
-        self.facts = facts
-        self.lock = threading.Lock()
-        self.subscription: _Subscription | None = None
-        self.stamps = Stamps()
-        self.newest = 0.0
+    index: int
+    facts: CameraFacts
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    subscription: _Subscription | None = None
+    stamps: Stamps = field(default_factory=Stamps)
+    newest: float = 0.0
 
 
 class NaoqiCameras:
@@ -104,7 +104,6 @@ class NaoqiCameras:
             camera.facts = _facts(link, index, facts, large=large)
 
     def capture(self, name: str, width: int, height: int) -> Frame:
-        """Take a picture; blocks at most 1 s. Raises HardwareFailure."""
         camera = self._cameras.get(name)
         if camera is None:
             raise HardwareFailure(f"there is no camera {name!r}")
@@ -131,15 +130,12 @@ class NaoqiCameras:
 
     def _newest(self, camera: _Camera, subscription: _Subscription, deadline: float) -> Frame:
         """Return the newest picture, if possible newer than the last that was returned."""
+        link, handle = subscription.link, subscription.handle
         content = time.monotonic() + _SAME * subscription.period
         while True:
             try:
-                image = call(
-                    subscription.link,
-                    "ALVideoDevice.getImageRemote",
-                    subscription.handle,
-                    timeout=max(0.05, deadline - time.monotonic()),
-                )
+                left = max(0.05, deadline - time.monotonic())
+                image = call(link, "ALVideoDevice.getImageRemote", handle, timeout=left)
             except CallFailed:
                 camera.subscription = None  # another program ended it: the next capture subscribes again
                 raise
@@ -162,16 +158,8 @@ class NaoqiCameras:
             raise HardwareFailure(f"{camera.facts.name} has no size {size[0]}x{size[1]}")
         _release(camera)
         rate = dict(zip(camera.facts.sizes, camera.facts.rates, strict=True))[size]
-        handle = call(
-            link,
-            "ALVideoDevice.subscribeCamera",
-            NAME,
-            camera.index,
-            RESOLUTIONS[size],
-            _RGB,
-            round(rate),
-            timeout=_PATIENCE,
-        )
+        wanted = (NAME, camera.index, RESOLUTIONS[size], _RGB, round(rate))
+        handle = call(link, "ALVideoDevice.subscribeCamera", *wanted, timeout=_PATIENCE)
         if not handle:
             message = f"{camera.facts.name}: the robot gives no subscription for {size[0]}x{size[1]}"
             raise HardwareFailure(f"{message}; other programs may hold too many")

@@ -41,8 +41,7 @@ def naoserver_naoqi(
     ],
     user: Annotated[str, typer.Option(help="User name for the login at tcps://.")] = "nao",
     password: Annotated[
-        str,
-        typer.Option(envvar="NAOQI_PASSWORD", help="Password; others can see a command line."),
+        str, typer.Option(envvar="NAOQI_PASSWORD", help="Password; others can see a command line.")
     ] = "",
     start: Annotated[
         Start, typer.Option(help="At the start: do nothing, hold the joints, or stand up.")

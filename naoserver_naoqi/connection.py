@@ -6,7 +6,6 @@ import logging
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from typing import Final
 
 from interfaces.nao import Severity
@@ -176,7 +175,7 @@ class Connection:
 
     def _lose(self, link: Link, why: str) -> None:
         self._link = None
-        self._notify(partial(listener, why) for listener in self.on_lost)
+        self._notify(self.on_lost, why)
         message = f"lost the robot: {why}; trying to find it again"
         self._reporter.report(Severity.Error, message, "lost", at_once=True)
         link.close()
@@ -195,10 +194,10 @@ class Connection:
         self._notify(self.on_found)
         self._reporter.report(Severity.Info, "found the robot again", "found", at_once=True)
 
-    def _notify(self, listeners: Iterable[Callable[[], None]]) -> None:
+    def _notify(self, listeners: Iterable[Callable[..., None]], *news: str) -> None:
         for listener in listeners:
             try:
-                listener()
+                listener(*news)
             except Exception:
                 _logger.exception("a part failed to handle the loss or return of the robot")
 

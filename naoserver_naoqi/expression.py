@@ -17,7 +17,7 @@ from naoserver_naoqi.link import Link, LinkLost, Reply
 
 
 class NaoqiLights(FadingLights):
-    """The lights of a robot. Implements Lights.
+    """The lights of a robot. Implements Lights; commands raise CommandRefused while the robot is lost.
 
     NAOqi does not report the state of lights: it is the last command sent here.
     """
@@ -27,7 +27,6 @@ class NaoqiLights(FadingLights):
         self._calls = calls
 
     def set(self, name: str, color: Color, seconds: float) -> None:
-        """Let a group fade to a color in some seconds. Raises CommandRefused while the robot is lost."""
         if name in SINGLE_COLORED:
             self._run("ALLeds.fade", LIGHT_GROUPS[name], max(color), seconds)
         else:
@@ -36,7 +35,6 @@ class NaoqiLights(FadingLights):
         super().set(name, color, seconds)
 
     def reset(self) -> None:
-        """Let every group show what it shows after the start."""
         self._run("ALLeds.reset", "AllLeds")
         super().reset()
 
@@ -48,7 +46,10 @@ class NaoqiLights(FadingLights):
 
 
 class NaoqiVoice:
-    """The voice of a robot. Implements Voice; a text begins at the cycle after the end of the one before."""
+    """The voice of a robot. Implements Voice; a text begins at the cycle after the end of the one before.
+
+    `say` raises InvalidCommand when too many texts wait, CommandRefused while the robot is lost.
+    """
 
     def __init__(self, connection: Connection, calls: BackgroundCalls, reporter: Reporter) -> None:
         self._connection = connection
@@ -60,10 +61,6 @@ class NaoqiVoice:
         self._utterance = Utterance()
 
     def say(self, text: str) -> None:
-        """Say a text after the earlier ones.
-
-        Raises InvalidCommand when too many wait, CommandRefused while the robot is lost.
-        """
         with self._lock:
             link = self._connection.link
             if link is None:
@@ -74,7 +71,6 @@ class NaoqiVoice:
             self._go_on(link)
 
     def stop(self) -> None:
-        """Fall silent, and forget what was not said yet."""
         with self._lock:
             self._waiting.clear()
             if self._saying is None:
@@ -85,7 +81,6 @@ class NaoqiVoice:
             self.forget()
 
     def utterance(self) -> Utterance:
-        """Return the present utterance."""
         return self._utterance
 
     def tick(self, link: Link) -> None:

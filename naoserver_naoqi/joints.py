@@ -29,7 +29,7 @@ class Order:
 
 
 class NaoqiJoints:
-    """Command the joints of a robot, without blocking; a robot that is lost gets no commands."""
+    """Command the joints of a robot as `JointDevice` says; a robot that is lost gets no commands."""
 
     def __init__(
         self, connection: Connection, state: NaoqiState, calls: BackgroundCalls, reporter: Reporter
@@ -37,11 +37,11 @@ class NaoqiJoints:
         self._state = state
         self._joints = {joint.name: joint for joint in state.facts.joints}
         self._calls = calls
-        self.orders: Final[CoalescingQueue[str, Order]] = CoalescingQueue(
+        self.orders: Final[CoalescingQueue[Order]] = CoalescingQueue(
             "joints", connection, reporter, self._send_orders
         )
         """Commands for joints."""
-        self._stiffnesses: CoalescingQueue[str, tuple[float, float]] = CoalescingQueue(
+        self._stiffnesses: CoalescingQueue[tuple[float, float]] = CoalescingQueue(
             "stiffness", connection, reporter, self._send_stiffnesses
         )
 
@@ -56,32 +56,24 @@ class NaoqiJoints:
         self._stiffnesses.forget()
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints to `targets`, each at most at its speed."""
         self._send({joint: (target, max_speeds[joint]) for joint, target in targets.items()})
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints at `velocities`, to their limits; 0 holds."""
         held = [joint for joint, velocity in velocities.items() if velocity == 0.0]
         if held:
             self._state.hold(held)
             self.orders.post(dict.fromkeys(held, Order()))
-        self._send(
-            {
-                joint: (
-                    self._joints[joint].upper if velocity > 0.0 else self._joints[joint].lower,
-                    abs(velocity),
-                )
-                for joint, velocity in velocities.items()
-                if velocity != 0.0
-            }
-        )
+        ways = {}
+        for joint, velocity in velocities.items():
+            if velocity != 0.0:
+                facts = self._joints[joint]
+                ways[joint] = (facts.upper if velocity > 0.0 else facts.lower, abs(velocity))
+        self._send(ways)
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
-        """Change how strongly some motors hold within some seconds."""
         self._stiffnesses.post({joint: (value, seconds) for joint, value in stiffnesses.items()})
 
     def _send(self, ways: Mapping[str, tuple[float, float]]) -> None:
-        """Send joints to targets at speeds."""
         orders = {}
         for joint in self._state.send(ways):
             target, speed = ways[joint]

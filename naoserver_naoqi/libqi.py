@@ -46,7 +46,6 @@ class LibqiLink:
     def __init__(self, session: qi.Session) -> None:
         self._session = session
         self.lost: Final = threading.Event()
-        """Set as soon as the connection is known to be gone."""
         self._services: dict[str, Any] = {}
         self._lock = threading.Lock()
         self._watch = session.disconnected.connect(lambda _reason: self.lost.set())
@@ -54,7 +53,6 @@ class LibqiLink:
             self.lost.set()
 
     def begin(self, operation: str, *arguments: object) -> Reply:
-        """Start a call; the reply reports every failure."""
         service, _, method = operation.partition(".")
         try:
             return _FutureReply(operation, getattr(self._service(service), method)(*arguments, _async=True))
@@ -66,7 +64,6 @@ class LibqiLink:
             return _Failure(_failure(operation, str(error)))
 
     def close(self) -> None:
-        """Hang up."""
         with self._lock:
             session, self._session = self._session, None
             self._services = {}

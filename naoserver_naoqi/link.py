@@ -31,11 +31,9 @@ class Reply(Protocol):
     @property
     def done(self) -> bool:
         """Whether it has come, or can come no more."""
-        ...
 
     def result(self, timeout: float) -> Any:  # noqa: ANN401 - whatever NAOqi answers
         """Return what was answered within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
-        ...
 
 
 class Link(Protocol):
@@ -44,18 +42,15 @@ class Link(Protocol):
     @property
     def lost(self) -> threading.Event:
         """Set as soon as the connection is known to be gone."""
-        ...
 
     def begin(self, operation: str, *arguments: object) -> Reply:
         """Begin a call such as `ALMotion.setAngles` without waiting for the answer.
 
         The reply reports every failure.
         """
-        ...
 
     def close(self) -> None:
         """Close the link; running calls end with LinkLost. Does nothing the second time."""
-        ...
 
 
 def call(link: Link, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401

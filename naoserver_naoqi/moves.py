@@ -41,14 +41,10 @@ class NaoqiWalker:
         self._state = state
         self._clock = clock
         self._lock = threading.Lock()
-        self._velocities: CoalescingQueue[str, WalkVelocity] = CoalescingQueue(
-            "walk", connection, reporter, _send
-        )
+        self._velocities: CoalescingQueue[WalkVelocity] = CoalescingQueue("walk", connection, reporter, _send)
         self.limits = gait_limits(_USUAL)
-        """The highest velocity of each kind, as NAOqi is configured."""
         self._commanded = _STILL
-        self.walking = False
-        """Whether it moves the legs, by NAOqi's word."""
+        self.walking = False  # by NAOqi's word
         self._sent = 0.0  # when the newest command was given
         self._still_since: float | None = None
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
@@ -75,7 +71,6 @@ class NaoqiWalker:
         self._velocities.close()
 
     def command(self, velocity: WalkVelocity) -> None:
-        """Walk at a velocity until the next command; all 0 ends the walk."""
         with self._lock:
             if velocity != _STILL:
                 self._check()
@@ -89,11 +84,9 @@ class NaoqiWalker:
             self._velocities.post({"velocity": velocity})
 
     def commanded(self) -> WalkVelocity:
-        """Return the newest command; all 0 once it has ended, also by a fall."""
         return self._commanded
 
     def odometry(self) -> Odometry:
-        """Return where the robot believes to be, by its joints."""
         return self._odometry
 
     def forget(self) -> None:
@@ -140,7 +133,7 @@ def _send(link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
 
 
 class NaoqiPostures:
-    """The postures of a robot. Implements OwnPostures."""
+    """The postures of a robot. Implements OwnPostures; `go` raises CommandRefused while the robot is lost."""
 
     def __init__(
         self, connection: Connection, calls: BackgroundCalls, reporter: Reporter, now: Callable[[], float]
@@ -149,7 +142,6 @@ class NaoqiPostures:
         self._calls = calls
         self._lock = threading.Lock()
         self.names: tuple[str, ...] = ()
-        """The postures that the robot knows."""
         self._current = ""
         self._going: Reply | None = None
         self._stopped = False
@@ -164,7 +156,6 @@ class NaoqiPostures:
         self.names = tuple(str(name) for name in call(link, "ALRobotPosture.getPostureList"))
 
     def go(self, name: str, fraction: float) -> None:
-        """Begin to go to a posture at a fraction of full pace. Raises CommandRefused while it is lost."""
         with self._lock:
             link = self._connection.link
             if link is None:
@@ -174,7 +165,6 @@ class NaoqiPostures:
             self._progress = PostureProgress(name, moving=True)
 
     def stop(self) -> None:
-        """Stop on the way."""
         with self._lock:
             if self._going is None:
                 return
@@ -185,11 +175,9 @@ class NaoqiPostures:
             self.forget()
 
     def current(self) -> str:
-        """Return the posture that it is in; empty when it is in none."""
         return self._current
 
     def progress(self) -> PostureProgress:
-        """Return how the newest way goes."""
         return self._progress
 
     def tick(self, _link: Link) -> None:

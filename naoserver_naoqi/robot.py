@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import StrEnum
@@ -13,7 +13,7 @@ from interfaces.nao import Severity
 from naoserver.assembly import Assembly
 from naoserver.body import H25, Body
 from naoserver.errors import HardwareFailure
-from naoserver.robot import BodyState, CameraFacts, Frame, JointReading
+from naoserver.robot import CameraFacts
 from naoserver_naoqi.background_calls import BackgroundCalls
 from naoserver_naoqi.cameras import NaoqiCameras
 from naoserver_naoqi.connection import Connection, Reporter
@@ -36,34 +36,25 @@ _SECONDS: Final = 1.0
 class Start(StrEnum):
     """What the robot does before it is served."""
 
-    LEAVE = "leave"
-    """Nothing: a limp robot stays limp."""
-    STIFFEN = "stiffen"
-    """Hold every joint where it is."""
-    STAND = "stand"
-    """Wake up: hold every joint, and stand up."""
+    LEAVE = "leave"  # nothing: a limp robot stays limp
+    STIFFEN = "stiffen"  # hold every joint where it is
+    STAND = "stand"  # wake up: hold every joint, and stand up
 
 
 class End(StrEnum):
     """What the robot does when the server ends."""
 
-    LEAVE = "leave"
-    """Stay as it is, also stiff."""
-    REST = "rest"
-    """Crouch, and let every motor go limp."""
-    LIMP = "limp"
-    """Let every motor go limp at once: for a robot that hangs, sits or lies."""
+    LEAVE = "leave"  # stay as it is, also stiff
+    REST = "rest"  # crouch, and let every motor go limp
+    LIMP = "limp"  # let every motor go limp at once: for a robot that hangs, sits or lies
 
 
 class Life(StrEnum):
     """Setting of Autonomous Life, which moves the robot by itself."""
 
-    DISABLE = "disable"
-    """Switch it off."""
-    SUSPEND = "suspend"
-    """Switch it off, and back to what it was at the end."""
-    LEAVE = "leave"
-    """Leave it on; it moves the head against other commands."""
+    DISABLE = "disable"  # switch it off
+    SUSPEND = "suspend"  # switch it off, and back to what it was at the end
+    LEAVE = "leave"  # leave it on; it moves the head against other commands
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,11 +144,17 @@ class NaoqiRobot:
         reporter = self._reporter = Reporter()
         connection = self._connection = Connection(connect, self.clock, reporter)
         self._state = NaoqiState(self.clock, body)
+        self.read: Final = self._state.joints
+        self.state: Final = self._state.body
         self._calls = BackgroundCalls(connection, reporter)
         self._lifecycle = Lifecycle(options or LifecycleOptions(), connection, reporter)
         self._commands = NaoqiJoints(connection, self._state, self._calls, reporter)
+        self.command_positions: Final = self._commands.command_positions
+        self.command_velocities: Final = self._commands.command_velocities
+        self.command_stiffnesses: Final = self._commands.command_stiffnesses
         self.walker: Final = NaoqiWalker(connection, self._state, self.clock, reporter)
         self._cameras = NaoqiCameras(connection, now)
+        self.capture: Final = self._cameras.capture
         self.senses: Final = NaoqiSenses(self._state)
         self.lights: Final = NaoqiLights(self._calls, now)
         self.voice: Final = NaoqiVoice(connection, self._calls, reporter)
@@ -167,35 +164,7 @@ class NaoqiRobot:
 
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:
-        """The head's two cameras, as this robot has them once it was started."""
         return self._cameras.facts
-
-    def read(self) -> JointReading:
-        """Return the newest snapshot of the joints."""
-        return self._state.joints()
-
-    def state(self) -> BodyState:
-        """Return how the body is, by the inertial unit."""
-        return self._state.body()
-
-    def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints to `targets`."""
-        if not self._closed:
-            self._commands.command_positions(targets, max_speeds)
-
-    def command_velocities(self, velocities: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints at `velocities` until further notice."""
-        if not self._closed:
-            self._commands.command_velocities(velocities)
-
-    def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
-        """Change how strongly some motors hold."""
-        if not self._closed:
-            self._commands.command_stiffnesses(stiffnesses, seconds)
-
-    def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Take a picture; blocks at most 1 s. Raises HardwareFailure."""
-        return self._cameras.capture(camera, width, height)
 
     def report_to(self, assembly: Assembly) -> None:
         """Notify clients of what happens to the robot, at once of its loss; then every command is refused."""
@@ -204,7 +173,6 @@ class NaoqiRobot:
         self._connection.on_found.append(assembly.gate.find)
 
     def start(self) -> None:
-        """Connect, and bring the robot into the state in which it is to be served. Raises RobotError."""
         self._connection.start()
         self._lifecycle.begin()
 
@@ -225,24 +193,14 @@ class NaoqiRobot:
 
     def _wire(self) -> None:
         """Register the parts at the connection."""
-        connection = self._connection
-        questions = (*self.walker.questions, self.postures.question)
-        parts = (
-            self._state,
-            self.walker,
-            self._lifecycle,
-            self._cameras,
-            self.senses,
-            self.postures,
-            *questions,
-        )
-        connection.on_open.extend(part.open for part in parts)
-        connection.on_tick.append(self._state.tick)
-        connection.on_tick.extend(question.tick for question in questions)
-        connection.on_tick.extend((self.postures.tick, self.voice.tick, self._calls.tick))
-        connection.on_lost.append(lambda _why: self._forget())
+        connection, questions = self._connection, (*self.walker.questions, self.postures.question)
+        opened = (self._state, self.walker, self._lifecycle, self._cameras, self.senses, self.postures)
+        ticking = (self._state, *questions, self.postures, self.voice, self._calls)
+        connection.on_open.extend(part.open for part in (*opened, *questions))
+        connection.on_tick.extend(part.tick for part in ticking)
+        connection.on_lost.append(self._forget)
 
-    def _forget(self) -> None:
+    def _forget(self, _why: str) -> None:
         self._state.freeze()
         for part in (self._commands, self.voice, self.postures, self._calls, self.walker):
             part.forget()

@@ -67,15 +67,14 @@ class Setpoints:
         """Return every setpoint at a time in s."""
         return tuple(way.at(time) for way in self._ways.values())
 
-    def value(self, joint: str, time: float) -> float:
-        """Return one setpoint at a time in s."""
-        return self._ways[joint].at(time)
-
-    def send(self, joint: str, target: float, speed: float, time: float) -> None:
-        """Let a setpoint go to a target at a speed."""
+    def send(self, joint: str, target: float, speed: float, time: float) -> bool:
+        """Let a setpoint go to a target at a speed; returns False where it rests there already."""
         facts, value = self._joints[joint], self._ways[joint].at(time)
+        if value == target and not self.moving(joint, time):
+            return False
         end = min(max(target, facts.lower), facts.upper)
         self._ways[joint] = _Way(time, value, math.copysign(speed, end - value) if end != value else 0.0, end)
+        return True
 
     def moving(self, joint: str, time: float) -> bool:
         """Return whether a setpoint is on its way."""
@@ -177,14 +176,7 @@ class NaoqiState:
         """Let setpoints go to targets at speeds from now on, by joint; returns which of them that changes."""
         with self._lock:
             now = self._now()
-            changed = [
-                joint
-                for joint, (target, _) in ways.items()
-                if self._setpoints.moving(joint, now) or self._setpoints.value(joint, now) != target
-            ]
-            for joint in changed:
-                self._setpoints.send(joint, *ways[joint], now)
-        return changed
+            return [joint for joint, way in ways.items() if self._setpoints.send(joint, *way, now)]
 
     def hold(self, joints: Iterable[str]) -> None:
         """Let setpoints stay where they are now."""
@@ -218,18 +210,13 @@ class NaoqiSenses:
     sonar_cone = math.radians(60.0)
 
     def __init__(self, state: NaoqiState) -> None:
-        self._state = state
         self.touch_names: Final = state.facts.touch_sensors
+        self.read: Final = state.senses
         self._sonar = False
 
     @property
     def sonar_range(self) -> tuple[float, float] | None:
-        """Nearest and farthest distance that the sonar measures in m; None when the robot has none."""
         return (0.25, FARTHEST) if self._sonar else None
-
-    def read(self) -> SenseReading:
-        """Return the newest snapshot."""
-        return self._state.senses()
 
     def open(self, link: Link) -> None:
         """Turn the sonar on, if the robot has one."""
