@@ -9,9 +9,7 @@ Where NAOqi is ambiguous it behaves as NAOqi 2.8 on a NAO6. docs/how-to/virtual-
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,10 +25,9 @@ __all__ = ["DISK_HELP", "serve_as_naoqi"]
 DISK_HELP = "With --qi: the folder that stands for the robot's disk, where its sounds are."
 
 
-@contextmanager
 def serve_as_naoqi(
     robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None, faults: bool = False
-) -> Iterator[str]:
+) -> AbstractContextManager[str]:
     """Serve a started robot as NAOqi at `url`, as tcp://127.0.0.1:9559, through the guards of `assembly`.
 
     The folder `disk` stands for the robot's disk, with sounds to play and those that it records; by default
@@ -45,6 +42,4 @@ def serve_as_naoqi(
         from naoserver_qi.service import serve
     except ModuleNotFoundError as error:
         raise RobotError(missing_package(error, "naoqi")) from None
-    folder = tempfile.TemporaryDirectory(prefix="nao-disk-") if disk is None else nullcontext(str(disk))
-    with folder as path, serve(robot, assembly, url, disk=Path(path), faults=faults) as served:
-        yield served
+    return serve(robot, assembly, url, disk=disk, faults=faults)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from contextlib import ExitStack, closing
+from contextlib import closing
 from pathlib import Path
-from typing import Annotated, Final, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -14,25 +14,19 @@ from naoserver_qi import DISK_HELP
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
-_EPILOG: Final = """Examples:
 
-python -m naoserver_qi --qi tcp://127.0.0.1:9560 --faults --speed 5"""
-
-
-@app.command(epilog=_EPILOG)
+@app.command(epilog="Example: python -m naoserver_qi --qi tcp://127.0.0.1:9560 --faults --speed 5")
 def serve_fake(
     *,
     qi: Annotated[
         str, typer.Option(metavar="URL", help="Address to listen on; port 0 picks a free port.")
     ] = "tcp://127.0.0.1:9559",
     disk: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help=DISK_HELP, exists=True, file_okay=False),
+        Path | None, typer.Option(metavar="DIR", help=DISK_HELP, exists=True, file_okay=False)
     ] = None,
     speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Robot seconds per wall second.")] = 1.0,
     faults: Annotated[
-        bool,
-        typer.Option("--faults", help="Also serve Faults, which delays calls or makes them fail, for tests."),
+        bool, typer.Option("--faults", help="Also serve Faults, which delays calls or makes them fail.")
     ] = False,
 ) -> None:
     """Serve a robot without physics as NAOqi.
@@ -40,26 +34,26 @@ def serve_fake(
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
     from hfsm_command.cli import report_ready, stop_on_signals
-    from naoserver.assembly import Assembly
     from naoserver.fake import FakeRobot
-    from naoserver.jobs import JobThreads
-    from naoserver.options import ServerOptions
+    from naoserver.server import serve
     from naoserver_qi import serve_as_naoqi
-    from zenoh_ice import RobotClock, WallClock
+    from zenoh_ice import Communicator, RobotClock, Settings
+    from zenoh_ice.in_process import InProcessTransport
 
     clock = RobotClock(0.0, speed, simulated=True, silence=math.inf)
-    with stop_on_signals() as stop, ExitStack() as stack:
-        robot = stack.enter_context(closing(FakeRobot(clock)))
+    with (
+        stop_on_signals() as stop,
+        Communicator(Settings(), transport=InProcessTransport) as network,  # nobody joins it
+        closing(FakeRobot(clock)) as robot,
+    ):
         robot.start()
-        assembly = Assembly(robot, ServerOptions(), WallClock())
-        threads = JobThreads(assembly.jobs)
-        assembly.on_wake = threads.wake
-        stack.enter_context(threads)
-        for watched in assembly.watched:
-            stack.callback(watched.close)
-        url = stack.enter_context(serve_as_naoqi(robot, assembly, qi, disk=disk, faults=faults))
-        report_ready(f"ready: {url}")
-        stop.wait()
+        adapter = network.createObjectAdapter("NaoServer")
+        with (
+            serve(robot, adapter) as assembly,
+            serve_as_naoqi(robot, assembly, qi, disk=disk, faults=faults) as url,
+        ):
+            report_ready(f"ready: {url}")
+            stop.wait()
 
 
 def main() -> NoReturn:

@@ -124,6 +124,7 @@ class Service:
     def __init__(self, access: Access) -> None:
         self._access = access
         self._robot = access.robot
+        self._lock = threading.Lock()
         self.kept: Final[dict[tuple[Any, ...], Any]] = {}
         """Values that clients set, and that have no effect."""
 

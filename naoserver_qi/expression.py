@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import threading
 from functools import partial
 from typing import Final
 
@@ -187,10 +186,6 @@ _LANGUAGE: Final = one_of("language", _VOICES)
 class ALTextToSpeech(Service):
     """Say texts; tags for pauses and pitch are left out."""
 
-    def __init__(self, access: Access) -> None:
-        super().__init__(access)
-        self._turn = threading.Lock()
-
     setLanguage, getLanguage = kept("the language", "English", pLanguage=_LANGUAGE)
     setVolume, getVolume = kept("the volume from 0 to 1", 0.7, volume=within(0.0, 1.0))
     setParameter, getParameter = kept(
@@ -207,7 +202,7 @@ class ALTextToSpeech(Service):
         if len(words) > LONGEST_TEXT:
             raise InvalidCommand("text", f"the text has {len(words)} characters, more than {LONGEST_TEXT}")
         voice, memory = self._voice(), self._access.service(ALMemory)
-        while not self._turn.acquire(timeout=0.1):
+        while not self._lock.acquire(timeout=0.1):  # one text at a time
             if call.stopped.is_set():
                 return
         try:
@@ -223,7 +218,7 @@ class ALTextToSpeech(Service):
             memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
             memory.raiseEvent("ALTextToSpeech/TextDone", 1)
         finally:
-            self._turn.release()
+            self._lock.release()
 
     def stopAll(self) -> None:
         """Fall silent, and forget what was not said yet."""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-import threading
+import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
-from operator import attrgetter
+from functools import cache
 from typing import Any, Final
 
 import qi
@@ -49,33 +48,11 @@ _FULL: Final = 0.99
 """Charge of a battery that counts as full."""
 _STANDS: Final = 1.0
 """Mass in kg on a foot that touches the ground."""
-
-
-class _Moment:
-    """The readings of one moment, each taken when it is first asked for."""
-
-    def __init__(self, access: Access) -> None:
-        self._access = access
-
-    @cached_property
-    def joints(self) -> JointReading:
-        return self._access.body.read()
-
-    @cached_property
-    def senses(self) -> SenseReading:
-        senses = self._access.robot.senses
-        assert senses is not None  # since there are keys of them
-        return senses.read()
-
-    @cached_property
-    def fallen(self) -> bool:
-        return self._access.robot.state().fallen
-
-
-Look = Callable[[_Moment], Any]
-Distances = Callable[[], tuple[float, float]]
-"""What the sonar measures to the left and to the right, in m."""
-
+_CONFIG: Final = {
+    "RobotConfig/Body/Type": "nao",
+    "RobotConfig/Body/BaseVersion": "V6.0",
+    "RobotConfig/Head/BaseVersion": "V6.0",
+}
 _FOOT_KEYS: Final = {
     "FrontLeft": "front_left",
     "FrontRight": "front_right",
@@ -85,96 +62,72 @@ _FOOT_KEYS: Final = {
 }
 """The part of a FootReading under each key of a foot."""
 
+Part = Callable[[], Mapping[str, Any]]
+"""What reads a part of the keys that the robot keeps itself, always the same ones, with their values."""
 
-def keys_of(access: Access) -> Mapping[str, Look]:
-    """Return how to look up every key that the robot keeps itself."""
-    keys: dict[str, Look] = {
-        "RobotConfig/Body/Type": lambda _: "nao",
-        "RobotConfig/Body/BaseVersion": lambda _: "V6.0",
-        "RobotConfig/Head/BaseVersion": lambda _: "V6.0",
-        "DCM/Time": lambda moment: round(moment.joints.time * 1000),
-        "robotHasFallen": attrgetter("fallen"),
-        "robotIsWakeUp": lambda moment: min(moment.joints.stiffnesses) > 0.0,
-    }
-    postures = access.service(ALRobotPosture)
-    keys["PostureChanged"] = lambda _: postures.getPosture()
-    keys["PostureFamilyChanged"] = lambda _: postures.getPostureFamily()
-    for i, joint in enumerate(access.body.joints):
-        for part, key in JOINT_KEYS.items():
-            keys[key.format(joint.name)] = partial(_entry, attrgetter(f"joints.{part}"), i, 1.0)
-    if (senses := access.robot.senses) is not None:
-        keys.update(_keys_of_senses(access.service(ALSonar)._distances, senses.touch_names))
+
+def parts_of(access: Access) -> Iterator[Part]:
+    """Return the parts of which the robot keeps keys."""
+    body, robot, postures = access.body, access.robot, access.service(ALRobotPosture)
+    keys = {part: [key.format(joint.name) for joint in body.joints] for part, key in JOINT_KEYS.items()}
+    yield lambda: {**_CONFIG, "robotHasFallen": robot.state().fallen}
+    yield lambda: {"PostureChanged": postures.getPosture()}
+    yield lambda: {"PostureFamilyChanged": postures.getPostureFamily()}
+    yield lambda: dict(_of_joints(keys, body.read()))
+    if (senses := robot.senses) is not None:
+        sonar = access.service(ALSonar)
+        yield lambda: dict(_of_senses(senses.touch_names, senses.read(), sonar._distances()))
         if (walk := access.walk) is not None:
-            keys[f"{DEVICES}InertialSensor/AngleZ/Sensor/Value"] = lambda _: walk.read().heading
-    return keys
+            yield lambda: {f"{DEVICES}InertialSensor/AngleZ/Sensor/Value": walk.read().heading}
 
 
-def _keys_of_senses(distances: Distances, touch_names: tuple[str, ...]) -> Iterator[tuple[str, Look]]:
-    unit, battery = f"{DEVICES}InertialSensor/", f"{DEVICES}Battery/"
-    pull, turning = attrgetter("senses.inertial.acceleration"), attrgetter("senses.inertial.angular_velocity")
-    for i, axis in enumerate(AXES):
+def _of_joints(keys: Mapping[str, Sequence[str]], reading: JointReading) -> Iterator[tuple[str, object]]:
+    """Yield keys and values; `keys` are those of the joints by fields of the reading."""
+    for part, names in keys.items():
+        yield from zip(names, getattr(reading, part), strict=True)
+    yield "DCM/Time", round(reading.time * 1000)
+    yield "robotIsWakeUp", min(reading.stiffnesses) > 0.0
+
+
+def _of_senses(
+    touch_names: Sequence[str], reading: SenseReading, distances: tuple[float, float]
+) -> Iterator[tuple[str, object]]:
+    """Yield keys and values; `distances` are those of the sonar to the left and to the right in m."""
+    unit, inertial, battery = f"{DEVICES}InertialSensor/", reading.inertial, reading.battery
+    for axis, pull, turning in zip(AXES, inertial.acceleration, inertial.angular_velocity, strict=True):
         # The short names are those of the NAO4 and older, the long ones came with the NAO5.
         for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z of a NAO6 that stands
-            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, pull, i, -1.0)
+            yield f"{unit}{name}{axis}/Sensor/Value", -pull
         for name in ("Gyr", "Gyroscope"):
-            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, turning, i, 1.0)
-    yield f"{unit}AngleX/Sensor/Value", attrgetter("senses.inertial.roll")
-    yield f"{unit}AngleY/Sensor/Value", attrgetter("senses.inertial.pitch")
-    contacts: list[Callable[[_Moment], float]] = []
-    for foot, side in (("LFoot", "left_foot"), ("RFoot", "right_foot")):
+            yield f"{unit}{name}{axis}/Sensor/Value", turning
+    yield f"{unit}AngleX/Sensor/Value", inertial.roll
+    yield f"{unit}AngleY/Sensor/Value", inertial.pitch
+    masses = []
+    for side, foot in (("Left", reading.left_foot), ("Right", reading.right_foot)):
         for name, part in _FOOT_KEYS.items():
-            yield (
-                f"{DEVICES}{foot}/FSR/{name}/Sensor/Value",
-                partial(_mass, attrgetter(f"senses.{side}.{part}")),
-            )
-        mass = partial(_mass, attrgetter(f"senses.{side}.total"))
-        name = side.removesuffix("_foot")
-        yield f"{name}FootTotalWeight", mass
-        yield f"{name}FootContact", partial(_stands, (mass,))
-        contacts.append(mass)
+            yield f"{DEVICES}{side[0]}Foot/FSR/{name}/Sensor/Value", getattr(foot, part) / GRAVITY
+        mass = foot.total / GRAVITY
+        yield f"{side.lower()}FootTotalWeight", mass
+        yield f"{side.lower()}FootContact", float(mass > _STANDS)
+        masses.append(mass)
     for name in ("footContact", "footContactChanged"):
-        yield name, partial(_stands, tuple(contacts))
-    yield f"{DEVICES}US/Actuator/Value", lambda _: 0.0
-    for i, side in enumerate(("Left", "Right")):
-        yield f"{DEVICES}US/{side}/Sensor/Value", partial(_distance, distances, i)
+        yield name, float(max(masses) > _STANDS)
+    yield f"{DEVICES}US/Actuator/Value", 0.0
+    for side, distance in zip(("Left", "Right"), distances, strict=True):
+        yield f"{DEVICES}US/{side}/Sensor/Value", min(distance, NOTHING_NEAR)
     for part in ("Charge", "Current", "Temperature"):
-        yield f"{battery}{part}/Sensor/Value", attrgetter(f"senses.battery.{part.lower()}")
-    yield "BatteryChargeChanged", lambda moment: round(100 * moment.senses.battery.charge)
-    yield "BatteryPowerPluggedChanged", attrgetter("senses.battery.plugged")
-    yield "BatteryFullChargedFlagChanged", lambda moment: moment.senses.battery.charge >= _FULL
+        yield f"{DEVICES}Battery/{part}/Sensor/Value", getattr(battery, part.lower())
+    yield "BatteryChargeChanged", round(100 * battery.charge)
+    yield "BatteryPowerPluggedChanged", battery.plugged
+    yield "BatteryFullChargedFlagChanged", battery.charge >= _FULL
     for name in touch_names:
-        yield touch_key(name), partial(_pressed, {name})
+        yield touch_key(name), float(name in reading.touched)
         if event := _touch_event(name):
-            yield event, partial(_pressed, {name})
-    yield TOUCH, partial(_touches, touch_names)
+            yield event, float(name in reading.touched)
+    yield TOUCH, [[touch_part(name), name in reading.touched] for name in touch_names]
     for side in ("Left", "Right"):
-        bumpers = {name for name in touch_names if name.startswith(f"{side[0]}FootBumper")}
-        yield f"{side}BumperPressed", partial(_pressed, bumpers)
-
-
-def _entry(values: Callable[[_Moment], Sequence[float]], index: int, sign: float, moment: _Moment) -> float:
-    return sign * values(moment)[index]
-
-
-def _mass(force: Callable[[_Moment], float], moment: _Moment) -> float:
-    return force(moment) / GRAVITY
-
-
-def _distance(distances: Distances, side: int, _moment: _Moment) -> float:
-    return min(distances()[side], NOTHING_NEAR)
-
-
-def _stands(masses: tuple[Callable[[_Moment], float], ...], moment: _Moment) -> float:
-    return 1.0 if any(mass(moment) > _STANDS for mass in masses) else 0.0
-
-
-def _pressed(sensors: set[str], moment: _Moment) -> float:
-    return 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
-
-
-def _touches(names: tuple[str, ...], moment: _Moment) -> list[list[object]]:
-    touched = moment.senses.touched
-    return [[touch_part(name), name in touched] for name in names]
+        bumpers = [name for name in touch_names if name.startswith(f"{side[0]}FootBumper")]
+        yield f"{side}BumperPressed", float(not reading.touched.isdisjoint(bumpers))
 
 
 def _touch_event(name: str) -> str | None:
@@ -216,9 +169,8 @@ class ALMemory(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._looks = keys_of(access)
+        self._parts = {key: part for part in parts_of(access) for key in part()}
         self._callbacks: dict[tuple[str, str], int] = {}  # links to signals by event and module
-        self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
         self._subscribers: dict[str, Subscriber] = {}
         self._seen: dict[str, Any] = {}
@@ -226,15 +178,15 @@ class ALMemory(Service):
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
         name = text(key, "key")
-        found, value = self._look(name, _Moment(self._access))
+        found, value = self._look(name, operator.call)
         if not found:
             raise InvalidCommand("key", f"there is no data under {name[:200]!r}")
         return value
 
     def getListData(self, keys: object) -> list[Any]:
         """Return the values of keys at one moment; None where there is none."""
-        moment = _Moment(self._access)
-        return [self._look(key, moment)[1] for key in texts(keys, "keys")]
+        read = cache(operator.call)
+        return [self._look(key, read)[1] for key in texts(keys, "keys")]
 
     def insertData(self, key: object, value: object) -> None:
         """Write a value under a key without a signal; measured values stay."""
@@ -260,7 +212,7 @@ class ALMemory(Service):
     def getDataListName(self) -> list[str]:
         """Return every key."""
         with self._lock:
-            return sorted(filter(self._access.faults._knows, {*self._looks, *self._inserted}))
+            return sorted(filter(self._access.faults._knows, {*self._parts, *self._inserted}))
 
     def getDataList(self, filter: object) -> list[str]:
         """Return the keys that contain a text."""
@@ -274,8 +226,8 @@ class ALMemory(Service):
             if name not in self._subscribers:
                 if len(self._subscribers) >= MOST:
                     raise InvalidCommand("event", f"{MOST} keys already have listeners")
-                if name in self._looks:
-                    self._seen[name] = self._look(name, _Moment(self._access))[1]
+                if name in self._parts:
+                    self._seen[name] = self._look(name, operator.call)[1]
                 elif name not in self._inserted and name not in _RAISED:
                     _logger.warning("%r never happens here unless a program raises it", name[:200])
                 self._subscribers[name] = Subscriber()
@@ -289,10 +241,10 @@ class ALMemory(Service):
             raise InvalidCommand("callback", "give event, module and the operation to call")
         self.unsubscribeToEvent(event, module)
 
-        def call(value: object) -> None:
+        def call_back(value: object) -> None:
             self._access.find(module).addCallback(lambda found: _call(found, method, event, value, *message))
 
-        self._callbacks[event, module] = self.subscriber(event).signal.connect(call)
+        self._callbacks[event, module] = self.subscriber(event).signal.connect(call_back)
 
     def unsubscribeToEvent(self, name: object, callbackModule: object) -> None:
         """Call a program's service no more when a key changes."""
@@ -306,19 +258,19 @@ class ALMemory(Service):
     def _notify(self) -> None:
         """Send the values that have changed since the last time to their subscribers."""
         with self._lock:
-            moment = _Moment(self._access)
-            seen, self._seen = self._seen, {name: self._looks[name](moment) for name in self._seen}
+            read = cache(operator.call)
+            seen, self._seen = self._seen, {name: read(self._parts[name])[name] for name in self._seen}
             changed = {name: value for name, value in self._seen.items() if value != seen[name]}
         if TOUCH in changed:  # as a robot does, only what has changed
             changed[TOUCH] = [part for part in changed[TOUCH] if part not in seen[TOUCH]]
         for name, value in changed.items():
             self._subscribers[name].signal(value)
 
-    def _look(self, key: str, moment: _Moment) -> tuple[bool, object]:
+    def _look(self, key: str, read: Callable[[Part], Mapping[str, Any]]) -> tuple[bool, object]:
         if not self._access.faults._knows(key):
             return False, None
-        if key in self._looks:
-            return True, self._looks[key](moment)
+        if key in self._parts:
+            return True, read(self._parts[key])[key]
         return key in self._inserted, self._inserted.get(key)
 
 

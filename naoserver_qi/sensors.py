@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any, Final
 
 from naoserver.errors import InvalidCommand
@@ -24,7 +23,6 @@ class Extractor(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._lock = threading.Lock()
         self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
 
     def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:

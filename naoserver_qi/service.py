@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+import tempfile
 import threading
 import time
 import tomllib
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Final
@@ -58,34 +60,30 @@ _GRACE: Final = 0.05
 
 
 @contextmanager
-def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: bool) -> Iterator[str]:
+def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faults: bool) -> Iterator[str]:
     """Serve a robot as NAOqi in a `with` block, which gets the URL; see `naoserver_qi.serve_as_naoqi`."""
-    access = Access(robot, assembly, disk, faults=faults)
-    calls = Calls(robot.clock, access.faults)
-    parts: dict[str, Sequence[object]] = {
-        name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
-    }
-    parts |= {name: [_refused_service(name)] for name in REFUSED}
-    if faults:
-        parts["Faults"] = [access.faults]
-    listener = _Listener(url, {name: calls.facade(name, own) for name, own in parts.items()})
-    access.find, access.faults.interrupt = listener.find, listener.interrupt
-    wall, walking, tracker = WallClock(), access.walking, access.service(vision.ALTracker)
-    detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
-    looking = [
-        *((each.KEY, each._look, each._wanted) for each in detectors),
-        ("ALTracker", tracker._follow, tracker.isActive),
-    ]
-    notify = access.service(memory.ALMemory)._notify
-    jobs = [
-        Periodic("ALMemory", wall, lambda: memory.NOTIFYING, notify, thread="NAOqi"),
-        Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
-        *(
-            Periodic(name, robot.clock, lambda: vision.LOOKING, work, thread="NAOqi sight", wanted=wanted)
-            for name, work, wanted in looking
-        ),
-    ]
     with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
+        folder = disk or Path(steps.enter_context(tempfile.TemporaryDirectory(prefix="nao-disk-")))
+        access = Access(robot, assembly, folder, faults=faults)
+        calls = Calls(robot.clock, access.faults)
+        parts: dict[str, Sequence[object]] = {
+            name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
+        }
+        parts |= {name: [_refused_service(name)] for name in REFUSED}
+        if faults:
+            parts["Faults"] = [access.faults]
+        listener = _Listener(url, {name: calls.facade(name, own) for name, own in parts.items()})
+        access.find, access.faults.interrupt = listener.find, listener.interrupt
+        wall, walking, tracker = WallClock(), access.walking, access.service(vision.ALTracker)
+        detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
+        sight = partial(Periodic, clock=robot.clock, period=lambda: vision.LOOKING, thread="NAOqi sight")
+        notify = access.service(memory.ALMemory)._notify
+        jobs = [
+            Periodic("ALMemory", wall, lambda: memory.NOTIFYING, notify, thread="NAOqi"),
+            Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
+            *(sight(each.KEY, work=each._look, wanted=each._wanted) for each in detectors),
+            sight("ALTracker", work=tracker._follow, wanted=tracker.isActive),
+        ]
         steps.callback(walking.stop)
         steps.callback(listener.close)  # nobody walks any more
         steps.callback(tracker.stopTracker)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import math
 import struct
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -88,7 +87,6 @@ class ALAudioPlayer(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._lock = threading.Lock()
         self._numbers = count(1)
         self._sounds: dict[int, _Sound] = {}
 
@@ -238,7 +236,6 @@ class ALAudioRecorder(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._lock = threading.Lock()
         self._made = 0
         self._recording: tuple[Path, float, int, int] | None = None
         """File, beginning in robot time, samples a second, and channels."""

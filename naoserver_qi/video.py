@@ -119,7 +119,6 @@ class ALVideoDevice(Service):
         super().__init__(access)
         by_name = {facts.name: facts for facts in self._robot.cameras}
         self._cameras = [by_name[name] for name in CAMERAS if name in by_name]
-        self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
         self._counter = count()
         self._active = 0

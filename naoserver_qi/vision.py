@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import math
-import threading
 from collections.abc import Sequence
 from typing import Any, ClassVar, Final
 
@@ -285,7 +284,6 @@ class ALTracker(Service):
         super().__init__(access)
         self._motion = access.service(ALMotion)
         self._walking = access.walking
-        self._lock = threading.Lock()
         self._sizes: dict[str, float] = {}  # of the registered targets, in m
         self._target = ""
         self._mode = _MODES[0]
