@@ -151,8 +151,7 @@ class RobotUnderTest:
 
     def close(self) -> None:
         """Stop all motion and free what the robot holds."""
-        for watched in self._assembly.watched:
-            watched.close()
+        self._assembly.close()
         self.device.close()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any, Final
 
@@ -23,14 +23,7 @@ from naoserver.servants.body import JointsI, PoseHeadI
 from naoserver.servants.camera import CameraI
 from naoserver.servants.expression import LedsI, SpeechI
 from naoserver.servants.health import ClockI, HealthI, SafetyI
-from naoserver.servants.hinge import (
-    BALL_AXES,
-    HINGES,
-    Hinge,
-    NeckSpeedI,
-    Pose3DEncodersI,
-    Pose3DMotorsI,
-)
+from naoserver.servants.hinge import BALL_AXES, HINGES, Hinge, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
 from naoserver.servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
 from naoserver.servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
 from naoserver.servants.shared import StateStream
@@ -103,6 +96,13 @@ class Assembly:
             for watched in self.watched:
                 steps.callback(watched.drop_client, client)
 
+    def close(self) -> None:
+        """Stop all motion, and refuse further commands."""
+        with ExitStack() as steps:  # each whatever the others raise
+            for watched in self.watched:
+                steps.callback(watched.close)
+            steps.callback(self.player.close)
+
     # -- the servants of each part -----------------------------------------------------------------------
 
     def _add(self, **servants: Object) -> None:
@@ -164,7 +164,6 @@ class Assembly:
     def _add_motions(self) -> MotionPlayer:
         robot = self._robot
         player = MotionPlayer(self.body, lambda: situation_of(robot), self._wake)
-        self.watched.append(player)
         motions = load_motions()
         postures: PosturesI
         if robot.postures is None:
@@ -181,7 +180,7 @@ class Assembly:
 
     def _jobs(self) -> list[Job]:
         """Return the periodic jobs: no camera can delay anything else, nothing the watchdog."""
-        robot, options, player = self._robot, self._options, self.player
+        options = self._options
         by_source: dict[Callable[[], Any], list[StateStream[Any, Any]]] = {}
         for stream in self._streams:
             by_source.setdefault(stream.read, []).append(stream)
@@ -193,15 +192,8 @@ class Assembly:
         return [
             self._watchdog,
             *(self._state_job(read, streams) for read, streams in by_source.items()),
-            Periodic(
-                "motions",
-                robot.clock,
-                lambda: PERIOD,
-                player.tick,
-                thread="state",
-                wanted=lambda: player.busy,
-            ),
-            *self._walk_job(),
+            self._action_job("motions", PERIOD, self.player),
+            *([self._action_job("walk", WALK_PERIOD, self.walk_to)] if self.walk_to else []),
             Periodic(
                 "clock",
                 self._wall,
@@ -214,16 +206,9 @@ class Assembly:
             *(self._camera_job(camera) for camera in self._cameras),
         ]
 
-    def _walk_job(self) -> Iterator[Job]:
-        if (walk_to := self.walk_to) is not None:
-            yield Periodic(
-                "walk",
-                self._robot.clock,
-                lambda: WALK_PERIOD,
-                walk_to.tick,
-                thread="state",
-                wanted=lambda: walk_to.busy,
-            )
+    def _action_job(self, name: str, period: float, action: MotionPlayer | WalkTo) -> Job:
+        clock = self._robot.clock
+        return Periodic(name, clock, lambda: period, action.tick, thread="state", wanted=lambda: action.busy)
 
     def _state_job(self, read: Callable[[], Any], streams: Sequence[StateStream[Any, Any]]) -> Job:
         """Return the job of the streams of one source; no reading, by its time, is sent twice."""
@@ -255,17 +240,10 @@ class Assembly:
         )
 
     def _guard(self, device: JointDevice, options: SafetyOptions, gate: Gate) -> GuardedDevice:
-        own = {joint.name for joint in device.joints}
-        safety = JointSafety(
-            device.joints,
-            options,
-            [
-                table
-                for table in self._robot.body.anticollision
-                if {table.independent, table.dependent} <= own
-            ],
-            [pair for pair in self._robot.body.couplings if {pair.leader, pair.follower} <= own],
-        )
+        body, own = self._robot.body, {joint.name for joint in device.joints}
+        tables = [table for table in body.anticollision if {table.independent, table.dependent} <= own]
+        couplings = [pair for pair in body.couplings if {pair.leader, pair.follower} <= own]
+        safety = JointSafety(device.joints, options, tables, couplings)
         guarded = GuardedDevice(device, safety, gate, self._watchdog.look_within)
         self.watched.append(guarded)
         return guarded

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from msgspec import convert
 
+from naoserver.capabilities import Vector
 from naoserver.errors import RobotError
 from naoserver.robot import CameraFacts, JointFacts
 
@@ -67,9 +68,6 @@ class RangeTable:
         ranges = [self.at(first), self.at(last)]
         ranges += [row[1:] for row in self.rows if first < row[0] < last]
         return max(lower for lower, _ in ranges), min(upper for _, upper in ranges)
-
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from interfaces.nao import HealthEvent, Severity
-from naoserver.robot import BodyState, Robot
+from naoserver.robot import LIMP, BodyState, Robot
 
 log = logging.getLogger(__name__)
 
@@ -75,8 +75,6 @@ VERY_LOW: Final = 0.07
 """Charge of the battery at which a Nao is about to switch itself off."""
 _RECOVERED: Final = 0.05
 """How far the charge must rise above a mark before the mark is reported again."""
-_LIMP: Final = 0.05
-"""Stiffness below which a motor holds nothing."""
 
 
 class ConditionWatch:
@@ -94,7 +92,7 @@ class ConditionWatch:
         tilt = f"the torso tilts by {math.degrees(state.torso_tilt):.0f} deg"
         fallen = (Severity.Error, f"fallen: {tilt}")
         self._compare("fallen", state.fallen, name, fallen, f"upright again: {tilt}")
-        is_limp = max(reading.stiffnesses, default=1.0) < _LIMP
+        is_limp = max(reading.stiffnesses, default=1.0) < LIMP
         limp = (Severity.Warning, "limp: no motor holds until it is made stiff again")
         self._compare("limp", is_limp, name, limp, "no longer limp: motors hold again")
         for joint, temperature in zip(self._robot.joints, reading.temperatures, strict=True):

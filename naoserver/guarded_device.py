@@ -115,12 +115,7 @@ class GuardedDevice:
             return self._safety.velocity(joint)
 
     def move(
-        self,
-        targets: Mapping[str, float],
-        speeds: Mapping[str, float],
-        *,
-        client: str = "",
-        owner: str = "",
+        self, targets: Mapping[str, float], speeds: Mapping[str, float], *, client: str = "", owner: str = ""
     ) -> Outcome:
         """Send joints to targets. Raises InvalidCommand or CommandRefused, and then commands nothing.
 
@@ -194,10 +189,9 @@ class GuardedDevice:
             due = self._safety.next_watch(reading, now)
         if outcome.stopped:
             self.events.count_timeout()
+        timeout = self._safety.options.velocity_timeout
         for joint in outcome.stopped:
-            message = (
-                f"stopped: its velocity was not renewed within {self._safety.options.velocity_timeout:g} s"
-            )
+            message = f"stopped: its velocity was not renewed within {timeout:g} s"
             self.events.add(Severity.Warning, joint, message, "timeout")
         self.events.add_limited(outcome.limitations)
         return due

@@ -28,11 +28,9 @@ class SafetyOptions:
 
 def capped(fraction: float | None) -> SafetyOptions:
     """Return options with one cap of every speed in any posture; the defaults without one."""
-    return (
-        SafetyOptions(speed_fraction=fraction, straight_legs_fraction=fraction)
-        if fraction
-        else SafetyOptions()
-    )
+    if fraction is None:
+        return SafetyOptions()
+    return SafetyOptions(speed_fraction=fraction, straight_legs_fraction=fraction)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +48,7 @@ class ServerOptions:
     """Options of a robot server."""
 
     safety: SafetyOptions = field(default_factory=SafetyOptions)
-    mechanism_safety: SafetyOptions = field(default_factory=lambda: SafetyOptions(speed_fraction=1.0))
+    mechanism_safety: SafetyOptions = field(default_factory=SafetyOptions)
     """Limits of commands to the mechanisms besides the robot (the balls)."""
     camera: CameraOptions = field(default_factory=CameraOptions)
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)

@@ -102,6 +102,8 @@ class Frame:
 
 FALLEN_TILT: Final = math.radians(60)
 """Tilt of the torso in rad beyond which a robot lies rather than stands, crouches or sits."""
+LIMP: Final = 0.05
+"""Stiffness below which a motor holds nothing."""
 
 
 @dataclass(frozen=True, slots=True)

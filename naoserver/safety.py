@@ -113,17 +113,12 @@ class JointRules:
 
     def cap_speed(self, joint: str, speed: float, cap: float, outcome: Outcome) -> float:
         """Return a speed, or velocity, capped."""
-        return self._limit(joint, speed, (-cap, cap), f"speed {speed:.4g} is too fast", outcome)
+        return self.limit(joint, speed, (-cap, cap), f"speed {speed:.4g} is too fast", outcome)
 
-    def clamp_target(
-        self, joint: str, target: float, limits: tuple[float, float], why: str, outcome: Outcome
-    ) -> float:
-        """Return a target clamped to limits; `why` says what is wrong beyond them."""
-        return self._limit(joint, target, limits, f"{target:.4g} {why}", outcome)
-
-    def _limit(
+    def limit(
         self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
     ) -> float:
+        """Return a value clamped to limits; `problem` says what is wrong beyond them."""
         safe = clamp(value, *limits)
         if abs(safe - value) > _ROUNDING:
             outcome.limitations.append(Limitation(joint, f"{problem}, limited to {safe:.4g}"))
@@ -209,8 +204,8 @@ class JointSafety:
         outcome = Outcome(limitations=[*rules.couple(wanted), *rules.couple(limits)])
         self._wake(reading)
         for joint, target in wanted.items():
-            facts = rules.facts[joint]
-            safe = rules.clamp_target(joint, target, (facts.lower, facts.upper), "is out of range", outcome)
+            facts, problem = rules.facts[joint], f"{target:.4g} is out of range"
+            safe = rules.limit(joint, target, (facts.lower, facts.upper), problem, outcome)
             speed = limits.get(joint) or rules.default_speed(joint)
             cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
             self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)))
@@ -310,8 +305,8 @@ class JointSafety:
                 self._stay(joint, reading)
             goal, other = self._goals[joint], self._goals.get(table.independent)
             limits = table.at(other.target if other else self._setpoint(table.independent, reading))
-            why = f"would hit at this {table.independent}"
-            safe = self._rules.clamp_target(joint, goal.target, limits, why, outcome)
+            problem = f"{goal.target:.4g} would hit at this {table.independent}"
+            safe = self._rules.limit(joint, goal.target, limits, problem, outcome)
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed))
 

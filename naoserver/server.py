@@ -41,8 +41,7 @@ def serve(
         steps.callback(threads.close)
         steps.callback(adapter.getCommunicator().onClientLost(assembly.drop_client).close)
         steps.callback(adapter.removeAll, served)
-        for watched in assembly.watched:
-            steps.callback(watched.close)
+        steps.callback(assembly.close)
         steps.callback(threads.stop)
         for identity, servant in assembly.servants.items():
             adapter.add(servant, identity)

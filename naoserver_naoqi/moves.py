@@ -10,6 +10,7 @@ from typing import Any, Final
 from naoserver.capabilities import Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.naoqi_names import gait_limits
+from naoserver.robot import LIMP
 from naoserver_naoqi.background_calls import BackgroundCalls, CoalescingQueue, Poll
 from naoserver_naoqi.connection import PERIOD, Connection, Reporter
 from naoserver_naoqi.link import CallFailed, Link, LinkLost, Reply, call
@@ -25,7 +26,6 @@ _ENDED: Final = 0.3
 """Seconds for which NAOqi has to say that it does not walk before that is believed."""
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
 _LEGS: Final = ("Hip", "Knee", "Ankle")
-_LIMP: Final = 0.05
 _POSITION: Final = "ALMotion.getRobotPosition"
 
 
@@ -99,7 +99,7 @@ class NaoqiWalker:
         if self._state.body().fallen:
             raise InvalidCommand("velocity", "the robot has fallen: make it stand up first")
         stiffnesses = zip(self._state.facts.joint_names, self._state.joints().stiffnesses, strict=True)
-        limp = [joint for joint, value in stiffnesses if joint[1:].startswith(_LEGS) and value < _LIMP]
+        limp = [joint for joint, value in stiffnesses if joint[1:].startswith(_LEGS) and value < LIMP]
         if limp:
             message = f"{limp[0]} is limp: make the legs stiff, and let the robot stand, first"
             raise InvalidCommand("velocity", message)

@@ -23,7 +23,7 @@ from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Interpolation, Key, Motion
 from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
-from naoserver.robot import JointReading
+from naoserver.robot import LIMP, JointReading
 
 _FRACTION: Final = 0.3
 """Highest speed of a change of posture as a fraction of the joints': of full pace."""
@@ -173,8 +173,6 @@ _STIFFENING: Final = 0.4
 """Seconds in which limp motors become stiff before a motion."""
 _STIFF: Final = 0.99
 _FASTEST: Final = {joint.name: joint.max_velocity for joint in H25.joints}
-_LIMP: Final = 0.05
-"""Stiffness up to which a motor does not follow."""
 _SETTLING: Final = 0.3
 """Seconds after a leg until it is looked where it has led."""
 
@@ -207,8 +205,8 @@ class MotionPlayer:
     """Move the joints of `body` along routes; `tick` is due every PERIOD of robot time while one is `busy`.
 
     `situation` returns how the body is; `on_begin` is called when an action begins to move. While one moves,
-    its joints are claimed: other commands to them are refused. Stopping one of them stops the action. Safe
-    to use from any thread.
+    its joints are claimed: other commands to them are refused. Stopping one of them stops the action. It runs
+    to its end when its client is lost, as a position command does. Safe to use from any thread.
     """
 
     def __init__(
@@ -217,7 +215,6 @@ class MotionPlayer:
         situation: Callable[[], Situation],
         on_begin: Callable[[], None] = lambda: None,
     ) -> None:
-        self.name: Final = "motions"
         self._body = body
         self._names = [joint.name for joint in body.joints]
         self.robot_time: Final = body.events.robot_time
@@ -288,13 +285,6 @@ class MotionPlayer:
                 return
         self._body.hold(_joints(action.leg))
 
-    def watch(self) -> float | None:
-        """Do nothing: `tick` looks after the motion."""
-        return None
-
-    def drop_client(self, client: str) -> None:
-        """Do nothing: a motion that a client began runs to its end, as a position command does."""
-
     def close(self) -> None:
         """Stop, and begin nothing any more."""
         with self._lock:
@@ -364,7 +354,7 @@ class MotionPlayer:
         if ends and ends <= _UPRIGHT and stance_of(self.situation()) not in _UPRIGHT:
             raise RobotError("the robot has fallen")
         for joint, stiffness in zip(self._names, reading.stiffnesses, strict=True):
-            if joint in leg.keys and stiffness <= _LIMP:
+            if joint in leg.keys and stiffness <= LIMP:
                 raise RobotError(f"{joint} has gone limp")
 
     def _commands(self) -> dict[str, float]:

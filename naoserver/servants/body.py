@@ -9,7 +9,7 @@ import msgspec
 from interfaces.nao import HeadLimits, HeadPose, JointLimits, Joints, JointState, PoseHead
 from naoserver.guarded_device import GuardedDevice
 from naoserver.robot import JointReading
-from naoserver.servants.hinge import NECK
+from naoserver.servants.hinge import PITCH, YAW
 from naoserver.servants.shared import (
     StateStream,
     refusals_raised,
@@ -21,7 +21,6 @@ from zenoh_ice import Current
 
 _LONGEST_CHANGE: Final = 60.0
 """Seconds that a change of stiffness may take."""
-_YAW, _PITCH = (joint for _, joint in NECK.joints)
 
 
 class JointsI(Joints):
@@ -67,46 +66,46 @@ class PoseHeadI(PoseHead):
 
     def __init__(self, device: GuardedDevice) -> None:
         self._device = device
-        self._pan, self._tilt = device.index(_YAW), device.index(_PITCH)
+        self._pan, self._tilt = device.index(YAW), device.index(PITCH)
         self.stream: Final = StateStream(device.read, self.getPosePublisher, self._pose)
 
     def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
         require_finite(pan=pan, tilt=tilt)
         require_positive(1.0, fraction=fraction)
-        speeds = {joint: fraction * self._device.facts(joint).max_velocity for joint in (_YAW, _PITCH)}
+        speeds = {joint: fraction * self._device.facts(joint).max_velocity for joint in (YAW, PITCH)}
         with refusals_raised():
-            outcome = self._device.move({_YAW: pan, _PITCH: tilt}, speeds, client=current.client)
+            outcome = self._device.move({YAW: pan, PITCH: tilt}, speeds, client=current.client)
         return HeadPose(
             time=self._device.read().time,
-            pan=outcome.accepted[_YAW],
-            tilt=outcome.accepted[_PITCH],
-            panSpeed=min(speeds[_YAW], self._device.speed_cap(_YAW)),
-            tiltSpeed=min(speeds[_PITCH], self._device.speed_cap(_PITCH)),
+            pan=outcome.accepted[YAW],
+            tilt=outcome.accepted[PITCH],
+            panSpeed=min(speeds[YAW], self._device.speed_cap(YAW)),
+            tiltSpeed=min(speeds[PITCH], self._device.speed_cap(PITCH)),
         )
 
     def setSpeed(self, pan: float, tilt: float, current: Current) -> HeadPose:
         require_finite(pan=pan, tilt=tilt)
         with refusals_raised():
-            outcome = self._device.drive({_YAW: pan, _PITCH: tilt}, current.client)
+            outcome = self._device.drive({YAW: pan, PITCH: tilt}, current.client)
         pose = self.stream.now()
-        pose.panSpeed, pose.tiltSpeed = outcome.accepted[_YAW], outcome.accepted[_PITCH]
+        pose.panSpeed, pose.tiltSpeed = outcome.accepted[YAW], outcome.accepted[PITCH]
         return pose
 
     def stop(self, current: Current) -> None:
-        self._device.hold((_YAW, _PITCH))
+        self._device.hold((YAW, PITCH))
 
     def getPose(self, current: Current) -> HeadPose:
         return self.stream.now()
 
     def getLimits(self, current: Current) -> HeadLimits:
-        yaw, pitch = self._device.facts(_YAW), self._device.facts(_PITCH)
+        yaw, pitch = self._device.facts(YAW), self._device.facts(PITCH)
         return HeadLimits(
             minPan=yaw.lower,
             maxPan=yaw.upper,
             minTilt=pitch.lower,
             maxTilt=pitch.upper,
-            maxPanSpeed=self._device.speed_cap(_YAW),
-            maxTiltSpeed=self._device.speed_cap(_PITCH),
+            maxPanSpeed=self._device.speed_cap(YAW),
+            maxTiltSpeed=self._device.speed_cap(PITCH),
         )
 
     def _pose(self, reading: JointReading) -> HeadPose:

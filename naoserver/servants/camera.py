@@ -6,7 +6,6 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -65,8 +64,7 @@ class CameraI(Camera):
 
     def __init__(self, robot: Robot, facts: CameraFacts, options: CameraOptions, events: EventLog) -> None:
         """Serve the camera `facts` of `robot`; raises RobotError when `options` ask for what it cannot do."""
-        problem = _problem(facts, options)
-        if problem:
+        if problem := _problem(facts, options):
             raise RobotError(problem)
         self.facts = facts
         self._robot = robot
@@ -94,13 +92,11 @@ class CameraI(Camera):
 
     def getImageData(self, format: str, current: Current) -> ImageData:
         if format not in PIXEL_FORMATS:
-            missing = (
-                "; JPEG needs Pillow where the server runs: pip install pillow" if format == "JPEG" else ""
-            )
-            raise ConfigurationNotExistException(
-                f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; "
-                f"it has {', '.join(PIXEL_FORMATS)}{missing}"
-            )
+            known = ", ".join(PIXEL_FORMATS)
+            message = f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; it has {known}"
+            if format == "JPEG":
+                message += "; JPEG needs Pillow where the server runs: pip install pillow"
+            raise ConfigurationNotExistException(message)
         return _image(self._fresh(), format)
 
     def getCameraDescription(self, current: Current) -> CameraDescription:
@@ -125,15 +121,8 @@ class CameraI(Camera):
         )
 
     def setCameraDescription(self, description: CameraDescription, current: Current) -> int:
-        """Take width, height and rate from a description; returns 0.
-
-        Raises ConfigurationNotExistException, naming what there is, and then changes nothing.
-        """
-        settings = replace(
-            self._settings, width=description.width, height=description.height, rate=description.rate
-        )
-        problem = _problem(self.facts, settings)
-        if problem:
+        settings = CameraOptions(description.width, description.height, description.rate)
+        if problem := _problem(self.facts, settings):
             raise ConfigurationNotExistException(problem)
         self._settings = settings
         return 0
@@ -151,11 +140,6 @@ class CameraI(Camera):
         self._streaming.discard(current.client)
 
     def getFloorPoint(self, u: float, v: float, height: float, current: Current) -> FloorPoint:
-        """Return what a pixel of the newest image shows at a height in m above the floor.
-
-        All is infinite where it shows nothing there. Raises InvalidValueException, and of a camera that is
-        not on the robot ConfigurationNotExistException.
-        """
         require_finite(u=u, v=v, height=height)
         if self.facts.name not in _ON_THE_HEAD:
             raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")

@@ -65,7 +65,7 @@ HINGES: Final = (NECK, *_arm_and_leg("Left"), *_arm_and_leg("Right"))
 
 BALL_AXES: Final = (Axis.PAN, Axis.X, Axis.Z)
 """The axes of a ball's three joints in their order: round the robot in rad, distance in m, height in m."""
-_YAW, _PITCH = (joint for _, joint in NECK.joints)
+YAW, PITCH = (joint for _, joint in NECK.joints)
 
 
 class Pose3DMotorsI(Pose3DMotors):
@@ -128,20 +128,20 @@ class NeckSpeedI(Pose3DMotors):
         self._device = device
 
     def getPose3DMotorsData(self, current: Current) -> Pose3DMotorsData:
-        pan, tilt = self._device.velocity(_YAW), self._device.velocity(_PITCH)
+        pan, tilt = self._device.velocity(YAW), self._device.velocity(PITCH)
         return msgspec.structs.replace(_NO_COMMAND, panSpeed=pan, tiltSpeed=tilt)
 
     def setPose3DMotorsData(self, data: Pose3DMotorsData, current: Current) -> int:
         require_finite(**msgspec.structs.asdict(data))
         with refusals_raised():
-            outcome = self._device.drive({_YAW: data.panSpeed, _PITCH: data.tiltSpeed}, current.client)
+            outcome = self._device.drive({YAW: data.panSpeed, PITCH: data.tiltSpeed}, current.client)
         return 1 if outcome.limitations else 0
 
     def getPose3DMotorsParams(self, current: Current) -> Pose3DMotorsParams:
         return _motor_params(self._device, NECK.joints)
 
     def stop(self, current: Current) -> None:
-        self._device.hold((_YAW, _PITCH))
+        self._device.hold((YAW, PITCH))
 
 
 def _motor_params(device: GuardedDevice, axes: tuple[tuple[Axis, str], ...]) -> Pose3DMotorsParams:

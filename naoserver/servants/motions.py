@@ -91,18 +91,14 @@ class PosturesI(Postures):
 class KeyFramePosturesI(PosturesI):
     """Bring a body into postures by the server's own motions."""
 
+    names = tuple(POSTURES)
+
     def __init__(self, player: MotionPlayer, motions: Mapping[str, Motion]) -> None:
         super().__init__()
         self._player = player
         self._motions = motions
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The postures whose angles are known."""
-        return tuple(POSTURES)
-
     def progress(self) -> ActionState:
-        """Return how the way to the newest posture goes."""
         return self._player.progress(POSTURE)
 
     def go(self, name: str, fraction: float, client: str) -> None:
@@ -135,11 +131,9 @@ class OwnPosturesI(PosturesI):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The postures that the robot knows."""
         return self._postures.names
 
     def progress(self) -> ActionState:
-        """Return how the way to the newest posture goes."""
         of = self._look()
         if of.moving:
             status = ActionStatus.Moving
@@ -151,7 +145,6 @@ class OwnPosturesI(PosturesI):
         return ActionState(time, of.name, status, float(of.reached), of.message, self._count)
 
     def go(self, name: str, fraction: float, client: str) -> None:
-        """Let the robot begin to go to a posture."""
         joints = [joint.name for joint in self._body.joints]
         with self._lock:
             self._body.gate.require(client)

@@ -69,7 +69,7 @@ def test_on_the_way_the_joints_are_refused_to_others_and_free_at_its_end(assembl
         lambda assembly: assembly.body.hold(),
         lambda assembly: assembly.gate.stop("a test"),
         lambda assembly: assembly.servants["Postures"].stop(None),
-        lambda assembly: [watched.close() for watched in assembly.watched],
+        lambda assembly: assembly.close(),
     ],
     ids=["hold", "emergency stop", "stop", "the server's end"],
 )
