@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 import typer
 
 import hfsm_command
-from naoserver_qi import DISK_HELP
+from naoserver_qi import DISK_HELP, serve_as_naoqi
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -36,7 +36,6 @@ def serve_fake(
     from hfsm_command.cli import report_ready, stop_on_signals
     from naoserver.fake import FakeRobot
     from naoserver.server import serve
-    from naoserver_qi import serve_as_naoqi
     from zenoh_ice import Communicator, RobotClock, Settings
     from zenoh_ice.in_process import InProcessTransport
 

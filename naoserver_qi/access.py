@@ -19,7 +19,7 @@ from naoserver.kinematics import Matrix, place_of, rotation, torso_place
 from naoserver.robot import Robot
 from naoserver.servants.motions import PosturesI
 from naoserver.walk import WalkGuard, Way
-from naoserver_qi.arguments import JointNames
+from naoserver_qi.arguments import JointNames, text
 from naoserver_qi.calls import Call, Faults, failed
 
 _logger = logging.getLogger(__name__)
@@ -63,11 +63,9 @@ class Access:
         self.walk_to: Final = assembly.walk_to
         """Its walk to a place; None when it has none."""
         self.player: Final = assembly.player
-        """The player of motions."""
         postures = assembly.servants["Postures"]
         assert isinstance(postures, PosturesI)
         self.postures: Final = postures
-        """The controller of postures."""
         self.walking: Final = Walking(self)
         """Its walk, renewed."""
         self.find: Callable[[str], qi.Future] = lambda name: failed(f"there is no service {name}")
@@ -95,7 +93,7 @@ class Access:
         values = reading.positions if measured else reading.commands
         return {joint.name: value for joint, value in zip(self.body.joints, values, strict=True)}
 
-    def place(self, name: str, frame: object, *, measured: bool) -> Matrix:
+    def place(self, name: object, frame: object, *, measured: bool) -> Matrix:
         """Return where a joint, effector or camera is, by measured angles or by setpoints.
 
         `frame` is 0 for the torso's, 1 for the world's, which is that of odometry, and 2 for the robot's,
@@ -105,7 +103,7 @@ class Access:
         if frame not in (_TORSO, _WORLD, _ROBOT):
             raise InvalidCommand("frame", f"there is no frame {str(frame)[:60]!r}; 0 torso, 1 world, 2 robot")
         angles = self.angles(measured=measured)
-        place = place_of(name, angles)
+        place = place_of(text(name, "name"), angles)
         if frame == _TORSO:
             return place
         inertial = self.robot.senses.read().inertial if self.robot.senses else None

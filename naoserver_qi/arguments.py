@@ -58,10 +58,14 @@ def listed(value: object, what: str, count: int | None = None) -> list[object]:
     return list(value)
 
 
+def vector(value: object, what: str, count: int | None = None) -> list[float]:
+    """Return the numbers of a list, which has `count` of them if that is given. Raises InvalidCommand."""
+    return [number(entry, what) for entry in listed(value, what, count)]
+
+
 def numbers(value: object, what: str, count: int) -> list[float]:
     """Return `count` numbers: those of a list, or one for all. Raises InvalidCommand."""
-    entries = listed(value, what, count) if isinstance(value, (list, tuple)) else [value] * count
-    return [number(entry, what) for entry in entries]
+    return vector(value if isinstance(value, (list, tuple)) else [value] * count, what, count)
 
 
 def number_lists(value: object, what: str, count: int) -> list[list[float]]:
@@ -73,10 +77,8 @@ def number_lists(value: object, what: str, count: int) -> list[list[float]]:
         return [[number(value, what)] for _ in range(count)]
     if count == 1 and not any(isinstance(entry, (list, tuple)) for entry in value):
         value = [value]
-    return [
-        [number(one, what) for one in (listed(entry, what) if isinstance(entry, (list, tuple)) else [entry])]
-        for entry in listed(value, what, count)
-    ]
+    entries = listed(value, what, count)
+    return [vector(entry if isinstance(entry, (list, tuple)) else [entry], what) for entry in entries]
 
 
 def text(value: object, what: str) -> str:
@@ -125,21 +127,18 @@ class JointNames:
     """The names by which clients call the joints of a body: their own, and those of chains."""
 
     def __init__(self, joints: Sequence[str]) -> None:
-        def limbs(*parts: str) -> list[tuple[str, ...]]:
-            return [
+        chains = dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), tuple(joints))
+        chains["Head"] = ("HeadYaw", "HeadPitch")
+        for limb, parts in (
+            ("Arm", ("Shoulder", "Elbow", "Wrist", "Hand")),
+            ("Leg", ("Hip", "Knee", "Ankle")),
+        ):
+            left, right = (
                 tuple(name for name in joints if name[0] == side and name[1:].startswith(parts))
                 for side in "LR"
-            ]
-
-        arms, legs = limbs("Shoulder", "Elbow", "Wrist", "Hand"), limbs("Hip", "Knee", "Ankle")
-        self.chains: Final[Mapping[str, tuple[str, ...]]] = {
-            **dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), tuple(joints)),
-            "Head": ("HeadYaw", "HeadPitch"),
-            **dict(zip(("LArm", "RArm"), arms, strict=True)),
-            "Arms": arms[0] + arms[1],
-            **dict(zip(("LLeg", "RLeg"), legs, strict=True)),
-            "Legs": legs[0] + legs[1],
-        }
+            )
+            chains |= {f"L{limb}": left, f"R{limb}": right, f"{limb}s": left + right}
+        self.chains: Final[Mapping[str, tuple[str, ...]]] = chains
         """The joints of each chain, in NAOqi's order."""
 
     def of(self, names: object) -> tuple[str, ...]:

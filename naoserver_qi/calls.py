@@ -35,8 +35,8 @@ MOST_WAITING: Final = 1000
 """Long calls that run or wait; further ones are refused."""
 VERSION: Final = "2.8.6.23"
 """That of the NAOqi that this one takes after."""
-_LOOK: Final = 0.05
-"""Robot seconds between two looks whether a task has ended."""
+LOOK: Final = 0.05
+"""Robot seconds between two looks whether what a call waits for has ended."""
 
 
 class Call:
@@ -163,7 +163,7 @@ class _Tasks:
         """Wait until a task has ended, or for some ms; 0 for no limit. Return whether it still runs."""
         limit = number(timeout, "timeout") / 1000 or math.inf
         end = self._clock.now() + limit
-        while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(_LOOK):
+        while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(LOOK):
             pass
         return running
 

@@ -25,6 +25,7 @@ from naoserver_qi.arguments import (
     number_lists,
     number_within,
     texts,
+    vector,
 )
 from naoserver_qi.calls import Call
 from naoserver_qi.motion import ALMotion
@@ -46,12 +47,12 @@ _Read = Callable[[object], Matrix]
 
 def _position(value: object) -> Matrix:
     """Return the place of x, y and z in m and the angles about them in rad."""
-    return matrix_of([number(part, "a position") for part in listed(value, "a position", 6)])
+    return matrix_of(vector(value, "a position", 6))
 
 
 def _transform(value: object) -> Matrix:
     """Return the place of a transform's first three rows, or of all four."""
-    parts = [number(part, "a transform") for part in listed(value, "a transform")]
+    parts = vector(value, "a transform")
     if len(parts) not in (12, 16):
         raise InvalidCommand("transform", f"a transform has 12 or 16 numbers, not {len(parts)}")
     place = np.eye(4)
@@ -187,8 +188,7 @@ class EffectorMotion(Service):
 
 
 def _names(effectors: object) -> list[str]:
-    names = [effectors] if isinstance(effectors, str) else listed(effectors, "effectors")
-    return [chosen(name, "effector", _EFFECTORS) for name in names]
+    return [chosen(name, "effector", _EFFECTORS) for name in texts(effectors, "effectors")]
 
 
 def _places(path: object) -> list[object]:
@@ -259,9 +259,7 @@ def _reach(
 def _legs_and_steps(legs: object, steps: object) -> tuple[list[str], list[list[float]]]:
     """Return the leg of each step, and x and y in m and the heading in rad relative to the other foot."""
     names = [chosen(leg, "leg", _LEGS) for leg in texts(legs, "legs")]
-    found = [
-        [number(part, "a step") for part in listed(step, "a step", 3)] for step in listed(steps, "steps")
-    ]
+    found = [vector(step, "a step", 3) for step in listed(steps, "steps")]
     if len(names) != len(found) or not names:
         raise InvalidCommand("steps", f"there are {len(found)} steps for {len(names)} legs")
     if any(math.hypot(x, y) > 1.0 for x, y, _ in found):

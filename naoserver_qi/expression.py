@@ -12,7 +12,7 @@ from naoserver.expression import LONGEST_TEXT
 from naoserver.naoqi_names import LIGHT_GROUPS
 from naoserver_qi.access import Access, Service, needed
 from naoserver_qi.arguments import chosen, constant, kept, listed, number, number_within, one_of, text, within
-from naoserver_qi.calls import Call
+from naoserver_qi.calls import LOOK, Call
 from naoserver_qi.memory import ALMemory
 
 GROUPS: Final = {
@@ -37,7 +37,6 @@ _LAMP: Final = re.compile(
     r"(Left|Right)?(Face|Ear|Brain)Led\d{1,2}|(Face|Ears|Head|ChestBoard|[LR]Foot)/Led/\S{1,60}"
 )
 """Names of single lamps. A group is one light here, so that a lamp stands for its group."""
-_PAIRS: Final = ("Eye", "Ear", "Foot")
 _PLACES: Final = {
     "Face": "Eye",
     "Ear": "Ear",
@@ -134,7 +133,7 @@ class ALLeds(Service):
         group = text(name, "name")
         if _LAMP.fullmatch(group):
             light = next(light for place, light in _PLACES.items() if place in group)
-            sides = ("Left", "Right") if light in _PAIRS else ("",)
+            sides = ("Left", "Right") if f"Left{light}" in LIGHT_GROUPS else ("",)
             meant = [side for side in sides if side in group or group.startswith(f"{side[:1]}Foot")]
             part = next((part for part in _PARTS if part in group), "")
             return tuple(f"{side}{light}" for side in meant or sides), part
@@ -167,8 +166,6 @@ def _color(values: tuple[object, ...]) -> Color:
     return (code >> 16) / 255, (code >> 8 & 0xFF) / 255, (code & 0xFF) / 255
 
 
-_LOOK: Final = 0.05
-"""Robot seconds between two looks whether a text was said."""
 _TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
 """NAOqi's tags for pauses, speed and pitch in a text."""
 _ANIMATION: Final = re.compile(r"\^\w+(\([^)^]*\))?")
@@ -213,7 +210,7 @@ class ALTextToSpeech(Service):
             memory.raiseEvent("ALTextToSpeech/CurrentSentence", words)
             memory.raiseEvent("ALTextToSpeech/TextStarted", 1)
             while (now := voice.utterance()).speaking or now.count == before:
-                if call.wait(_LOOK):
+                if call.wait(LOOK):
                     voice.stop()
             memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
             memory.raiseEvent("ALTextToSpeech/TextDone", 1)

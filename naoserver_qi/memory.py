@@ -15,14 +15,12 @@ from naoserver.errors import InvalidCommand
 from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.robot import JointReading
 from naoserver_qi.access import Access, Service
-from naoserver_qi.arguments import chosen, keepable, text, texts
+from naoserver_qi.arguments import MOST, chosen, keepable, text, texts
 from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.sensors import ALSonar, touch_part
 
 _logger = logging.getLogger(__name__)
 
-MOST: Final = 1000
-"""Keys that clients may write, and keys that they may listen to."""
 NOTIFYING: Final = 0.02
 """Wall seconds between two checks for changes."""
 _RAISED: Final = (

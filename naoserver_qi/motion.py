@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import astuple
+from functools import partial
 from typing import Final
 
 from naoserver.capabilities import WalkVelocity
@@ -26,8 +27,9 @@ from naoserver_qi.arguments import (
     one_of,
     switch,
     text,
+    vector,
 )
-from naoserver_qi.calls import Call
+from naoserver_qi.calls import LOOK, Call
 from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.trajectory import JointTasks, Key, Task, Trajectory, check_times, smooth_trajectory
 
@@ -50,6 +52,7 @@ _MOVE_CONFIG: Final = {
 """Minimum, default and maximum of each parameter of NAOqi's gait; those of steps limit the walk."""
 _SUPPORT: Final = one_of("leg", ("Legs", "LLeg", "RLeg"))
 _EFFECTOR: Final = one_of("effector", ("Head", "LArm", "RArm"))
+_whole_body: Final = partial(constant, "Do nothing but check the values: whole body control has no effect.")
 _CONFIGS: Final = ("Min", "Default", "Max")
 _ROBOT_CONFIG: Final[dict[str, object]] = {
     **dict.fromkeys(("Head Version", "Body Version", "Arm Version"), "VERSION_60"),
@@ -238,7 +241,7 @@ class ALMotion(Service):
             places, rest = [list(goal[:3])], goal[3:]
         # A number is the seconds that it should formerly take.
         limits = self._walk_limits([config for config in rest if not isinstance(config, (int, float))])
-        ways = [[number(part, "a place") for part in listed(place, "a place", 3)] for place in places]
+        ways = [vector(place, "a place", 3) for place in places]
         start = self._walking.guard.read()
         return all(self._walking.go_to(call, (x, y, theta), start, limits) for x, y, theta in ways)
 
@@ -252,7 +255,7 @@ class ALMotion(Service):
 
     def waitUntilMoveIsFinished(self, call: Call) -> None:
         """Return when it stands."""
-        while self._walking.moving and not call.wait(0.05):
+        while self._walking.moving and not call.wait(LOOK):
             pass
 
     def stopMove(self) -> None:
@@ -346,12 +349,11 @@ class ALMotion(Service):
 
     def getPosition(self, name: object, frame: object, useSensorValues: object) -> list[float]:
         """Return x, y and z in m and the angles about x, y and z in rad of a joint, effector or camera."""
-        place = self._access.place(text(name, "name"), frame, measured=bool(useSensorValues))
-        return numbers_of(place)
+        return numbers_of(self._access.place(name, frame, measured=bool(useSensorValues)))
 
     def getTransform(self, name: object, frame: object, useSensorValues: object) -> list[float]:
         """Return the 16 entries of a homogeneous transform, row by row, of a joint, effector or camera."""
-        place = self._access.place(text(name, "name"), frame, measured=bool(useSensorValues))
+        place = self._access.place(name, frame, measured=bool(useSensorValues))
         return [float(value) for value in place.ravel()]
 
     def getMass(self, name: object) -> float:
@@ -388,33 +390,21 @@ class ALMotion(Service):
 
     # -- whole body control: the gains of the joints keep the robot upright, nothing else --------------------
 
-    wbEnable = constant("Do nothing: whole body balance has no effect.", isEnabled=switch)
+    wbEnable = _whole_body(isEnabled=switch)
     wbFootState = constant(
         "Do nothing but check the names: each foot is free.",
         stateName=one_of("state of a foot", ("Fixed", "Plane", "Free")),
         supportLeg=_SUPPORT,
     )
-    wbEnableBalanceConstraint = constant(
-        "Do nothing but check the name: whole body balance has no effect.",
-        isEnable=switch,
-        supportLeg=_SUPPORT,
-    )
+    wbEnableBalanceConstraint = _whole_body(isEnable=switch, supportLeg=_SUPPORT)
+    wbEnableEffectorControl = _whole_body(effectorName=_EFFECTOR, isEnabled=switch)
+    wbEnableEffectorOptimization = wbEnableEffectorControl
+    wbSetEffectorControl = _whole_body(effectorName=_EFFECTOR, targetCoordinate=vector)
     wbGoToBalance = constant(
         "Do nothing but check the name; return False, since the weight stays on both feet.",
         False,
         supportLeg=_SUPPORT,
         duration=number,
-    )
-    wbEnableEffectorControl = constant(
-        "Do nothing but check the name: whole body control has no effect.",
-        effectorName=_EFFECTOR,
-        isEnabled=switch,
-    )
-    wbEnableEffectorOptimization = wbEnableEffectorControl
-    wbSetEffectorControl = constant(
-        "Do nothing but check the names and numbers: whole body control has no effect.",
-        effectorName=_EFFECTOR,
-        targetCoordinate=lambda value, what: [number(part, what) for part in listed(value, what)],
     )
     setMotionConfig = constant(
         "Do nothing but check that it is a list of names and values: the parameters have no effect.",

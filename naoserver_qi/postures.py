@@ -12,7 +12,7 @@ from naoserver.motions.postures import nearest_posture
 from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import CLIENT, Access, Service
 from naoserver_qi.arguments import chosen, constant, fraction, kept, text, texts, within
-from naoserver_qi.calls import Call
+from naoserver_qi.calls import LOOK, Call
 
 FAMILIES: Final[Mapping[str, str]] = {
     "Crouch": "Crouching",
@@ -24,8 +24,6 @@ FAMILIES: Final[Mapping[str, str]] = {
 }
 """The family of each posture."""
 UNKNOWN: Final = "Unknown"
-_POLL: Final = 0.05
-"""Robot seconds between two checks whether a posture was reached or a behavior has ended."""
 
 
 class ALRobotPosture(Service):
@@ -42,7 +40,7 @@ class ALRobotPosture(Service):
         postures.go(name, pace, CLIENT)
         count = postures.progress().count
         while (now := postures.progress()).status is ActionStatus.Moving and now.count == count:
-            if call.wait(_POLL):
+            if call.wait(LOOK):
                 self.stopMove()
                 return False
         return now.status is ActionStatus.Done and now.count == count
@@ -55,15 +53,15 @@ class ALRobotPosture(Service):
 
     def stopMove(self) -> None:
         """Stop on the way to a posture."""
-        if self._access.robot.postures is not None:
-            self._access.robot.postures.stop()
+        if self._robot.postures is not None:
+            self._robot.postures.stop()
         else:
             self._access.player.stop(POSTURE)
 
     def getPosture(self) -> str:
         """Return the current posture, or `Unknown`."""
-        if self._access.robot.postures is not None:
-            return self._access.robot.postures.current() or UNKNOWN
+        if self._robot.postures is not None:
+            return self._robot.postures.current() or UNKNOWN
         return nearest_posture(self._access.player.situation()) or UNKNOWN
 
     def getPostureFamily(self) -> str:
@@ -100,7 +98,7 @@ class ALBehaviorManager(Service):
         self.startBehavior(name)
         count = self._player.progress(MOTION).count
         while motion.name in self.getRunningBehaviors() and self._player.progress(MOTION).count == count:
-            if call.wait(_POLL):
+            if call.wait(LOOK):
                 self.stopBehavior(name)
 
     def startBehavior(self, name: object) -> None:

@@ -9,8 +9,7 @@ from __future__ import annotations
 import logging
 import math
 import struct
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path, PurePosixPath
@@ -32,7 +31,7 @@ from naoserver_qi.arguments import (
     text,
     within,
 )
-from naoserver_qi.calls import Call
+from naoserver_qi.calls import LOOK, Call
 
 _logger = logging.getLogger(__name__)
 
@@ -42,8 +41,6 @@ LONGEST_RECORDING: Final = 3600.0
 """Robot seconds."""
 UNKNOWN_LENGTH: Final = 1.0
 """Seconds that a sound lasts whose file is not on the robot's disk."""
-_LOOK: Final = 0.05
-"""Robot seconds between two looks whether a sound is over."""
 _RATES: Final = (16000, 48000)
 _CHANNELS: Final = 4
 _SAMPLE: Final = 2
@@ -88,7 +85,7 @@ class ALAudioPlayer(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._numbers = count(1)
-        self._sounds: dict[int, _Sound] = {}
+        self._sounds: dict[float, _Sound] = {}  # by their numbers
 
     setMasterVolume, getMasterVolume = kept("the volume of all sounds, from 0 to 1", 1.0, volume=_SHARE)
 
@@ -98,22 +95,22 @@ class ALAudioPlayer(Service):
         with self._lock:
             if len(self._sounds) >= MOST:
                 raise InvalidCommand("file name", f"{MOST} sounds are loaded already: unload some")
-            number = next(self._numbers)
-            self._sounds[number] = sound
-        return number
+            loaded = next(self._numbers)
+            self._sounds[loaded] = sound
+        return loaded
 
     def unloadFile(self, id_: object) -> None:
         """Forget a sound, which falls silent."""
         self.stop(id_)
         with self._lock:
-            self._sounds.pop(self._number(id_), None)
+            self._sounds.pop(number(id_, "number of the sound"), None)
 
     def unloadAllFiles(self) -> None:
         """Forget all sounds, which fall silent."""
         for loaded in self.getLoadedFilesIds():
             self.unloadFile(loaded)
 
-    def getLoadedFilesIds(self) -> list[int]:
+    def getLoadedFilesIds(self) -> list[float]:
         """Return the numbers of the loaded sounds."""
         with self._lock:
             return list(self._sounds)
@@ -128,21 +125,17 @@ class ALAudioPlayer(Service):
 
     def playFile(self, call: Call, fileName: object, volume: object = 1.0, pan: object = 0.0) -> None:
         """Play a file; returns at its end."""
-        with self._loaded(fileName) as sound:
-            self._play(call, sound, volume, pan)
+        self._play_file(call, fileName, volume, pan)
 
     def playFileInLoop(self, call: Call, fileName: object, volume: object = 1.0, pan: object = 0.0) -> None:
         """Play a file again and again; returns when something stops it."""
-        with self._loaded(fileName) as sound:
-            self._play(call, sound, volume, pan, loop=True)
+        self._play_file(call, fileName, volume, pan, loop=True)
 
     def playFileFromPosition(
         self, call: Call, fileName: object, position: object, volume: object = 1.0, pan: object = 0.0
     ) -> None:
         """Play a file from a position in s; returns at its end."""
-        with self._loaded(fileName) as sound:
-            sound.position = number_within(position, "position", 0.0, sound.length)
-            self._play(call, sound, volume, pan)
+        self._play_file(call, fileName, volume, pan, position)
 
     def playSine(self, call: Call, frequency: object, gain: object, pan: object, duration: object) -> None:
         """Play a tone for some seconds; returns at its end."""
@@ -191,27 +184,31 @@ class ALAudioPlayer(Service):
             return UNKNOWN_LENGTH
         return length if length is not None and math.isfinite(length) else UNKNOWN_LENGTH
 
-    @contextmanager
-    def _loaded(self, name: object) -> Iterator[_Sound]:
+    def _play_file(
+        self, call: Call, name: object, volume: object, pan: object, at: object = 0.0, *, loop: bool = False
+    ) -> None:
         loaded = self.loadFile(name)
         try:
-            yield self._sounds[loaded]
+            self._play(call, self._sound(loaded), volume, pan, at, loop=loop)
         finally:
             with self._lock:
                 self._sounds.pop(loaded, None)
 
-    def _play(self, call: Call, sound: _Sound, volume: object, pan: object, *, loop: bool = False) -> None:
+    def _play(
+        self, call: Call, sound: _Sound, volume: object, pan: object, at: object = 0.0, *, loop: bool = False
+    ) -> None:
+        position = number_within(at, "position", 0.0, sound.length)
         sound.volume = number_within(volume, "volume", 0.0, 1.0)
         number_within(pan, "pan", -1.0, 1.0)
         with self._lock:
             if sound.call is not None:
                 raise InvalidCommand("sound", f"{sound.name[:200]!r} is playing already")
             sound.call = call
-        sound.paused = False
+        sound.position, sound.paused = position, False
         clock = self._robot.clock
         now = clock.now()
         try:
-            while sound.position < sound.length and not call.wait(_LOOK):
+            while sound.position < sound.length and not call.wait(LOOK):
                 before, now = now, clock.now()
                 if not sound.paused:
                     sound.position += now - before
@@ -220,12 +217,9 @@ class ALAudioPlayer(Service):
         finally:
             sound.call, sound.position = None, 0.0
 
-    def _number(self, id_: object) -> int:
-        return int(number(id_, "number of the sound"))
-
     def _sound(self, id_: object) -> _Sound:
         with self._lock:
-            sound = self._sounds.get(self._number(id_))
+            sound = self._sounds.get(number(id_, "number of the sound"))
         if sound is None:
             raise InvalidCommand("sound", f"no sound {str(id_)[:60]} is loaded")
         return sound

@@ -174,12 +174,12 @@ class ALVideoDevice(Service):
         facts = self._cameras[subscription.camera]
         frame = self._frame(facts, size, subscription.rate)
         pixels = COLOR_SPACES[space](shrunk(frame, size))
-        seconds = math.floor(frame.time)
-        microseconds = int((frame.time - seconds) * 1e6)
+        seconds, fraction = divmod(frame.time, 1.0)
         right = facts.horizontal_fov / 2
         bottom = math.atan(math.tan(right) * size[1] / size[0])
         angles = (right, bottom, -right, -bottom)
-        return *size, LAYERS[space], space, seconds, microseconds, pixels, subscription.camera, *angles
+        stamp = int(seconds), int(fraction * 1e6)
+        return *size, LAYERS[space], space, *stamp, pixels, subscription.camera, *angles
 
     getImageRemote.__qi_return_signature__ = _SIGNATURE  # type: ignore[attr-defined]
 
@@ -292,12 +292,8 @@ class ALVideoDevice(Service):
         with self._taking[facts.name]:
             now = self._robot.clock.now()
             asked, newest = self._newest.pop(key, (-math.inf, None))
-            if newest is None or _slot(asked, rate) != _slot(now, rate):
+            # By periods, not by age: who asks often gets every picture, however long one takes.
+            if newest is None or math.floor(asked * rate) != math.floor(now * rate):
                 asked, newest = now, self._robot.capture(facts.name, *size)
             self._newest[key] = asked, newest
             return newest
-
-
-def _slot(time: float, rate: float) -> float:
-    """Return the period that contains a time. Frequent requests get every picture, however long one takes."""
-    return math.floor(time * rate) if math.isfinite(time) else time

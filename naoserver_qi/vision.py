@@ -20,7 +20,7 @@ from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.kinematics import numbers_of
 from naoserver.robot import CameraFacts
 from naoserver_qi.access import Access, Service
-from naoserver_qi.arguments import chosen, constant, listed, number, number_within, switch
+from naoserver_qi.arguments import chosen, constant, listed, number, number_within, switch, vector
 from naoserver_qi.memory import ALMemory
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.sensors import Extractor
@@ -62,7 +62,7 @@ def find_blob(picture: Pixels, color: tuple[int, int, int], tolerance: int) -> R
     near = np.abs(picture.astype(np.int16) - color).max(axis=2) <= tolerance
     for contour in _contours(near.astype(np.uint8)):
         left, top, width, height = cv2.boundingRect(contour)
-        return left + width / 2, top + height / 2, float(width), float(height)
+        return _region(left, top, left + width, top + height)
     return None
 
 
@@ -162,8 +162,8 @@ class Detector(Extractor):
         before = self.seen
         self.seen = [(_in_angles(region, facts), what) for region, what in self._find(frame.pixels)]
         if self.seen:
-            seconds = math.floor(frame.time)
-            stamp = [seconds, int((frame.time - seconds) * 1e6)]
+            seconds, fraction = divmod(frame.time, 1.0)
+            stamp = [int(seconds), int(fraction * 1e6)]
             self._memory.raiseEvent(self.KEY, self._value(stamp, self._poses()))
         elif before:
             self._memory.raiseEvent(self.KEY, [])
@@ -375,7 +375,7 @@ class ALTracker(Service):
 
     def lookAt(self, position: object, *rest: object) -> None:
         """Turn the head to a point of x, y and z in m: in a frame, at a fraction of full speed, or both."""
-        x, y, z = (number(part, "position") for part in listed(position, "position", 3))
+        x, y, z = vector(position, "position", 3)
         frame, *rest_ = rest if len(rest) == 3 else (0, *rest)
         share = number_within(rest_[0] if rest_ else 0.5, "the fraction", 0.01, 1.0)
         torso = self._access.place("Torso", frame, measured=True)
