@@ -74,9 +74,7 @@ class Access:
 
     def service(self, kind: type[S]) -> S:
         """Return the service of a kind, of which there is one."""
-        if kind not in self._services:
-            self._services[kind] = kind(self)
-        service = self._services[kind]
+        service = self._services.get(kind) or self._services.setdefault(kind, kind(self))
         assert isinstance(service, kind)
         return service
 

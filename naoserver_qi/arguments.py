@@ -127,7 +127,8 @@ class JointNames:
     """The names by which clients call the joints of a body: their own, and those of chains."""
 
     def __init__(self, joints: Sequence[str]) -> None:
-        chains = dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), tuple(joints))
+        chains: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in joints}
+        chains |= dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), tuple(joints))
         chains["Head"] = ("HeadYaw", "HeadPitch")
         for limb, parts in (
             ("Arm", ("Shoulder", "Elbow", "Wrist", "Hand")),
@@ -138,19 +139,16 @@ class JointNames:
                 for side in "LR"
             )
             chains |= {f"L{limb}": left, f"R{limb}": right, f"{limb}s": left + right}
-        self.chains: Final[Mapping[str, tuple[str, ...]]] = chains
-        """The joints of each chain, in NAOqi's order."""
+        self.chains: Final[Mapping[str, Sequence[str]]] = chains
+        """The joints of each name, those of a chain in NAOqi's order."""
 
     def of(self, names: object) -> tuple[str, ...]:
         """Return the joints that names of joints and chains, or one, stand for. Raises InvalidCommand."""
         joints: list[str] = []
         for name in texts(names, "names"):
-            if name in self.chains:
-                joints += self.chains[name]
-            elif name in self.chains["Body"]:
-                joints.append(name)
-            else:
+            if name not in self.chains:
                 raise InvalidCommand(name[:_QUOTED], f"there is no joint or chain {name[:_QUOTED]!r}")
+            joints += self.chains[name]
         return tuple(joints)
 
     def spread(self, names: object, values: object) -> object:

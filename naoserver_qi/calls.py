@@ -24,7 +24,7 @@ import qi
 from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.fake.robot import FakeSenses
-from naoserver_qi.arguments import chosen, listed, number, number_within, text, texts
+from naoserver_qi.arguments import chosen, constant, listed, number, number_within, text, texts
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
@@ -161,8 +161,7 @@ class _Tasks:
 
     def wait(self, call: Call, task: object, timeout: object) -> bool:
         """Wait until a task has ended, or for some ms; 0 for no limit. Return whether it still runs."""
-        limit = number(timeout, "timeout") / 1000 or math.inf
-        end = self._clock.now() + limit
+        end = self._clock.now() + (number(timeout, "timeout") / 1000 or math.inf)
         while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(LOOK):
             pass
         return running
@@ -172,13 +171,8 @@ class _Tasks:
         if (future := self._tasks.get(number(task, "task"))) is not None:
             future.cancel()
 
-    def ping(self) -> bool:
-        """Return True."""
-        return True
-
-    def version(self) -> str:
-        """Return the version of NAOqi."""
-        return VERSION
+    ping = constant("Return True.", True)
+    version = constant("Return the version of NAOqi.", VERSION)
 
 
 class Calls:
@@ -224,16 +218,15 @@ class Calls:
                 return failed(f"{name}: {error}")
             delay = self._faults._delay(name)
 
-            def late(call: Call) -> object:
+            def work(call: Call) -> object:
                 call.stopped.wait(delay)
                 self._faults._strike(name)
                 return operation(call, *arguments) if long else operation(*arguments)
 
             if long or delay:
-                return self._begin(name, late)
+                return self._begin(name, work)
             try:
-                self._faults._strike(name)
-                return operation(*arguments)
+                return work(Call(self._clock))
             except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
                 return failed(_reported(name, error))
 

@@ -128,9 +128,7 @@ def _targets(read: _Read, *, absolute: bool) -> Operation:
     ) -> None:
         """Send effectors to places at a fraction of full speed; returns at once."""
         names = _names(effectorNames)
-        goals = _places(places) if isinstance(effectorNames, (list, tuple)) else [places]
-        if len(goals) != len(names):
-            raise InvalidCommand("places", f"there are {len(goals)} places for {len(names)} effectors")
+        goals = listed([places] if isinstance(effectorNames, str) else _places(places), "places", len(names))
         start, mask = self._access.angles(measured=False), _mask(axisMask)
         base = self._access.place("Torso", frame, measured=False)
         wanted = {}
@@ -205,10 +203,8 @@ def _mask(value: object) -> int:
 
 def _moving(effectors: Iterable[str], joints: JointNames) -> list[str]:
     """Return the joints that move effectors."""
-    chains = (_LEGS if name == "Torso" else (name,) for name in effectors)
-    return [
-        joint for names in chains for name in names for joint in joints.chains[name] if joint[1:] != "Hand"
-    ]
+    chains = (joints.chains["Legs" if name == "Torso" else name] for name in effectors)
+    return [joint for chain in chains for joint in chain if joint[1:] != "Hand"]
 
 
 def _moved(place: Matrix, change: Matrix) -> Matrix:

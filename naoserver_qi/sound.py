@@ -228,11 +228,9 @@ class ALAudioPlayer(Service):
 class ALAudioRecorder(Service):
     """Record from the microphones, which hear nothing: the files are silent."""
 
-    def __init__(self, access: Access) -> None:
-        super().__init__(access)
-        self._made = 0
-        self._recording: tuple[Path, float, int, int] | None = None
-        """File, beginning in robot time, samples a second, and channels."""
+    _made = 0
+    _recording: tuple[Path, float, int, int] | None = None
+    """File, beginning in robot time, samples a second, and channels."""
 
     def startMicrophonesRecording(
         self,

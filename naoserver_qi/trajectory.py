@@ -49,11 +49,8 @@ class Trajectory:
         check_times(joint, [key.time for key in keys], len(keys))
         self._keys = (start, *keys)
         self._times = [key.time for key in self._keys]
-
-    @property
-    def duration(self) -> float:
+        self.duration: Final = self._times[-1]
         """When the last key is reached in s."""
-        return self._times[-1]
 
     def at(self, time: float) -> float:
         """Return the angle at a time; before and after, the first and the last one."""

@@ -117,8 +117,7 @@ class ALVideoDevice(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        by_name = {facts.name: facts for facts in self._robot.cameras}
-        self._cameras = [by_name[name] for name in CAMERAS if name in by_name]
+        self._cameras = [each for name in CAMERAS for each in self._robot.cameras if each.name == name]
         self._subscriptions: dict[str, _Subscription] = {}
         self._counter = count()
         self._active = 0
@@ -265,14 +264,13 @@ class ALVideoDevice(Service):
         self, camera: object, resolution: object, color_space: object, rate: object
     ) -> _Subscription:
         facts = self._camera(camera)
-        size = IMAGE_SIZES.get(resolution) if isinstance(resolution, int) else None
-        if size is None or source_size(facts, size) is None:
-            raise InvalidCommand("resolution", f"{facts.name} has no resolution {resolution!r}")
+        known = [number for number, size in IMAGE_SIZES.items() if source_size(facts, size)]
+        if not isinstance(resolution, int) or resolution not in known:
+            raise InvalidCommand("resolution", f"{facts.name} has no resolution {resolution!r}, only {known}")
         if not isinstance(color_space, int) or color_space not in COLOR_SPACES:
             raise InvalidCommand("colorSpace", f"no colour space {color_space!r}, only {[*COLOR_SPACES]}")
-        assert isinstance(camera, int)
-        assert isinstance(resolution, int)
-        return _Subscription(camera, resolution, color_space, number_within(rate, "fps", 1.0, 30.0))
+        index = self._cameras.index(facts)
+        return _Subscription(index, resolution, color_space, number_within(rate, "fps", 1.0, 30.0))
 
     def _of(self, name: str) -> list[str]:
         return [handle for handle in self._subscriptions if handle.rpartition("_")[0] == name]

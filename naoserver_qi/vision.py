@@ -72,11 +72,8 @@ def find_landmarks(picture: Pixels) -> list[tuple[int, Region]]:
 
     marks = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250))
     corners, numbers, _ = marks.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
-    found = []
-    for mark, corner in zip([] if numbers is None else numbers.ravel(), corners, strict=True):
-        (left, top), (right, bottom) = corner[0].min(axis=0), corner[0].max(axis=0)
-        found.append((int(mark), _region(left, top, right, bottom)))
-    return sorted(found)
+    found = zip([] if numbers is None else numbers.ravel(), (corner[0] for corner in corners), strict=True)
+    return sorted((int(mark), _region(*edges.min(axis=0), *edges.max(axis=0))) for mark, edges in found)
 
 
 def find_faces(picture: Pixels) -> list[Region]:
@@ -130,9 +127,8 @@ class Detector(Extractor):
 
     def setActiveCamera(self, camera: object) -> bool:
         """Look with the top camera, 0, or the bottom one, 1."""
-        self._camera = int(
-            number_within(camera, "camera", 0, min(len(_CAMERAS), len(self._robot.cameras)) - 1)
-        )
+        last = min(len(_CAMERAS), len(self._robot.cameras)) - 1
+        self._camera = int(number_within(camera, "camera", 0, last))
         return True
 
     def getActiveCamera(self) -> int:
@@ -179,8 +175,7 @@ class Detector(Extractor):
     def _poses(self) -> list[object]:
         """Return where the camera is in the torso's and in the robot's frame."""
         name = _CAMERAS[self._camera]
-        places = [self._access.place(name, frame, measured=True) for frame in (0, 2)]
-        return [numbers_of(place) for place in places]
+        return [numbers_of(self._access.place(name, frame, measured=True)) for frame in (0, 2)]
 
 
 def _in_angles(region: Region, facts: CameraFacts) -> Region:
