@@ -155,12 +155,12 @@ class JointSafety:
     def __init__(
         self,
         joints: Sequence[JointFacts],
-        options: SafetyOptions | None = None,
+        options: SafetyOptions,
         tables: Iterable[RangeTable] = (),
         couplings: Iterable[Coupling] = (),
     ) -> None:
-        self.options: Final = options or SafetyOptions()
-        self._rules = JointRules(joints, self.options, couplings)
+        self.options: Final = options
+        self._rules = JointRules(joints, options, couplings)
         self.speed_cap: Final = self._rules.speed_cap
         self._index = {joint.name: index for index, joint in enumerate(joints)}
         self._tables = tuple(tables)

@@ -44,8 +44,8 @@ class Stamps:
     time errs by what that picture took on its way.
     """
 
-    def __init__(self, kept: int = 100) -> None:
-        self._offsets: deque[float] = deque(maxlen=kept)
+    def __init__(self) -> None:
+        self._offsets: deque[float] = deque(maxlen=100)
 
     def steady(self, stamp: float, arrival: float) -> float:
         """Return when a picture was taken, by its stamp and when it arrived, all in s."""

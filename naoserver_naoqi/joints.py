@@ -40,7 +40,6 @@ class NaoqiJoints:
         self.orders: Final[CoalescingQueue[Order]] = CoalescingQueue(
             "joints", connection, reporter, self._send_orders
         )
-        """Commands for joints."""
         self._stiffnesses: CoalescingQueue[tuple[float, float]] = CoalescingQueue(
             "stiffness", connection, reporter, self._send_stiffnesses
         )

@@ -52,7 +52,6 @@ class NaoqiWalker:
             Poll(reporter, clock.now, self._period, self._take_position, _POSITION, True),
             Poll(reporter, clock.now, self._period, self._take_active, "ALMotion.moveIsActive"),
         )
-        """Polls of every cycle."""
 
     def open(self, link: Link) -> None:
         """End an earlier walk, and find out how fast the robot walks."""
@@ -149,7 +148,6 @@ class NaoqiPostures:
         self.question: Final = Poll(
             reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
         )
-        """Polls of every cycle."""
 
     def open(self, link: Link) -> None:
         """Find out which postures the robot knows."""

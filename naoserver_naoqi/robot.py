@@ -22,7 +22,7 @@ from naoserver_naoqi.joints import NaoqiJoints
 from naoserver_naoqi.link import CallFailed, Link, call
 from naoserver_naoqi.moves import NaoqiPostures, NaoqiWalker
 from naoserver_naoqi.state import NaoqiSenses, NaoqiState
-from zenoh_ice import Clock, WallClock
+from zenoh_ice import WallClock
 
 _logger = logging.getLogger(__name__)
 
@@ -128,18 +128,14 @@ class NaoqiRobot:
     """
 
     def __init__(
-        self,
-        connect: Callable[[float], Link],
-        options: LifecycleOptions | None = None,
-        clock: Clock | None = None,
-        body: Body = H25,
+        self, connect: Callable[[float], Link], options: LifecycleOptions | None = None, body: Body = H25
     ) -> None:
         self.name: Final = "Nao"
         self.body: Final = body
         self.joints: Final = body.joints
         self.mechanisms: Final = ()
         self.stage: Final = None
-        self.clock: Final = clock or WallClock()
+        self.clock: Final = WallClock()
         now = self.clock.now
         reporter = self._reporter = Reporter()
         connection = self._connection = Connection(connect, self.clock, reporter)

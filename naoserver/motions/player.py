@@ -210,10 +210,7 @@ class MotionPlayer:
     """
 
     def __init__(
-        self,
-        body: GuardedDevice,
-        situation: Callable[[], Situation],
-        on_begin: Callable[[], None] = lambda: None,
+        self, body: GuardedDevice, situation: Callable[[], Situation], on_begin: Callable[[], None]
     ) -> None:
         self._body = body
         self._names = [joint.name for joint in body.joints]

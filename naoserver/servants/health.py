@@ -25,9 +25,8 @@ class ClockI(ClockServant):
 
     def publish(self) -> None:
         """Send the time to the listeners."""
-        if self.getTimePublisher.listening:
-            reading = self._reading()
-            self.getTimePublisher.publish(reading, time=reading.time)
+        reading = self._reading()
+        self.getTimePublisher.publish(reading, time=reading.time)
 
     def _reading(self) -> ClockReading:
         return ClockReading(time=self._clock.now(), rate=self._clock.rate, simulated=self._clock.simulated)
