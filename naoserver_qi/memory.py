@@ -176,14 +176,14 @@ class ALMemory(Service):
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
         name = text(key, "key")
-        found, value = self._look(name, operator.call)
+        found, value = self._look(name)
         if not found:
             raise InvalidCommand("key", f"there is no data under {name[:200]!r}")
         return value
 
     def getListData(self, keys: object) -> list[Any]:
         """Return the values of keys at one moment; None where there is none."""
-        read = cache(operator.call)
+        read = cache(operator.call)  # each part once
         return [self._look(key, read)[1] for key in texts(keys, "keys")]
 
     def insertData(self, key: object, value: object) -> None:
@@ -225,7 +225,7 @@ class ALMemory(Service):
                 if len(self._subscribers) >= MOST:
                     raise InvalidCommand("event", f"{MOST} keys already have listeners")
                 if name in self._parts:
-                    self._seen[name] = self._look(name, operator.call)[1]
+                    self._seen[name] = self._look(name)[1]
                 elif name not in self._inserted and name not in _RAISED:
                     _logger.warning("%r never happens here unless a program raises it", name[:200])
                 self._subscribers[name] = Subscriber()
@@ -256,7 +256,7 @@ class ALMemory(Service):
     def _notify(self) -> None:
         """Send the values that have changed since the last time to their subscribers."""
         with self._lock:
-            read = cache(operator.call)
+            read = cache(operator.call)  # each part once
             seen, self._seen = self._seen, {name: read(self._parts[name])[name] for name in self._seen}
             changed = {name: value for name, value in self._seen.items() if value != seen[name]}
         if TOUCH in changed:  # as a robot does, only what has changed
@@ -264,7 +264,10 @@ class ALMemory(Service):
         for name, value in changed.items():
             self._subscribers[name].signal(value)
 
-    def _look(self, key: str, read: Callable[[Part], Mapping[str, Any]]) -> tuple[bool, object]:
+    def _look(
+        self, key: str, read: Callable[[Part], Mapping[str, Any]] = operator.call
+    ) -> tuple[bool, object]:
+        """Return whether there is data under a key, and its value; `read` reads a part of the keys."""
         if not self._access.faults._knows(key):
             return False, None
         if key in self._parts:

@@ -77,10 +77,6 @@ def shrunk(frame: Frame, size: tuple[int, int]) -> Pixels:
     return means
 
 
-def _whole(value: object, what: str) -> int:
-    return round(number(value, what))
-
-
 class _Subscription(NamedTuple):
     camera: int
     resolution: int
@@ -233,7 +229,7 @@ class ALVideoDevice(Service):
         result=True,
         cameraIndex=within(0, len(CAMERAS) - 1),
         parameter=within(0, 100),
-        value=_whole,
+        value=lambda value, what: round(number(value, what)),
     )
     getResolution, setResolution = _setting("resolution")
     getColorSpace, setColorSpace = _setting("color_space")
