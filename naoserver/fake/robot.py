@@ -198,12 +198,6 @@ LAG: Final = 0.02
 _STIFFNESS: Final = 20.0  # N m for a rad between setpoint and position: that of the simulated upper body
 _WARM: Final = 38.0  # degrees Celsius: a motor that holds without effort
 
-BALL_JOINTS: Final = (
-    ("Pan", -math.pi, math.pi, 2.0, 10.0),
-    ("Distance", 0.2, 3.0, 1.0, 10.0),
-    ("Height", 0.0, 1.5, 1.0, 10.0),
-)
-
 
 @dataclass(frozen=True, slots=True)
 class _Motion:
@@ -246,11 +240,7 @@ class FakeDevice:
     """Joints that follow their setpoints with a first-order lag. Implements JointDevice."""
 
     def __init__(
-        self,
-        name: str,
-        joints: tuple[JointFacts, ...],
-        clock: Clock,
-        posture: Mapping[str, float] | None = None,
+        self, name: str, joints: tuple[JointFacts, ...], clock: Clock, posture: Mapping[str, float]
     ) -> None:
         self.name: Final = name
         self.joints: Final = joints
@@ -259,12 +249,9 @@ class FakeDevice:
         self._lock = threading.Lock()  # held for microseconds
         self._closed = False
         self._stiffnesses = {name: Ramp(1.0, 1.0) for name in self._by_name}
-        now = self._time = clock.now()
-        start = {joint.name: (posture or {}).get(joint.name, 0.0) for joint in joints}
-        self._motions = {
-            name: _Motion(now, value, value)
-            for name, value in ((j.name, min(max(start[j.name], j.lower), j.upper)) for j in joints)
-        }
+        self._time = clock.now()
+        self._motions: dict[str, _Motion] = {}
+        self.place({joint.name: posture.get(joint.name, 0.0) for joint in joints})
 
     def read(self) -> JointReading:
         with self._lock:
@@ -340,42 +327,36 @@ class FakeDevice:
                 self._motions[name] = replace(motion, time=now, rate=rate, end=end)
 
 
-class FakeRobot(FakeDevice):
-    """A robot without physics. Implements Robot.
+_BALL_JOINTS: Final = (
+    ("Pan", -math.pi, math.pi, 2.0, 10.0),
+    ("Distance", 0.2, 3.0, 1.0, 10.0),
+    ("Height", 0.0, 1.5, 1.0, 10.0),
+)
+_COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 
-    `balls` are the colours in RGB of the balls that mechanisms carry, by name. With `camera_failure` every
-    capture raises HardwareFailure with that text.
-    """
+
+class FakeRobot(FakeDevice):
+    """A robot without physics. Implements Robot."""
 
     postures: OwnPostures | None = None
     stage: Stage | None = None
 
     def __init__(
-        self,
-        clock: Clock | None = None,
-        *,
-        posture: Mapping[str, float] | None = None,
-        balls: Mapping[str, tuple[int, int, int]] | None = None,
-        camera_failure: str | None = None,
-        body: Body = H25,
+        self, clock: Clock | None = None, *, posture: Mapping[str, float] | None = None, body: Body = H25
     ) -> None:
         self.clock: Final[Clock] = clock or WallClock()
         self.body: Final = body
         super().__init__("Nao", body.joints, self.clock, posture or body.postures["STAND_INIT"])
-        colors = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)} if balls is None else balls
-        self._balls = {
-            name: FakeDevice(
+        self.cameras: Final = body.cameras
+        self.mechanisms: Final = tuple(
+            FakeDevice(
                 name,
-                tuple(JointFacts(name + axis, *limits) for axis, *limits in BALL_JOINTS),
+                tuple(JointFacts(name + axis, *limits) for axis, *limits in _BALL_JOINTS),
                 self.clock,
                 {f"{name}Pan": 0.3 * (index - 0.5), f"{name}Distance": 1.0, f"{name}Height": 0.5},
             )
-            for index, name in enumerate(colors)
-        }
-        self._colors = dict(colors)
-        self._camera_failure = camera_failure
-        self.cameras: Final = body.cameras
-        self.mechanisms: Final = tuple(self._balls.values())
+            for index, name in enumerate(_COLORS)
+        )
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
         self.senses = FakeSenses(self.clock, body.touch_sensors)
@@ -390,14 +371,14 @@ class FakeRobot(FakeDevice):
         facts = next((facts for facts in self.cameras if facts.name == camera), None)
         if facts is None:
             raise HardwareFailure(f"there is no camera {camera!r}")
-        if self._camera_failure is not None:
-            raise HardwareFailure(self._camera_failure)
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot is closed")
         reading = self.read()
         pan, tilt = reading.positions[:2]
-        places = {name: Ball(*ball.read().positions) for name, ball in self._balls.items()}
-        balls = [(project(facts, pan, tilt, ball), self._colors[name]) for name, ball in places.items()]
+        balls = [
+            (project(facts, pan, tilt, Ball(*ball.read().positions)), _COLORS[ball.name])
+            for ball in self.mechanisms
+        ]
         return Frame(camera, reading.time, width, height, paint(facts, (width, height), balls))
 
     def start(self) -> None:
@@ -406,5 +387,5 @@ class FakeRobot(FakeDevice):
     def close(self) -> None:
         super().close()
         self.walker.close()
-        for ball in self._balls.values():
+        for ball in self.mechanisms:
             ball.close()

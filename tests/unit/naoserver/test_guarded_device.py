@@ -23,7 +23,7 @@ class Rig:
         self.wall = 0.0
         self.due = None
         self.events = EventLog(clock.now, lambda: self.wall)
-        self.device = device or FakeDevice("Nao", H25.joints, clock)
+        self.device = device or FakeDevice("Nao", H25.joints, clock, {})
         safety = JointSafety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
         self.gate = Gate(self.events)
         self.guarded = GuardedDevice(self.device, safety, self.gate, self.look_within)
@@ -149,7 +149,7 @@ class UnreadableOnce(FakeDevice):
     """A device whose first look fails."""
 
     def __init__(self, clock):
-        super().__init__("Nao", H25.joints, clock)
+        super().__init__("Nao", H25.joints, clock, {})
         self.failed = threading.Event()
         self.read_again = threading.Event()
 
