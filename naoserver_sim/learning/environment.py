@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, TypedDict
+from typing import Any, ClassVar, Final, TypedDict, Unpack
 
 import gymnasium
 import numpy as np
@@ -15,7 +15,7 @@ from naoserver.body import H25, find_body
 from naoserver.capabilities import SenseReading, Truth
 from naoserver.robot import JointReading
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.world import World, load_world
+from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
 
 Array = NDArray[np.float32]
@@ -50,26 +50,28 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     """A robot that does what each action says for PERIOD of simulated time.
 
     Each episode has its own robot: after `reset(seed=n)` the same actions lead to the same observations and
-    rewards, bit by bit, whatever was before. Actions move the joints `moved`; observations are their angles
-    and speeds, and `more` numbers. `option` is that of `reset`.
+    rewards, bit by bit, whatever was before. Actions move those of the joints `moved` that the body has;
+    observations are their angles and speeds, and `more` numbers. `option` is that of `reset`.
     """
 
+    moved: ClassVar[Sequence[str]]
+    more: ClassVar[int]
+    option: ClassVar[str]
     # Gymnasium declares it as the instance's own.
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
 
-    def __init__(self, moved: Sequence[str], more: int, option: str, options: Options) -> None:
+    def __init__(self, **options: Unpack[Options]) -> None:
         render_mode = options.get("render_mode")
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(f"there is no render mode {render_mode!r}; there is 'rgb_array'")
         self.render_mode = render_mode
         self._body = find_body(options.get("body", H25.name))
-        self._places = [place for place, name in enumerate(self._body.joint_names) if name in moved]
+        self._places = [place for place, name in enumerate(self._body.joint_names) if name in self.moved]
         self._moved = [self._body.joints[place] for place in self._places]
-        self.observation_space = Box(-_MOST, _MOST, (2 * len(self._moved) + more,), np.float32)
+        self.observation_space = Box(-_MOST, _MOST, (2 * len(self._moved) + self.more,), np.float32)
         self.action_space = Box(-1.0, 1.0, (len(self._moved),), np.float32)
-        self._option = option
         self._noise = options.get("noise", True)
-        self._world: World = load_world(options.get("world", "empty"))
+        self._world = load_world(options.get("world", "empty"))
         self._clock = VirtualClock()
         self._robot: SimulatedRobot | None = None
         self._joints: JointReading
@@ -90,8 +92,8 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 
         Raises ValueError for an option that the environment does not have, or a value that it cannot take.
         """
-        if unknown := (options or {}).keys() - {self._option}:
-            raise ValueError(f"reset has no option {sorted(unknown)[0]!r}; it has {self._option!r}")
+        if unknown := (options or {}).keys() - {self.option}:
+            raise ValueError(f"reset has no option {sorted(unknown)[0]!r}; it has {self.option!r}")
         super().reset(seed=seed, options=options)
         self.close()
         self._clock = VirtualClock()
@@ -158,8 +160,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 
     def _info(self) -> dict[str, Any]:
         """Return the `info` of a step, which no robot could measure."""
-        x, y, z = self._truth.torso.position
-        return {"time": self._truth.time, "torso": (x, y, z)}
+        return {"time": self._truth.time, "torso": self._truth.torso.position}
 
     # -- what they share --------------------------------------------------------------------------------
 
@@ -191,9 +192,9 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         return [*inertial.up, *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
 
 
-def three_numbers(value: Any, what: str) -> list[float]:  # noqa: ANN401
+def three_numbers(value: Any, what: str) -> NDArray[np.float64]:  # noqa: ANN401
     """Return the three numbers of an option in m, m/s or rad/s. Raises ValueError."""
     numbers = np.asarray(value, np.float64)
     if numbers.shape != (3,) or not (np.abs(numbers) <= _FARTHEST).all():
         raise ValueError(f"the {what} {value!r} is not three numbers from -{_FARTHEST:g} to {_FARTHEST:g}")
-    return list(map(float, numbers))
+    return numbers

@@ -5,24 +5,26 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, Unpack
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver.capabilities import Truth, WalkVelocity
+from naoserver.capabilities import Truth
 from naoserver.kinematics import place_of
-from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options, three_numbers
+from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, three_numbers
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.kinematics import LEG_MOTORS
+
+Array = NDArray[np.float64]
 
 _REACH: Final = 0.6
 """Radians by which an action moves a joint from the stance at most."""
 _STRIDE: Final = 0.5
 """Duration of two steps in s; the observation contains the phase: a clock to step by."""
-_FASTEST: Final = WalkVelocity(forward=0.25, left=0.1, turn=0.6)
-"""The highest velocity of each kind that is drawn."""
+_FASTEST: Final = (0.25, 0.1, 0.6)
+"""The highest velocity forwards, to the left and of the turn that is drawn, in m/s and rad/s."""
 _TOLERANCE: Final = 0.1
 """Error of the velocity in m/s at which 37 % of its reward is left; of the turn 4 times that in rad/s."""
 _ON_FEET: Final = 0.2
@@ -46,22 +48,17 @@ class WalkEnvironment(NaoEnvironment):
     and rad/s; without it one is drawn.
     """
 
-    def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(LEG_MOTORS, 24, "velocity", options)
-        self._full = {joint.name: joint.max_velocity for joint in self._moved}
-        self._stance = np.zeros(len(LEG_MOTORS))
-        self._last = np.zeros(len(LEG_MOTORS))
-        self._jerk = 0.0
-        self._wanted = WalkVelocity()
-        self._moves: deque[WalkVelocity] = deque(maxlen=round(_STRIDE / PERIOD))
+    moved, more, option = LEG_MOTORS, 24, "velocity"
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         commands = self.robot.read().commands
+        self._full = {joint.name: joint.max_velocity for joint in self._moved}
         self._stance = np.array([commands[place] for place in self._places])
         self._last = np.zeros(len(LEG_MOTORS))
-        self._moves.clear()
-        drawn = self.np_random.uniform(-1.0, 1.0, 3) * (_FASTEST.forward, _FASTEST.left, _FASTEST.turn)
-        self._wanted = WalkVelocity(*three_numbers(options.get("velocity", drawn), "velocity"))
+        self._jerk = 0.0
+        self._moves: deque[Array] = deque(maxlen=round(_STRIDE / PERIOD))
+        drawn = self.np_random.uniform(-1.0, 1.0, 3) * _FASTEST
+        self._wanted = three_numbers(options.get("velocity", drawn), "velocity")
 
     def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
         angles = self._stance + _REACH * action
@@ -73,17 +70,14 @@ class WalkEnvironment(NaoEnvironment):
         if self.fallen or self._truth.torso.position[2] < _LOWEST:
             return _FALL, True
         self._moves.append(velocity_of(self._truth))
-        wanted, moved = self._wanted, self._velocity()
-        error = math.hypot(
-            moved.forward - wanted.forward, moved.left - wanted.left, (moved.turn - wanted.turn) / 4.0
-        )
+        forward, left, turn = self._velocity() - self._wanted
+        error = math.hypot(forward, left, turn / 4.0)
         return _ON_FEET + math.exp(-((error / _TOLERANCE) ** 2)) - _JERK * self._jerk, False
 
     def _features(self) -> list[float]:
-        wanted = self._wanted
         phase = math.tau * self._joints.time / _STRIDE
         return [
-            *(4.0 * wanted.forward, 10.0 * wanted.left, wanted.turn),
+            *(self._wanted * (4.0, 10.0, 1.0)).tolist(),
             *self._balance(),
             *(np.array(self._angles()) - self._stance).tolist(),
             *self._speeds(0.1),
@@ -91,30 +85,22 @@ class WalkEnvironment(NaoEnvironment):
             *(math.sin(phase), math.cos(phase)),
         ]
 
-    def _velocity(self) -> WalkVelocity:
+    def _velocity(self) -> Array:
         """Return the mean of the velocities in the last half second."""
-        if not self._moves:
-            return WalkVelocity()
-        kinds = zip(*((move.forward, move.left, move.turn) for move in self._moves), strict=True)
-        return WalkVelocity(*(sum(kind) / len(self._moves) for kind in kinds))
+        return np.mean(self._moves, axis=0) if self._moves else np.zeros(3)
 
     def _info(self) -> dict[str, Any]:
-        moved, wanted = self._velocity(), self._wanted
-        return super()._info() | {
-            "velocity": (moved.forward, moved.left, moved.turn),
-            "wanted": (wanted.forward, wanted.left, wanted.turn),
-        }
+        moved, wanted = tuple(self._velocity().tolist()), tuple(self._wanted.tolist())
+        return super()._info() | {"velocity": moved, "wanted": wanted}
 
 
-def velocity_of(truth: Truth) -> WalkVelocity:
-    """Return how the torso moves over the floor, in its own frame."""
+def velocity_of(truth: Truth) -> Array:
+    """Return how the torso moves over the floor, in its own frame: forwards, to the left, and turning."""
     heading = truth.torso.heading
     cosine, sine = math.cos(heading), math.sin(heading)
     vx, vy, _ = truth.velocity
-    return WalkVelocity(cosine * vx + sine * vy, cosine * vy - sine * vx, truth.angular_velocity[2])
+    return np.array([cosine * vx + sine * vy, cosine * vy - sine * vx, truth.angular_velocity[2]])
 
-
-Array = NDArray[np.float64]
 
 ARM: Final = ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw")
 """The joints of the arm from the shoulder down."""
@@ -138,17 +124,13 @@ class ReachEnvironment(NaoEnvironment):
     the hand is when the joints are anywhere in the middle 80 % of their ranges.
     """
 
-    def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(ARM, 14, "place", options)
-        self._target = self._hand = np.zeros(3)
+    moved, more, option = ARM, 14, "place"
 
     def _begin(self, options: Mapping[str, Any]) -> None:
-        lower = np.array([joint.lower for joint in self._moved])
-        upper = np.array([joint.upper for joint in self._moved])
-        drawn = hand_at(
-            (lower + (upper - lower) * self.np_random.uniform(0.1, 0.9, len(self._moved))).tolist()
-        )
-        self._target = np.array(three_numbers(options.get("place", drawn), "place"))
+        lower, upper = np.array([(joint.lower, joint.upper) for joint in self._moved]).T
+        angles = lower + (upper - lower) * self.np_random.uniform(0.1, 0.9, len(lower))
+        drawn = hand_at(angles.tolist())
+        self._target = three_numbers(options.get("place", drawn), "place")
 
     def _judge(self) -> tuple[float, bool]:
         if self.fallen:
@@ -215,9 +197,7 @@ class StandUpEnvironment(NaoEnvironment):
     ends the episode.
     """
 
-    def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(MOTORS, 8, "side", options)
-        self._stood = 0.0
+    moved, more, option = MOTORS, 8, "side"
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         drawn = float(self.np_random.uniform(-math.pi, math.pi))
