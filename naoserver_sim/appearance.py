@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import Color
+from naoserver.capabilities import Color, Vector
 from naoserver.expression import START
 
 VISUAL_GROUP: Final = 1
@@ -29,8 +29,6 @@ _PALE: Final = 0.25
 """Share of white in what a lamp shows: it dazzles."""
 _EMISSION: Final = 0.7
 
-
-Vector = tuple[float, float, float]
 _PRIMITIVES: Final = {
     "mesh": mujoco.mjtGeom.mjGEOM_MESH,
     "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,

@@ -14,7 +14,7 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Final, Protocol
+from typing import Final
 
 import mujoco
 import numpy as np
@@ -38,17 +38,7 @@ _MISSING: Final = (
 )
 
 
-class GLContext(Protocol):
-    """The interface of MuJoCo's GL contexts."""
-
-    def make_current(self) -> None:
-        """Make it the context of the calling thread."""
-
-    def free(self) -> None:
-        """Give it back."""
-
-
-def create_context(width: int, height: int) -> GLContext:
+def create_context(width: int, height: int) -> mujoco.GLContext:
     """Make an offscreen GL context for the calling thread: EGL, or OSMesa where there is no EGL.
 
     The environment variable MUJOCO_GL, set to one of these or to `disable`, leaves no choice.
@@ -68,7 +58,7 @@ def create_context(width: int, height: int) -> GLContext:
             # MuJoCo reads its variable when it looks up GL's functions, PyOpenGL its own when imported.
             os.environ[_CHOICE] = backend
             os.environ.setdefault("PYOPENGL_PLATFORM", backend)
-            context: GLContext = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+            context = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
             context.make_current()
         # PyOpenGL and the drivers raise any exception, AttributeError and GLError among them.
         except Exception as error:  # noqa: BLE001

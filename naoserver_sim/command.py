@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import Annotated, Final
 
 import typer
 
@@ -21,6 +21,7 @@ from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.body import BODIES, H25, find_body
 from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
+from naoserver.robot import CameraFacts
 from naoserver.server import JointSpeed, serve
 from naoserver_qi import DISK_HELP, serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
@@ -91,12 +92,10 @@ def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
 
 def _without(options: Sequence[str], names: Sequence[str]) -> list[str]:
     """Return options without some that have a value, written `--name value` or `--name=value`."""
-    left, skip = [], False
-    for option in options:
-        if skip:
-            skip = False
-        elif option in names:
-            skip = True
+    left, rest = [], iter(options)
+    for option in rest:
+        if option in names:
+            next(rest, None)  # its value
         elif option.partition("=")[0] not in names:
             left.append(option)
     return left
@@ -106,9 +105,6 @@ def _later_port(endpoint: str, number: int) -> str:
     """Return an endpoint with its port increased by a number; port 0, which the system picks, stays."""
     return _PORT.sub(lambda found: f":{int(found[1]) + number if int(found[1]) else 0}", endpoint)
 
-
-if TYPE_CHECKING:
-    from naoserver.robot import CameraFacts
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -265,15 +261,13 @@ def parse_cameras(texts: Sequence[str]) -> dict[str, CameraOptions]:
 
 def check_cameras(requested: dict[str, CameraOptions], cameras: Sequence[CameraFacts]) -> None:
     """Raise typer.BadParameter when a requested camera, size or rate is not among what there is."""
-    known = {camera.name: camera for camera in cameras}
+    known = {camera.name: dict(zip(camera.sizes, camera.rates, strict=True)) for camera in cameras}
     for name, options in requested.items():
-        facts = known.get(name)
-        if facts is None:
+        if name not in known:
             message = f"there is no camera {name!r}; there are {', '.join(known)}"
             raise typer.BadParameter(message, param_hint="--camera")
-        rates = dict(zip(facts.sizes, facts.rates, strict=True))
-        highest = rates.get((options.width, options.height), 0.0)
-        if not 0 < options.rate <= highest:
+        rates = known[name]
+        if not 0 < options.rate <= rates.get((options.width, options.height), 0.0):
             offered = ", ".join(f"{w}x{h} up to {rate:g}/s" for (w, h), rate in rates.items())
             wanted = f"{options.width}x{options.height} at {options.rate:g}/s"
             message = f"{name} gives no images of {wanted}; it gives {offered}"

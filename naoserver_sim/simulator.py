@@ -215,24 +215,27 @@ class VirtualSimulator(Simulator):
         super().__init__(mj, data, setpoints)
         self._clock = clock
         self._begin = clock.now()
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._closed = False
 
     def catch_up(self) -> None:
         """Step the physics up to the last control tick before the clock's time."""
         with self._lock:
-            self._catch_up()
+            elapsed = self._clock.now() - self._begin
+            ticks = math.floor(elapsed / self.tick_period + _ROUNDING) - self._ticks
+            if ticks > 0 and not self._closed:
+                self.advance(ticks)
 
     def order(self, action: Callable[[], None]) -> None:
         """Do something at the first control tick after the clock's time."""
         with self._lock:
-            self._catch_up()
+            self.catch_up()
             super().order(action)
 
     def at_once(self, action: Callable[[], None]) -> None:
         """Do something now, between two ticks, and publish the state after it."""
         with self._lock:
-            self._catch_up()
+            self.catch_up()
             action()
             self._snapshot = self._take_snapshot()
 
@@ -243,12 +246,6 @@ class VirtualSimulator(Simulator):
         """Let the clock run on without the model."""
         with self._lock:
             self._closed = True
-
-    def _catch_up(self) -> None:
-        elapsed = self._clock.now() - self._begin
-        ticks = math.floor(elapsed / self.tick_period + _ROUNDING) - self._ticks
-        if ticks > 0 and not self._closed:
-            self.advance(ticks)
 
 
 _SHORTEST: Final = 0.0005

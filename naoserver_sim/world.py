@@ -18,7 +18,7 @@ from msgspec import Meta, Struct
 
 from naoserver.errors import RobotError
 from naoserver.robot import JointFacts
-from soccer_field.model import Field
+from soccer_field.model import Field, Share, Size
 from zenoh_ice.toml_file import parse_toml, read_text
 
 BALL_RADIUS: Final = 0.06
@@ -28,9 +28,7 @@ _LOWEST: Final = 0.1
 """Sine of the angle by which light goes down at least."""
 
 Place = Annotated[float, Meta(ge=-50.0, le=50.0)]
-Size = Annotated[float, Meta(ge=0.005, le=50.0)]
 Mass = Annotated[float, Meta(ge=0.001, le=100.0)]
-Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi)]
 Color = tuple[Share, Share, Share]
 Brightness = Annotated[float, Meta(ge=0.0, le=2.0)]

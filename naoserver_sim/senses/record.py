@@ -109,25 +109,21 @@ class SoleSensors:
 
     def pressures(self, foot: Sequence[float]) -> Four:
         """Return what the sensors carry in N, of a foot as `SensorLayout.feet` has it."""
-        fx, fy, fz, tx, ty, tz, px, py, pz, ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz = foot
-        carried = -(fx * cx + fy * cy + fz * cz)
-        if carried <= 0.0:
+        carried = load(foot)
+        if carried == 0.0:
             return 0.0, 0.0, 0.0, 0.0
+        fx, fy, fz, tx, ty, tz, px, py, pz, ox, oy, oz, ax, ay, az, bx, by, bz, *_ = foot
         rx, ry, rz = px - ox, py - oy, pz - oz
         mx, my, mz = ry * fz - rz * fy + tx, rz * fx - rx * fz + ty, rx * fy - ry * fx + tz
         # The moment about the sole's middle is that of the load at the center of pressure.
         x = (mx * bx + my * by + mz * bz) / carried
         y = -(mx * ax + my * ay + mz * az) / carried
-        forward = _within_unit((x - self._rear) / (self._front - self._rear))
+        forward = min(max((x - self._rear) / (self._front - self._rear), 0.0), 1.0)
         left = self._rear_ends[0] + forward * (self._front_ends[0] - self._rear_ends[0])
         right = self._rear_ends[1] + forward * (self._front_ends[1] - self._rear_ends[1])
-        leftward = _within_unit((y - right) / (left - right))
+        leftward = min(max((y - right) / (left - right), 0.0), 1.0)
         front, rear = carried * forward, carried * (1.0 - forward)
         return front * leftward, front * (1.0 - leftward), rear * leftward, rear * (1.0 - leftward)
-
-
-def _within_unit(value: float) -> float:
-    return 0.0 if value < 0.0 else min(value, 1.0)
 
 
 STEP: Final = math.tau / 4096

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from naoserver.body import H25, Body
 from naoserver.capabilities import BatteryReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
-from naoserver_sim.body import BUMPERS, TORSO
+from naoserver.kinematics import matrix_of
+from naoserver_sim.body import BUMPERS, SIDES, TORSO
 from naoserver_sim.model import DeviceIndex, Model
 from naoserver_sim.senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim.simulator import Simulator
@@ -59,7 +60,8 @@ class Sonar:
         self._wide = _cone(self.cone, _WIDE_RAYS)
         self._narrow = _cone(_NARROW, _NARROW_RAYS)
         self._transducers = [
-            (np.array(facts[side]["position"]), _rotation(facts[side]["rpy"])) for side in ("left", "right")
+            (np.array(facts[side]["position"]), matrix_of((0.0, 0.0, 0.0, *facts[side]["rpy"]))[:3, :3])
+            for side in SIDES
         ]
 
     def measure(self, qpos: Array) -> SonarReading:
@@ -92,13 +94,13 @@ class Sonar:
 
     def _cast(self, begin: Array, directions: Array) -> tuple[float, int]:
         """Return the distance to the nearest echo, infinite when there is none, and along which direction."""
-        count = len(directions)
+        count, flat = len(directions), np.ascontiguousarray(directions).ravel()
         geoms, distances, normals = np.zeros(count, dtype=np.int32), np.zeros(count), np.zeros(3 * count)
         mujoco.mj_multiRay(
             self._mj,
             self._data,
             begin,
-            np.ascontiguousarray(directions).ravel(),
+            flat,
             _SURROUNDINGS,
             1,
             self._torso,
@@ -129,14 +131,6 @@ def _turned_to(direction: Array) -> Array:
     left = np.cross([0.0, 0.0, 1.0], direction)
     left /= np.linalg.norm(left)
     return np.column_stack([direction, left, np.cross(direction, left)])
-
-
-def _rotation(rpy: tuple[float, float, float]) -> Array:
-    """Return the rotation by roll, pitch and yaw about fixed axes, as in URDF."""
-    quaternion, matrix = np.zeros(4), np.zeros(9)
-    mujoco.mju_euler2Quat(quaternion, np.array(rpy), "XYZ")
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
 
 
 VOLTAGE: Final = 21.6
@@ -359,11 +353,8 @@ class SimulatedSenses:
         echo = self._echo
         if echo is None or echo[0] is not qpos:
             heard = self._sonar.measure(qpos)
-            left, right = (
-                self._blur(distance, error)
-                for distance, error in zip((heard.left, heard.right), errors, strict=True)
-            )
-            self._echo = echo = (qpos, SonarReading(left, right))
+            reading = SonarReading(self._blur(heard.left, errors[0]), self._blur(heard.right, errors[1]))
+            self._echo = echo = (qpos, reading)
         return echo[1]
 
     def _blur(self, distance: float, error: float) -> float:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from naoserver.body import H25
+from naoserver.capabilities import Vector
 
 _LEG: Final = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 LEG_MOTORS: Final = ("LHipYawPitch", *(f"{side}{joint}" for side in "LR" for joint in _LEG))
@@ -27,7 +28,6 @@ _FLAT: Final = 1e-6
 _FARTHEST: Final = 0.2  # radians in a step towards the solution
 _MOST_STEPS: Final = 8
 
-Vector = tuple[float, float, float]
 _Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """A rotation matrix, row by row."""
 _Aim = tuple[Vector, Vector, Vector]

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
-from naoserver.capabilities import InertialReading
-from naoserver_sim.walk.kinematics import Legs, Vector
+from naoserver.capabilities import InertialReading, Vector
+from naoserver_sim.walk.kinematics import Legs
 
 _LEFT: Final = 1.0
 _RIGHT: Final = -1.0
@@ -24,14 +24,6 @@ _LONGEST: Final = 500
 """Ticks of standing still over which the offset of the gyrometer is the mean."""
 
 
-class FloorPose(NamedTuple):
-    """A place on the floor in m, and a heading in rad within (-pi, pi]."""
-
-    x: float = 0.0
-    y: float = 0.0
-    heading: float = 0.0
-
-
 class Odometer:
     """Add up where the torso is on the floor, in the frame in which it began."""
 
@@ -41,7 +33,8 @@ class Odometer:
         self._unsure = 0  # ticks for which the soles do not count
         self._offset = 0.0  # of the yaw rate
         self._still = 0  # ticks over which that is the mean
-        self.pose = FloorPose()
+        self.pose = (0.0, 0.0, 0.0)
+        """x and y in m, and the heading in rad within (-pi, pi]."""
 
     def lose_footing(self) -> None:
         """Count no movement of the soles until the sensors show their new places."""
@@ -61,17 +54,17 @@ class Odometer:
         `joints` are the angles of `LEG_JOINTS` in rad, `loads` those of the soles in N, left and right.
         `resting` says that the legs have no part in a walk.
         """
-        before = self.pose
+        x, y, heading = self.pose
         rate = _yaw_rate(inertial)
         if resting and max(map(abs, inertial.angular_velocity)) < _STILL:
             self._still = min(self._still + 1, _LONGEST)
             self._offset += (rate - self._offset) / self._still
-        heading = _wrapped(before.heading + (rate - self._offset) * seconds)
+        heading += (rate - self._offset) * seconds
+        heading = math.pi - (math.pi - heading) % math.tau
         soles = (
             _in_world(self._legs.sole(_LEFT, joints[:6]), inertial, heading),
             _in_world(self._legs.sole(_RIGHT, joints[6:]), inertial, heading),
         )
-        x, y = before.x, before.y
         total = loads[0] + loads[1]
         if self._unsure:
             self._unsure -= 1
@@ -80,7 +73,7 @@ class Odometer:
                 x -= (now[0] - last[0]) * load / total
                 y -= (now[1] - last[1]) * load / total
         self._soles = soles
-        self.pose = FloorPose(x, y, heading)
+        self.pose = (x, y, heading)
 
 
 def _yaw_rate(inertial: InertialReading) -> float:
@@ -99,8 +92,3 @@ def _in_world(point: Vector, inertial: InertialReading, heading: float) -> Vecto
     x, z = x * cosine + z * sine, z * cosine - x * sine
     cosine, sine = math.cos(heading), math.sin(heading)
     return x * cosine - y * sine, x * sine + y * cosine, z
-
-
-def _wrapped(angle: float) -> float:
-    """Return an angle within (-pi, pi]."""
-    return math.pi - (math.pi - angle) % (2.0 * math.pi)

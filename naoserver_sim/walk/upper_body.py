@@ -88,9 +88,7 @@ class ArmSwing:
             [[motors[f"{side}{part}"] for part in _PARTS if f"{side}{part}" in motors] for side in "LR"],
             dtype=np.intp,
         )
-        self._begun = self._commands()
-        self._rests = setpoints.setpoints[self._motors[:, 0]]
-        self._swinging = np.zeros(2, dtype=np.bool_)
+        self.begin()
 
     def begin(self) -> None:
         """Let the arms that hang swing from now on."""

@@ -48,16 +48,15 @@ class WalkController:
     def __init__(self) -> None:
         self.gait: Final = Gait()
         self._legs = Legs()
-        self._rate = (0.0, 0.0)
-        self._part = [0.0, 0.0]  # of the feedback that each foot gets: the one that carries, without a jump
+        self.reset()
 
     def reset(self) -> None:
         """Stand on both feet at once, as before the first step."""
         self.gait.stop()
         self._rate = (0.0, 0.0)
-        self._part = [0.0, 0.0]
+        self._part = [0.0, 0.0]  # of the feedback that each foot gets: the one that carries, without a jump
 
-    def stance(self, shift: tuple[float, float] = (0.0, 0.0)) -> list[float]:
+    def stance(self, shift: tuple[float, float]) -> list[float]:
         """Return the angles of `LEG_MOTORS` with which a step begins and ends; `shift` is that of `tick`."""
         return Legs().solve(self._foot(LEFT, AT_REST, shift), self._foot(RIGHT, AT_REST, shift))
 
@@ -67,7 +66,7 @@ class WalkController:
         velocity: WalkVelocity,
         turning: tuple[float, float, float],
         loads: tuple[float, float],
-        shift: tuple[float, float] = (0.0, 0.0),
+        shift: tuple[float, float],
     ) -> list[float]:
         """Return the angles of `LEG_MOTORS`.
 
@@ -142,14 +141,7 @@ class SimulatedWalker:
 
     limits = LIMITS
 
-    def __init__(
-        self,
-        model: Model,
-        simulator: Simulator,
-        sensors: SensorRecord,
-        *,
-        noise: bool = False,
-    ) -> None:
+    def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
         self._data = simulator.data
         self._setpoints = simulator.setpoints
         self._simulator = simulator
@@ -194,8 +186,7 @@ class SimulatedWalker:
         return self._commanded != _STILL or self._stage is not _Stage.RESTING
 
     def odometry(self) -> Odometry:
-        time = self._simulator.newest().time
-        return Odometry(time, *self._odometer.pose)
+        return Odometry(self._simulator.newest().time, *self._odometer.pose)
 
     def tick(self, seconds: float) -> None:
         """Set the setpoints of legs and arms while it walks, and follow where it gets to."""
