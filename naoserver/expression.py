@@ -11,23 +11,14 @@ from typing import Final
 from naoserver.capabilities import Color, Utterance
 from naoserver.errors import InvalidCommand
 
-_WHITE: Final = (1.0, 1.0, 1.0)
-_BLUE: Final = (0.0, 0.0, 1.0)
-_OFF: Final = (0.0, 0.0, 0.0)
-
+SINGLE_COLORED: Final[Mapping[str, Color]] = dict.fromkeys(("LeftEar", "RightEar", "Head"), (0.0, 0.0, 1.0))
+"""The groups that have one color, and which."""
 START: Final[Mapping[str, Color]] = {
-    "LeftEye": _WHITE,
-    "RightEye": _WHITE,
-    "LeftEar": _BLUE,
-    "RightEar": _BLUE,
-    "Head": _BLUE,
-    "Chest": _OFF,
-    "LeftFoot": _OFF,
-    "RightFoot": _OFF,
+    **dict.fromkeys(("LeftEye", "RightEye"), (1.0, 1.0, 1.0)),
+    **SINGLE_COLORED,
+    **dict.fromkeys(("Chest", "LeftFoot", "RightFoot"), (0.0, 0.0, 0.0)),
 }
 """Color of each group of an H25 after the start."""
-SINGLE_COLORED: Final[Mapping[str, Color]] = dict.fromkeys(("LeftEar", "RightEar", "Head"), _BLUE)
-"""The groups that have one color, and which."""
 
 
 @dataclass(frozen=True, slots=True)

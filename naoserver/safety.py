@@ -225,17 +225,11 @@ class JointSafety:
         wanted = self._rules.check(velocities, "velocity")
         outcome = Outcome(limitations=self._rules.couple(wanted))
         self._wake(reading)
+        deadline = now + self.options.velocity_timeout
         for joint, velocity in wanted.items():
-            before = self._drives.get(joint)
-            self._set_drive(
-                joint,
-                _Drive(
-                    target=self._rules.cap_speed(joint, velocity, self.speed_cap(joint, reading), outcome),
-                    velocity=before.velocity if before else 0.0,
-                    deadline=now + self.options.velocity_timeout,
-                    client=client,
-                ),
-            )
+            target = self._rules.cap_speed(joint, velocity, self.speed_cap(joint, reading), outcome)
+            reached = self._drives[joint].velocity if joint in self._drives else 0.0
+            self._set_drive(joint, _Drive(target, reached, deadline, client))
         for table in self._tables:
             dependent = table.dependent
             if table.independent in wanted and dependent not in self._goals and dependent not in self._drives:

@@ -5,24 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from interfaces.nao import (
-    GroundTruth,
-    GroundTruthReading,
-    Pose,
-    Quaternion,
-    Scene,
-    ShapeKind,
-    Vector3,
-    WorldShape,
-)
-from naoserver import capabilities
-from naoserver.capabilities import Stage, Truth, Vector
+from interfaces import nao
+from naoserver.capabilities import Pose, Stage, Truth, Vector
 from naoserver.gate import Gate
 from naoserver.servants.shared import StateStream, refusals_raised, require_finite
 from zenoh_ice import Current
 
 
-class SceneI(Scene):
+class SceneI(nao.Scene):
     """Set the scene of a simulation: no command of the robot, so that no lease and no stop holds it.
 
     Only a push is one, and passes the gate. `end_motion` ends what the robot does, so that a robot that is
@@ -41,20 +31,20 @@ class SceneI(Scene):
     def getObjects(self, current: Current) -> list[str]:
         return list(self._stage.objects)
 
-    def getShapes(self, current: Current) -> list[WorldShape]:
+    def getShapes(self, current: Current) -> list[nao.WorldShape]:
         return [
-            WorldShape(
+            nao.WorldShape(
                 object=shape.object,
-                kind=ShapeKind[shape.kind],
-                size=Vector3(*shape.size),
+                kind=nao.ShapeKind[shape.kind],
+                size=nao.Vector3(*shape.size),
                 pose=_pose(shape.pose),
-                color=Vector3(*shape.color),
+                color=nao.Vector3(*shape.color),
                 opacity=shape.opacity,
             )
             for shape in self._stage.shapes
         ]
 
-    def placeObject(self, name: str, position: Vector3, current: Current) -> None:
+    def placeObject(self, name: str, position: nao.Vector3, current: Current) -> None:
         with refusals_raised():
             self._stage.place_object(name, _finite(position))
 
@@ -64,7 +54,7 @@ class SceneI(Scene):
             self._stage.place_robot(x, y, heading)
         self._end_motion()
 
-    def pushRobot(self, force: Vector3, seconds: float, current: Current) -> None:
+    def pushRobot(self, force: nao.Vector3, seconds: float, current: Current) -> None:
         require_finite(seconds=seconds)
         with refusals_raised():
             self._gate.require(current.client)
@@ -76,30 +66,30 @@ class SceneI(Scene):
             self._stage.press(name, seconds)
 
 
-class GroundTruthI(GroundTruth):
+class GroundTruthI(nao.GroundTruth):
     """Report where the robot and everything else is, in calls and as a stream."""
 
     def __init__(self, stage: Stage) -> None:
         self.stream: Final = StateStream(stage.truth, self.getGroundTruthPublisher, _truth)
 
-    def getGroundTruth(self, current: Current) -> GroundTruthReading:
+    def getGroundTruth(self, current: Current) -> nao.GroundTruthReading:
         return self.stream.now()
 
 
-def _finite(vector: Vector3) -> Vector:
+def _finite(vector: nao.Vector3) -> Vector:
     require_finite(x=vector.x, y=vector.y, z=vector.z)
     return vector.x, vector.y, vector.z
 
 
-def _truth(truth: Truth) -> GroundTruthReading:
-    return GroundTruthReading(
+def _truth(truth: Truth) -> nao.GroundTruthReading:
+    return nao.GroundTruthReading(
         time=truth.time,
         torso=_pose(truth.torso),
-        velocity=Vector3(*truth.velocity),
-        angularVelocity=Vector3(*truth.angular_velocity),
+        velocity=nao.Vector3(*truth.velocity),
+        angularVelocity=nao.Vector3(*truth.angular_velocity),
         objects={name: _pose(pose) for name, pose in truth.objects.items()},
     )
 
 
-def _pose(pose: capabilities.Pose) -> Pose:
-    return Pose(position=Vector3(*pose.position), orientation=Quaternion(*pose.orientation))
+def _pose(pose: Pose) -> nao.Pose:
+    return nao.Pose(position=nao.Vector3(*pose.position), orientation=nao.Quaternion(*pose.orientation))
