@@ -98,12 +98,13 @@ def describe_world(model: Model) -> list[WorldShape]:
         else:
             place, turn = data.geom_xpos[geom], np.zeros(4)
             mujoco.mju_mat2Quat(turn, data.geom_xmat[geom])
+        w, x, y, z = turn.tolist()
         red, green, blue, opacity = _color(mj, geom)
         shapes.append(
             WorldShape(
                 kind=_KINDS[int(mj.geom_type[geom])],
                 size=_vector(mj.geom_size[geom]),
-                pose=Pose(_vector(place), _quaternion(turn)),
+                pose=Pose(_vector(place), (w, x, y, z)),
                 color=(red, green, blue),
                 opacity=opacity,
                 object=objects.get(body, ""),
@@ -138,11 +139,6 @@ def _lines(field: Field) -> Iterator[WorldShape]:
 def _vector(values: NDArray[np.float64]) -> tuple[float, float, float]:
     x, y, z = _rounded(values)
     return x, y, z
-
-
-def _quaternion(values: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    w, x, y, z = values.tolist()
-    return w, x, y, z
 
 
 def _form(shape: Shape, meshes: dict[str, int], *, mirrored: bool) -> dict[str, Any]:

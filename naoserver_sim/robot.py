@@ -144,12 +144,12 @@ class SimulatedRobot(SimulatedDevice):
         self._scratch = mujoco.MjData(model.mj)
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
-        self._lamps = Lamps(model.mj, self.lights.colors)
+        lamps = Lamps(model.mj, self.lights.colors)
         sensor = None
         if noise:
             sensor = ImageSensor(PictureNoise(), body.cameras, seed, data.qpos)
             simulator.watchers.append(partial(sensor.look, qpos=data.qpos))
-        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, self._lamps, sensor)
+        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, lamps, sensor)
         self.mechanisms: Final = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
@@ -163,10 +163,9 @@ class SimulatedRobot(SimulatedDevice):
         at = self._model.base.qpos
         _, x, y, _ = self._simulator.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-        return BodyState(tilt, tilt > FALLEN_TILT, self._simulator.real_time_factor, self._simulator.lag)
+        return BodyState(tilt, tilt > FALLEN_TILT, self.clock.rate, self._simulator.lag)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Render an image of the newest state, as `CameraRenderer.capture` does."""
         return self._renderer.capture(camera, width, height)
 
     def camera_pose(self, camera: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
-from naoserver_sim.motors import Motors, SetpointController
+from naoserver_sim.motors import Array, Motors, SetpointController
 from zenoh_ice import Clock
 
 _log = logging.getLogger(__name__)
@@ -30,8 +30,6 @@ _DIVERGED: Final = [
     int(getattr(mujoco.mjtWarning, f"mjWARN_{name}")) for name in ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
 ]
 _SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +204,6 @@ class PacedSimulator(Simulator):
 class VirtualSimulator(Simulator):
     """Step the model up to a virtual clock's time at every reading and command."""
 
-    real_time_factor: Final = 1.0
     lag: Final = 0.0
 
     def __init__(

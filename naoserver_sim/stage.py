@@ -10,16 +10,14 @@ from typing import Final
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from naoserver.capabilities import Pose, Truth, Vector, WorldShape
 from naoserver.errors import InvalidCommand
 from naoserver_sim.geometry import describe_world
 from naoserver_sim.model import FreeIndex, Model
+from naoserver_sim.motors import Array
 from naoserver_sim.simulator import Simulator, Snapshot
 from naoserver_sim.surroundings import about_z
-
-Array = NDArray[np.float64]
 
 _FARTHEST: Final = 50.0
 """Metres from the origin within which things are placed."""

@@ -15,7 +15,6 @@ from typing import Final
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.capabilities import BatteryReading, SenseReading, SonarReading
@@ -23,10 +22,9 @@ from naoserver.errors import InvalidCommand
 from naoserver.kinematics import matrix_of
 from naoserver_sim.body import BUMPERS, SIDES, TORSO
 from naoserver_sim.model import DeviceIndex, Model
+from naoserver_sim.motors import AMBIENT, Array
 from naoserver_sim.senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim.simulator import Simulator
-
-Array = NDArray[np.float64]
 
 RANGE: Final = (0.25, 2.55)
 """Smallest and largest reported distance in m: those of NAOqi's driver for ROS and of the documentation
@@ -94,21 +92,11 @@ class Sonar:
 
     def _cast(self, begin: Array, directions: Array) -> tuple[float, int]:
         """Return the distance to the nearest echo, infinite when there is none, and along which direction."""
+        mj, data = self._mj, self._data
         count, flat = len(directions), np.ascontiguousarray(directions).ravel()
         geoms, distances, normals = np.zeros(count, dtype=np.int32), np.zeros(count), np.zeros(3 * count)
         mujoco.mj_multiRay(
-            self._mj,
-            self._data,
-            begin,
-            flat,
-            _SURROUNDINGS,
-            1,
-            self._torso,
-            geoms,
-            distances,
-            normals,
-            count,
-            RANGE[1],
+            mj, data, begin, flat, _SURROUNDINGS, 1, self._torso, geoms, distances, normals, count, RANGE[1]
         )
         facing = np.abs(np.einsum("ij,ij->i", directions, normals.reshape(-1, 3)))
         heard = (geoms >= 0) & (~self._planes[geoms] | (facing > _GRAZING))
@@ -140,7 +128,6 @@ ENERGY: Final = 62.6 * 3600.0
 ELECTRONICS: Final = 40.0
 """Draw in W of what does not move. With the motors of a robot that stands it empties the battery in 90
 minutes, the endurance in normal use that the data sheet gives."""
-_AMBIENT: Final = 25.0
 _WARMTH: Final = 1.5
 """Kelvin by which a current of 1 A, permanently, warms the battery, times the current again."""
 _TIME_CONSTANT: Final = 1800.0
@@ -166,8 +153,8 @@ class Battery:
             [m["no_load_speed_out"] / m["stall_torque_out_no_loss"] if m else 0.0 for m in motors]
         )
         self._energy = ENERGY
-        self._temperature = _AMBIENT
-        self.reading = BatteryReading(1.0, 0.0, _AMBIENT, plugged=False)
+        self._temperature = AMBIENT
+        self.reading = BatteryReading(1.0, 0.0, AMBIENT, plugged=False)
         """The newest reading."""
 
     def draw(self, seconds: float, torques: Array, velocities: Array) -> None:
@@ -177,7 +164,7 @@ class Battery:
         watts = ELECTRONICS + float(np.maximum(power, 0.0).sum())
         current = watts / VOLTAGE
         self._energy = max(self._energy - watts * seconds, 0.0)
-        warmer = _AMBIENT + _WARMTH * current * current - self._temperature
+        warmer = AMBIENT + _WARMTH * current * current - self._temperature
         self._temperature += warmer * seconds / _TIME_CONSTANT
         self.reading = BatteryReading(self._energy / ENERGY, -current, self._temperature, plugged=False)
 
