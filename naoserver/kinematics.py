@@ -5,6 +5,7 @@ A joint whose angle is not given is one that the body lacks, as an H21 lacks tho
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Final
@@ -24,6 +25,7 @@ _SIZES: Final = H25.facts["dimensions"]
 _HAND: Final = (_SIZES["hand_offset_x"], 0.0, -_SIZES["hand_offset_z"])
 _SOLE: Final = (0.0, 0.0, -_SIZES["foot_height"])
 _COUPLED: Final = (H25.couplings[0].leader, H25.couplings[0].follower)
+_HERE: Final[Matrix] = np.eye(4)
 _MOST_STEPS: Final = 60
 _NEAR_ENOUGH: Final = 1e-4  # rad
 _DAMPING: Final = 1e-4
@@ -33,11 +35,14 @@ _NO_TURN: Final = 1e-9
 
 def rotation(axis: tuple[float, float, float], angle: float) -> Matrix:
     """Return the rotation by an angle in rad, right-handed about a unit vector (Rodrigues)."""
+    cross = _cross(axis)
+    return _HERE + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
+
+
+def _cross(axis: tuple[float, float, float]) -> Matrix:
+    """Return what multiplies a vector by an axis; its last row and column are 0."""
     x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned = np.eye(4)
-    turned[:3, :3] += math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
-    return turned
+    return np.array([[0.0, -z, y, 0.0], [z, 0.0, -x, 0.0], [-y, x, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
 
 
 def _shift(vector: tuple[float, float, float]) -> Matrix:
@@ -47,7 +52,7 @@ def _shift(vector: tuple[float, float, float]) -> Matrix:
 
 
 PARTS: Final[Mapping[str, tuple[str, Matrix]]] = {
-    "Head": ("HeadPitch", np.eye(4)),
+    "Head": ("HeadPitch", _HERE),
     "LArm": ("LWristYaw", _shift(_HAND)),
     "RArm": ("RWristYaw", _shift(_HAND)),
     "LLeg": ("LAnkleRoll", _shift(_SOLE)),
@@ -83,19 +88,29 @@ def torso_place(angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0
 
 def _frames(name: str, angles: Mapping[str, float]) -> tuple[list[tuple[Joint, Matrix]], Matrix]:
     """Return the joints that move a part, from the torso on, with their places, and the part's own place."""
-    joint, offset = PARTS.get(name, (name, np.eye(4)))
-    chain: list[Joint] = []
-    link = _JOINTS.get(joint)
-    while link is not None:
-        chain.insert(0, link)
-        link = _JOINTS.get(_MOVED_BY.get(link.parent, ""))
-    place: Matrix = np.eye(4)
+    joint, offset = PARTS.get(name, (name, _HERE))
+    place = _HERE
     frames: list[tuple[Joint, Matrix]] = []
-    for link in chain:
-        place = place @ _shift(link.origin) @ rotation(link.axis, angles.get(link.name, 0.0))
+    for link, fixed, sine, versine in _chain(joint):
+        angle = angles.get(link.name, 0.0)
+        place = place @ (fixed + math.sin(angle) * sine + (1.0 - math.cos(angle)) * versine)
         if link.name in angles:
             frames.append((link, place))
     return frames, place @ offset
+
+
+@functools.lru_cache(64)
+def _chain(joint: str) -> list[tuple[Joint, Matrix, Matrix, Matrix]]:
+    """Return the joints from the torso to one, with what their transforms at an angle a consist of.
+
+    It is the first matrix, sin a times the second, and (1 - cos a) times the third.
+    """
+    if joint not in _JOINTS:
+        return []
+    link = _JOINTS[joint]
+    origin, cross = _shift(link.origin), _cross(link.axis)
+    here = (link, origin, origin @ cross, origin @ cross @ cross)
+    return [*_chain(_MOVED_BY.get(link.parent, "")), here]
 
 
 def angles_of(matrix: Matrix) -> tuple[float, float, float]:
