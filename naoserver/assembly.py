@@ -16,7 +16,7 @@ from naoserver.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.motions.keyframes import load_motions
 from naoserver.motions.player import PERIOD, MotionPlayer
 from naoserver.motions.postures import situation_of
-from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
 from naoserver.robot import JointDevice, Robot
 from naoserver.safety import JointSafety
 from naoserver.servants.body import JointsI, PoseHeadI
@@ -32,6 +32,13 @@ from naoserver.servants.walk import EncodersI, MotorsI, WalkI
 from naoserver.walk import PERIOD as WALK_PERIOD
 from naoserver.walk import WalkGuard, WalkTo
 from zenoh_ice import Clock, Object
+
+_STATE_PERIOD: Final = 0.02
+"""Robot seconds between two samples of state."""
+_STATE_GAP: Final = 0.005
+"""Wall seconds between two of them at least, however fast a simulation runs."""
+_CLOCK_PERIOD: Final = 0.02  # wall s
+_HEALTH_PERIOD: Final = 0.5  # wall s
 
 
 class Assembly:
@@ -149,13 +156,12 @@ class Assembly:
         self._add(**{f"{hinge.name}Motors": motors, f"{hinge.name}Encoders": encoders})
 
     def _add_cameras(self) -> list[CameraI]:
-        robot, options = self._robot, self._options
-        unknown = options.cameras.keys() - {facts.name for facts in robot.cameras}
-        if unknown:
+        robot, given = self._robot, self._options.cameras
+        if unknown := given.keys() - {facts.name for facts in robot.cameras}:
             names = ", ".join(facts.name for facts in robot.cameras)
             raise RobotError(f"there is no camera {sorted(unknown)[0]!r}; there are {names}")
         cameras = [
-            CameraI(robot, facts, options.cameras.get(facts.name, options.camera), self.events)
+            CameraI(robot, facts, given.get(facts.name, CameraOptions()), self.events)
             for facts in robot.cameras
         ]
         self._add(**{camera.facts.name: camera for camera in cameras})
@@ -180,7 +186,6 @@ class Assembly:
 
     def _jobs(self) -> list[Job]:
         """Return the periodic jobs: no camera can delay anything else, nothing the watchdog."""
-        options = self._options
         by_source: dict[Callable[[], Any], list[StateStream[Any, Any]]] = {}
         for stream in self._streams:
             by_source.setdefault(stream.read, []).append(stream)
@@ -197,12 +202,12 @@ class Assembly:
             Periodic(
                 "clock",
                 self._wall,
-                lambda: 1.0 / options.clock_rate,
+                lambda: _CLOCK_PERIOD,
                 self._clock.publish,
                 thread="reports",
                 wanted=lambda: self._clock.getTimePublisher.listening,
             ),
-            Periodic("reports", self._wall, lambda: 1.0 / options.health_rate, report),
+            Periodic("reports", self._wall, lambda: _HEALTH_PERIOD, report),
             *(self._camera_job(camera) for camera in self._cameras),
         ]
 
@@ -223,14 +228,14 @@ class Assembly:
                     if stream.listening:
                         stream.publish(reading)
 
-        clock, options = self._robot.clock, self._options
+        clock = self._robot.clock
         return Periodic(
             "state",
             clock,
-            lambda: 1.0 / options.state_rate,
+            lambda: _STATE_PERIOD,
             publish,
             wanted=lambda: any(stream.listening for stream in streams),
-            gap=lambda: clock.rate / options.state_wall_rate,
+            gap=lambda: clock.rate * _STATE_GAP,
         )
 
     def _camera_job(self, camera: CameraI) -> Job:

@@ -50,14 +50,5 @@ class ServerOptions:
     safety: SafetyOptions = field(default_factory=SafetyOptions)
     mechanism_safety: SafetyOptions = field(default_factory=SafetyOptions)
     """Limits of commands to the mechanisms besides the robot (the balls)."""
-    camera: CameraOptions = field(default_factory=CameraOptions)
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
-    """Settings of single cameras by identity; the others take `camera`."""
-    state_rate: float = 50.0
-    """Samples of joint and head state a second of robot time."""
-    state_wall_rate: float = 200.0
-    """Most samples of state a second of wall time, however fast a simulation runs."""
-    clock_rate: float = 50.0
-    """Clock samples a second of wall time."""
-    health_rate: float = 2.0
-    """Health reports a second of wall time."""
+    """Settings of single cameras by identity; the others take the defaults."""

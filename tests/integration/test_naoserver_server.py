@@ -147,7 +147,7 @@ def test_closing_stops_the_motion_and_takes_the_servants_away(robot):
     [
         (ServerOptions(cameras={"CameraBack": CameraOptions()}), "'CameraBack'.*CameraBottom"),
         (ServerOptions(cameras={"Camera": CameraOptions(width=321)}), "321x240"),
-        (ServerOptions(camera=CameraOptions(rate=99.0)), "99 images/s"),
+        (ServerOptions(cameras={"Camera": CameraOptions(rate=99.0)}), "99 images/s"),
     ],
 )
 def test_options_that_the_robot_cannot_meet_are_refused_before_anything_starts(robot, options, reason):
