@@ -336,17 +336,26 @@ _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 
 
 class FakeRobot(FakeDevice):
-    """A robot without physics. Implements Robot."""
+    """A robot without physics. Implements Robot.
+
+    With `camera_failure` every capture raises HardwareFailure with that text.
+    """
 
     postures: OwnPostures | None = None
     stage: Stage | None = None
 
     def __init__(
-        self, clock: Clock | None = None, *, posture: Mapping[str, float] | None = None, body: Body = H25
+        self,
+        clock: Clock | None = None,
+        *,
+        posture: Mapping[str, float] | None = None,
+        camera_failure: str | None = None,
+        body: Body = H25,
     ) -> None:
         self.clock: Final[Clock] = clock or WallClock()
         self.body: Final = body
         super().__init__("Nao", body.joints, self.clock, posture or body.postures["STAND_INIT"])
+        self._camera_failure = camera_failure
         self.cameras: Final = body.cameras
         self.mechanisms: Final = tuple(
             FakeDevice(
@@ -371,6 +380,8 @@ class FakeRobot(FakeDevice):
         facts = next((facts for facts in self.cameras if facts.name == camera), None)
         if facts is None:
             raise HardwareFailure(f"there is no camera {camera!r}")
+        if self._camera_failure is not None:
+            raise HardwareFailure(self._camera_failure)
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot is closed")
         reading = self.read()

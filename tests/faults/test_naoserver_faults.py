@@ -8,7 +8,6 @@ import pytest
 
 from interfaces.jderobot import CameraPrx, HardwareFailedException
 from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
-from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, FOREVER
@@ -145,13 +144,8 @@ def test_a_client_that_ends_orderly_stops_what_it_drove_too(nao):
     wait_for(head.getPose, stands)
 
 
-class WithoutGl(FakeRobot):
-    def capture(self, camera, width, height):
-        raise HardwareFailure("no EGL: install it with 'apt install libegl1'")
-
-
 def test_a_camera_without_gl_names_the_package_and_all_else_works():
-    with served_to_client(WithoutGl()) as nao:
+    with served_to_client(FakeRobot(camera_failure="no EGL: install it with 'apt install libegl1'")) as nao:
         camera = nao.proxy(CameraPrx, "Camera")
         for call in (lambda: camera.getImageData("RGB8"), camera.startCameraStreaming):
             with pytest.raises(HardwareFailedException, match="libegl1"):

@@ -109,6 +109,11 @@ def test_the_focal_length_gives_the_field_of_view(robot):
     assert 2 * math.atan(160 / focal_length(camera, 320)) == pytest.approx(camera.horizontal_fov)
 
 
+def test_a_camera_that_fails_says_why(clock):
+    with pytest.raises(HardwareFailure, match="libegl1"):
+        FakeRobot(clock, camera_failure="install libegl1").capture("Camera", 320, 240)
+
+
 def test_an_unknown_camera_is_named(robot):
     with pytest.raises(HardwareFailure, match="'CameraBack'"):
         robot.capture("CameraBack", 320, 240)
