@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final, TypeAlias
 from weakref import WeakKeyDictionary
 
@@ -19,6 +20,9 @@ import zenoh
 from tests.support.limits import END_LIMIT
 
 __all__ = ["Leaks", "watched_leaks"]
+
+_THREADS: Final = "/proc/self/task"
+_LISTED: Final = Path(_THREADS, str(os.getpid()), "children").exists()
 
 
 @dataclass(frozen=True)
@@ -129,10 +133,19 @@ def _children() -> Iterator[psutil.Process]:
     with suppress(ChildProcessError):
         # Raises at once if there are none.
         os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
-        for child in psutil.Process().children():
+        for child in _listed_children() if _LISTED else psutil.Process().children():
             with suppress(psutil.NoSuchProcess):
                 if child.status() != psutil.STATUS_ZOMBIE:
                     yield child
+
+
+def _listed_children() -> Iterator[psutil.Process]:
+    """Yield the children as Linux lists them for each thread; psutil reads all processes of the machine."""
+    for thread in os.scandir(_THREADS):
+        with suppress(FileNotFoundError, ProcessLookupError):  # the thread has ended
+            for pid in Path(thread.path, "children").read_text().split():
+                with suppress(psutil.NoSuchProcess):
+                    yield psutil.Process(int(pid))
 
 
 def _command(process: psutil.Process) -> str:
