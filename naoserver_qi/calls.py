@@ -16,7 +16,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import cache
 from itertools import count
+from types import MethodType
 from typing import Any, Final
 
 import qi
@@ -205,11 +207,8 @@ class Calls:
             call.stopped.set()
         self._executor.shutdown()
 
-    def _operation(self, name: str, operation: Callable[..., Any]) -> Callable[..., Any]:
-        signature = inspect.signature(operation)
-        long = "call" in signature.parameters
-        if long:
-            signature = signature.replace(parameters=list(signature.parameters.values())[1:])
+    def _operation(self, name: str, operation: MethodType) -> Callable[..., Any]:
+        signature, long, description = _form(operation.__func__)
 
         def called(_self: object, *arguments: object) -> object:
             try:
@@ -238,7 +237,7 @@ class Calls:
             result = f"+{result}"  # or nothing, which only newer clients understand
         called.__qi_return_signature__ = result  # type: ignore[attr-defined]
         called.__qi_name__ = None  # type: ignore[attr-defined]
-        called.__doc__ = inspect.getdoc(operation)
+        called.__doc__ = description
         return called
 
     def _begin(self, name: str, work: Callable[[Call], object]) -> object:
@@ -263,6 +262,15 @@ class Calls:
             self._running.add(call)
             self._executor.submit(run)
         return promise.future()
+
+
+@cache
+def _form(method: Callable[..., Any]) -> tuple[inspect.Signature, bool, str | None]:
+    """Return the arguments of a client's call, whether a `call` comes before them, and the description."""
+    signature = inspect.signature(method)
+    parameters = list(signature.parameters.values())[1:]  # without self
+    long = "call" in signature.parameters
+    return signature.replace(parameters=parameters[long:]), long, inspect.getdoc(method)
 
 
 def _reported(name: str, error: Exception) -> str:

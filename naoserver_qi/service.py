@@ -10,7 +10,7 @@ import tomllib
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from functools import partial
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import Final
@@ -92,6 +92,7 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
         yield listener.url
 
 
+@cache
 def _refused_service(name: str) -> object:
     """Return a service each of whose operations raises HardwareFailure."""
     refused = REFUSED[name]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib import resources
 from typing import Final
 
@@ -126,6 +128,25 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
     data.time = 0.0
     mujoco.mj_forward(mj, data)
     return data
+
+
+def build_standing(world: World, posture: str, *, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
+    """Return a model, and the state in which its robot stands in one of the body's postures.
+
+    Both are the caller's own to change. Programs that simulate one robot after the other, as tests do, wait
+    for the compiler and for the robot to settle once.
+    """
+    model, data = _first_standing(world, posture, skin, body)
+    own = replace(model, mj=copy.copy(model.mj))
+    own_data = mujoco.MjData(own.mj)
+    mujoco.mj_copyData(own_data, own.mj, data)
+    return own, own_data
+
+
+@lru_cache(maxsize=4)
+def _first_standing(world: World, posture: str, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
+    model = build_model(world, skin=skin, body=body)
+    return model, standing(model, body.postures[posture])
 
 
 def _put_on_soles(model: Model, data: mujoco.MjData) -> None:

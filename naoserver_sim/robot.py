@@ -20,7 +20,7 @@ from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraRenderer, put_cameras
 from naoserver_sim.image_sensor import ImageSensor, PictureNoise
-from naoserver_sim.model import DeviceIndex, Model, build_model, standing
+from naoserver_sim.model import DeviceIndex, Model, build_standing
 from naoserver_sim.motors import SetpointController
 from naoserver_sim.senses.record import SenseNoise, encoded
 from naoserver_sim.senses.simulated import SimulatedSenses
@@ -117,8 +117,7 @@ class SimulatedRobot(SimulatedDevice):
         world = world or load_world(DEFAULT_WORLD)
         if seed is not None:
             world = scattered(world, np.random.default_rng(seed))
-        model = build_model(world, skin=skin, body=body)
-        data = standing(model, body.postures[posture])
+        model, data = build_standing(world, posture, skin=skin, body=body)
         setpoints = _setpoints(model, data)
         simulator: PacedSimulator | VirtualSimulator
         self.clock: Clock

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -149,7 +150,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     security: Security = Security()
 
     def __post_init__(self) -> None:
-        for field in structs.fields(self):  # msgspec checks what it converts, but not what a program passes
+        for field in _fields():  # msgspec checks what it converts, but not what a program passes
             name, value = field.name, getattr(self, field.name)
             value = convert(value, field.type, "the program", ConfigurationException, path=(name,))
             structs.force_setattr(self, name, value)
@@ -179,6 +180,11 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         own = ("authority", "certificate", "key", "user", "password")
         variables |= {f"security_{name}": text for name in own if (text := getattr(self.security, name))}
         return {f"{ENVIRONMENT_PREFIX}{name.upper()}": text for name, text in variables.items()}
+
+
+@cache
+def _fields() -> tuple[structs.FieldInfo, ...]:
+    return structs.fields(Settings)
 
 
 def load_settings(
