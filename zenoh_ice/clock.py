@@ -102,10 +102,9 @@ class RobotClock:
     """Follow a clock by the samples given to `update`.
 
     Between samples the time runs on at the rate of the last one, and so it does when samples stop: that is
-    logged after `silence` s, infinite for a clock that is only set when its rate changes. It never runs
-    backwards: where an estimate was ahead it stands still until the other clock has caught up. Only when that
-    clock restarts, more than 0.1 s behind its last sample, the time jumps with it and all sleepers wake at
-    once.
+    logged after `silence` s. It never runs backwards: where an estimate was ahead it stands still until the
+    other clock has caught up. Only when that clock restarts, more than 0.1 s behind its last sample, the time
+    jumps with it and all sleepers wake at once.
 
     Raises MarshalException when it is to begin with a time or a rate that no clock has.
     """

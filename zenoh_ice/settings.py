@@ -22,6 +22,7 @@ DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 
 ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"  # `VISUALHFSM_REALM` sets `realm`, and so on
 CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"  # names the TOML file when no flag does
+_fields: Final = cache(structs.fields)  # msgspec looks them up anew each time
 EVERYBODY: Final = "*"  # stands for every accepted user
 PATHS: Final = ("authority", "certificate", "key", "passwords")  # settings of `[security]` that name files
 PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")  # with host and port, but the last
@@ -150,7 +151,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     security: Security = Security()
 
     def __post_init__(self) -> None:
-        for field in _fields():  # msgspec checks what it converts, but not what a program passes
+        for field in _fields(Settings):  # msgspec checks what it converts, but not what a program passes
             name, value = field.name, getattr(self, field.name)
             value = convert(value, field.type, "the program", ConfigurationException, path=(name,))
             structs.force_setattr(self, name, value)
@@ -180,11 +181,6 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         own = ("authority", "certificate", "key", "user", "password")
         variables |= {f"security_{name}": text for name in own if (text := getattr(self.security, name))}
         return {f"{ENVIRONMENT_PREFIX}{name.upper()}": text for name, text in variables.items()}
-
-
-@cache
-def _fields() -> tuple[structs.FieldInfo, ...]:
-    return structs.fields(Settings)
 
 
 def load_settings(
