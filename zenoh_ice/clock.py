@@ -1,7 +1,6 @@
 """Clocks: what a component sleeps by and measures time with.
 
-`WallClock` is steady wall time, `VirtualClock` stands still until it is moved, `RobotClock` follows the
-robot's time by samples.
+`WallClock` is steady, `VirtualClock` stands still until it is moved, `RobotClock` follows samples of another.
 """
 
 from __future__ import annotations
