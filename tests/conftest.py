@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import logging
 import os
 import signal
 import sys
 from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from logging.handlers import RotatingFileHandler
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -89,9 +92,42 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
-@pytest.fixture(scope="session", autouse=True)
-def surroundings(request: pytest.FixtureRequest) -> Iterator[None]:
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, object, object]:
+    """Import a file in one worker at a time: in a fresh clone, the first compiles it for the others."""
+    if isinstance(collector, pytest.File | pytest.Directory):
+        with alone(collector.path):
+            return (yield)
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection_modifyitems() -> Generator[None, None, None]:
+    """Let one worker at a time pass: Hypothesis looks for constants in all modules, and saves them for the others."""
+    with alone(Path(__file__)):
+        yield
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Wait until no other worker is in such a block for `path`, unless nothing is saved for the others."""
+    if sys.dont_write_bytecode:
+        yield
+        return
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        with suppress(OSError):  # some network file systems do not lock what is only read
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, object]:
     """Remove environment variables that would change the tests, and let calls and images take longer."""
+    if not session.items:  # pytest-xdist runs the tests in other processes
+        return (yield)
     with pytest.MonkeyPatch.context() as patch:
         for name in list(os.environ):
             if name in DECISIVE or name.startswith("VISUALHFSM_"):
@@ -108,22 +144,39 @@ def surroundings(request: pytest.FixtureRequest) -> Iterator[None]:
                 signal.signal(number, handler)
         # A machine may be busy for 2 s, and longer than an image of a simulation may take.
         patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))
-        if find_spec("mujoco") and any(each.get_closest_marker("gl") for each in request.session.items):
+        if find_spec("mujoco") and any(each.get_closest_marker("gl") for each in session.items):
             from naoserver_sim import cameras
 
             patch.setattr(cameras, "_FRAME_TIMEOUT", EVENT_LIMIT)
             patch.setattr(cameras, "_SETUP_TIMEOUT", START_LIMIT)
+        return (yield)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def leaks() -> Iterator[Leaks]:
+    """Look after what the tests start, and fail if the fixtures of the whole run leave something behind."""
+    with watched_leaks() as leaks, leaks.check("the tests of this process"):
+        yield leaks
+
+
+@pytest.fixture(scope="module", autouse=True)
+def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail if the shared fixtures of a test file leave something behind."""
+    with leaks.check(request.path.name):
         yield
 
 
 @pytest.fixture(autouse=True)
-def rendering(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Switch the cameras of simulations off, unless the test is marked `gl`: setting GL up takes most of their start."""
-    if request.node.get_closest_marker("gl") is None:
-        monkeypatch.setenv("MUJOCO_GL", "disable")
+def each_test(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail a test that leaves threads, Zenoh sessions or child processes behind, and tidy up around it.
+
+    This is one fixture, because each of them takes time for each test.
+    """
+    with leaks.check("the test"), log_handlers(), rendering(request.node):
+        yield
 
 
-@pytest.fixture(autouse=True)
+@contextmanager
 def log_handlers() -> Iterator[None]:
     """Remove the log handlers of commands that ran in this process: their streams are closed by now."""
     root = logging.getLogger()
@@ -136,31 +189,12 @@ def log_handlers() -> Iterator[None]:
             handler.close()
 
 
-@pytest.fixture(scope="session")
-def leaks() -> Iterator[Leaks]:
-    """Look after what the tests start."""
-    with watched_leaks() as leaks:
-        yield leaks
-
-
-@pytest.fixture(scope="session", autouse=True)
-def session_leak_check(leaks: Leaks) -> Iterator[None]:
-    """Fail if the fixtures of the whole run leave something behind."""
-    with leaks.check("the tests of this process"):
-        yield
-
-
-@pytest.fixture(scope="module", autouse=True)
-def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
-    """Fail if the shared fixtures of a test file leave something behind."""
-    with leaks.check(request.path.name):
-        yield
-
-
-@pytest.fixture(autouse=True)
-def leak_check(leaks: Leaks) -> Iterator[None]:
-    """Fail a test that leaves threads, Zenoh sessions or child processes behind."""
-    with leaks.check("the test"):
+@contextmanager
+def rendering(test: pytest.Item) -> Iterator[None]:
+    """Switch the cameras of simulations off, unless the test is marked `gl`: setting GL up takes most of their start."""
+    with pytest.MonkeyPatch.context() as patch:
+        if test.get_closest_marker("gl") is None:
+            patch.setenv("MUJOCO_GL", "disable")
         yield
 
 

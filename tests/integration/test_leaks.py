@@ -16,7 +16,7 @@ from tests.support.processes import REPOSITORY
 
 CONFTEST = """
 from functools import partialmethod
-from tests.conftest import leak_check, leaks, module_leak_check, session_leak_check
+from tests.conftest import each_test, leaks, module_leak_check
 from tests.support.leaks import Leaks
 
 Leaks.check = partialmethod(Leaks.check, limit=LIMIT)
