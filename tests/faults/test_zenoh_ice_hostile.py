@@ -19,7 +19,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorError, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.gripper import GRIPPER, GripperI, GripperPrx
-from tests.support.hostile_bytes import BOMBS, HostileBytes
+from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.memory_files import NEAR, shared_memory
 from tests.support.stranger import Stranger, stranger
@@ -137,7 +137,7 @@ class TestServer:
 
     def test_bombs_are_refused(self, pair: Pair, servant: CalculatorI, intruder: Stranger) -> None:
         a_call_works(pair)
-        for bomb in BOMBS:
+        for bomb in bombs():
             for payload, attachment in ((bomb, None), (PAYLOADS[0], bomb)):
                 (reply,) = intruder.ask(PREFIX + "total", payload, attachment)
                 assert isinstance(error_of(reply), MarshalException)

@@ -6,13 +6,14 @@ import random
 import re
 import struct
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import msgpack
 
 from .wire_values import Pairs
 
-__all__ = ["BOMBS", "HostileBytes", "Packed"]
+__all__ = ["HostileBytes", "Packed", "bombs"]
 
 
 class Packed(bytes):
@@ -66,16 +67,19 @@ _LEAVES: tuple[Any, ...] = (
     Packed(b"\x81\xa1a" * 300 + b"\xc0"),
 )
 
-BOMBS: tuple[bytes, ...] = (
-    b"\x91" * 100_000,
-    b"\x81\xa1a" * 100_000,
-    b"\x81" * 100_000,
-    b"\xdd\x00\x00\xff\xff" * 20_000,
-    b"\x9f" + b"\xdd\xff\xff\xff\xff" * 1000,
-    b"\xdf\x00\x01\x86\xa0" + b"".join(b"\xce" + struct.pack(">I", n) + b"\xc0" for n in range(100_000)),
-    b"\xc9\x00\x01\x00\x00\x05" + bytes(1 << 16),
-)
-"""Payloads that are to cost their receiver a multiple of what they are."""
+
+@cache
+def bombs() -> tuple[bytes, ...]:
+    """Return payloads that are to cost their receiver a multiple of what they are."""
+    return (
+        b"\x91" * 100_000,
+        b"\x81\xa1a" * 100_000,
+        b"\x81" * 100_000,
+        b"\xdd\x00\x00\xff\xff" * 20_000,
+        b"\x9f" + b"\xdd\xff\xff\xff\xff" * 1000,
+        b"\xdf\x00\x01\x86\xa0" + b"".join(b"\xce" + struct.pack(">I", n) + b"\xc0" for n in range(100_000)),
+        b"\xc9\x00\x01\x00\x00\x05" + bytes(1 << 16),
+    )
 
 
 _WORD = re.compile(rb"\w+|\s+|[^\w\s]+")

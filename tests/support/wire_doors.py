@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
@@ -69,7 +69,7 @@ from .generated_types import structs_of
 from .memory_files import shared_memory
 from .wire_values import Desk
 
-__all__ = ["DOORS", "Door", "check_error"]
+__all__ = ["DOORS", "Door", "check_error", "find_door"]
 
 _MEMORY = "zenoh_ice._zenoh.shared_memory"
 _LONGEST_ERROR = 2 * LONGEST_TEXT
@@ -112,7 +112,6 @@ class NoRoomError(UserException, id="::circus::NoRoomError"):
 class Door:
     """An entry point for bytes from other processes."""
 
-    name: str
     sound: Sequence[bytes]
     """What is accepted."""
     take: Callable[[bytes], bool]
@@ -164,7 +163,7 @@ def _payload() -> Door:
         b"\x00\xff",
         [["a", "ñ"], []],
     )
-    return Door("payload", [pack(codec, values, "it")], _refusable(take))
+    return Door([pack(codec, values, "it")], _refusable(take))
 
 
 def _payloads_of_interfaces() -> Door:
@@ -181,7 +180,7 @@ def _payloads_of_interfaces() -> Door:
         return any(taken)
 
     sound = [msgpack.packb({"returnValue": {"time": 1.5, "count": 1, "values": [0.5]}, "a": 1, "b": 2.0})]
-    return Door("any payload", sound, take)
+    return Door(sound, take)
 
 
 def _attachments() -> Door:
@@ -194,7 +193,7 @@ def _attachments() -> Door:
         encode_call_attachment("c0ffee", 7, "abc", 2.0),
         encode_sample_attachment("c0ffee", 7, 12.5),
     ]
-    return Door("attachment", sound, _refusable(take))
+    return Door(sound, _refusable(take))
 
 
 def _errors() -> Door:
@@ -209,7 +208,7 @@ def _errors() -> Door:
         NoRoomError(Dog("Rex", None), Place(1, "x")),
         MarshalException("bad", "$.a"),
     ]
-    return Door("error", [encode_error(error) for error in raised], take)
+    return Door([encode_error(error) for error in raised], take)
 
 
 class _Photo(Struct):
@@ -270,7 +269,7 @@ def _references() -> Door:
         return True
 
     other = msgspec.structs.replace(_SENT, lent=False, slot=1, places=(1,), sizes=(LARGE,))
-    return Door("reference", [msgspec.msgpack.encode(_SENT), msgspec.msgpack.encode(other)], take)
+    return Door([msgspec.msgpack.encode(_SENT), msgspec.msgpack.encode(other)], take)
 
 
 # What is known of others.
@@ -297,7 +296,7 @@ def _tokens() -> Door:
         servant_token(head, "::nao::PoseHead", "c0ffee", "abc", 1.7e9),
         servant_token(ball, "::Ice::Object", "", "abc", 1.7e9),
     ]
-    return Door("token", [key.encode() for key in sound], take)
+    return Door([key.encode() for key in sound], take)
 
 
 def _client_tokens() -> Door:
@@ -327,7 +326,7 @@ def _client_tokens() -> Door:
         return known is not None
 
     sound = [client_token("nao", "c0ffee", space) for space in (here, there, "")]
-    return Door("client token", [key.encode() for key in sound], take)
+    return Door([key.encode() for key in sound], take)
 
 
 class _Clockwork(Struct):
@@ -347,9 +346,7 @@ def _clock_readings() -> Door:
         assert 0.0 <= clock.now() <= 2e11
         clock.close()
 
-    return Door(
-        "clock", [pack(codec, (1.5, 1.0, True), "it"), pack(codec, (0.0, 0.0, False), "it")], _refusable(take)
-    )
+    return Door([pack(codec, (1.5, 1.0, True), "it"), pack(codec, (0.0, 0.0, False), "it")], _refusable(take))
 
 
 # Texts.
@@ -365,7 +362,7 @@ def _proxies() -> Door:
         assert proxy.ice_toString().isprintable()
 
     sound = [b"Head", b"Head@nao", b"soccer.Ball -o@nao"]
-    return Door("proxy", sound, _refusable(take))
+    return Door(sound, _refusable(take))
 
 
 _ANIMAL, _PLACE, _KEEPER = "::circus::Animal", "::circus::Place", "::circus::Keeper"
@@ -438,7 +435,7 @@ def _schemas() -> Door:
                 )
 
     sound = [schema_of(each.ice_interface).as_json() for each in (PoseHeadPrx, CameraPrx, JointsPrx)]
-    return Door("schema", [text.encode() for text in (json.dumps(_ZOO), *sound)], _refusable(take))
+    return Door([text.encode() for text in (json.dumps(_ZOO), *sound)], _refusable(take))
 
 
 def _statuses() -> Door:
@@ -449,7 +446,7 @@ def _statuses() -> Door:
 
     servant = ServantStatus("::nao::PoseHead", 7, 1, 1, 0, 2, ("getPose",))
     status = ProcessStatus("nao", 1, "host", "3.11", "1.10", "0.1", 1.7e9, True, {"Head@nao": servant})
-    return Door("process status", [msgspec.msgpack.encode(status)], _refusable(take))
+    return Door([msgspec.msgpack.encode(status)], _refusable(take))
 
 
 def _settings() -> Door:
@@ -474,20 +471,28 @@ def _settings() -> Door:
             b'[security.users]\n"*" = "student"\n'
         ),
     ]
-    return Door("settings", sound, _refusable(take))
+    return Door(sound, _refusable(take))
 
 
-DOORS: tuple[Door, ...] = (
-    _payload(),
-    _payloads_of_interfaces(),
-    _attachments(),
-    _errors(),
-    *((_references(),) if memory_space() else ()),
-    _tokens(),
-    *((_client_tokens(),) if memory_space() else ()),
-    _clock_readings(),
-    _proxies(),
-    _schemas(),
-    _statuses(),
-    _settings(),
-)
+_MAKERS: Final[dict[str, Callable[[], Door]]] = {
+    "payload": _payload,
+    "any payload": _payloads_of_interfaces,
+    "attachment": _attachments,
+    "error": _errors,
+    **({"reference": _references} if memory_space() else {}),
+    "token": _tokens,
+    **({"client token": _client_tokens} if memory_space() else {}),
+    "clock": _clock_readings,
+    "proxy": _proxies,
+    "schema": _schemas,
+    "process status": _statuses,
+    "settings": _settings,
+}
+DOORS: Final = tuple(_MAKERS)
+"""The names of all."""
+
+
+@cache
+def find_door(name: str) -> Door:
+    """Return an entry point; it is made here, because that takes long and all workers import this module."""
+    return _MAKERS[name]()

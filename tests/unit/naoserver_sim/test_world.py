@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -108,17 +109,21 @@ class TestField:
     """The picture of a field, with 100 pixels in a metre."""
 
     FIELD = Field()
-    IMAGE = draw_field(FIELD).astype(float).mean(axis=2)
+
+    @staticmethod
+    @cache
+    def image():
+        return draw_field(TestField.FIELD).astype(float).mean(axis=2)
 
     def whiteness(self, x, y):
         """The brightness at a place on the field."""
-        scale = self.IMAGE.shape[1] / (self.FIELD.length + 2 * self.FIELD.border)
+        scale = self.image().shape[1] / (self.FIELD.length + 2 * self.FIELD.border)
         row = int((self.FIELD.width / 2 + self.FIELD.border - y) * scale)
         column = int((x + self.FIELD.length / 2 + self.FIELD.border) * scale)
-        return self.IMAGE[row, column]
+        return self.image()[row, column]
 
     def test_shape_is_that_of_the_field_with_its_border(self):
-        height, width = self.IMAGE.shape
+        height, width = self.image().shape
         assert width / height == pytest.approx(10.4 / 7.4, rel=1e-3)
 
     @pytest.mark.parametrize(
@@ -144,8 +149,8 @@ class TestField:
         assert self.whiteness(x, 0.3) < 120
 
     def test_line_is_as_wide_as_it_says(self):
-        scale = self.IMAGE.shape[1] / (self.FIELD.length + 2 * self.FIELD.border)
-        row = self.IMAGE[int((self.FIELD.width / 2 + self.FIELD.border - 2.5) * scale)]
+        scale = self.image().shape[1] / (self.FIELD.length + 2 * self.FIELD.border)
+        row = self.image()[int((self.FIELD.width / 2 + self.FIELD.border - 2.5) * scale)]
         middle = row[len(row) // 2 - 30 : len(row) // 2 + 30]
         grass = np.median(middle)
         assert ((middle - grass) / (245 - grass)).sum() / scale == pytest.approx(0.05, abs=0.005)

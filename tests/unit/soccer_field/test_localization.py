@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -26,6 +27,7 @@ def turned(yaw: float, pitch: float):
     return np.array([[a, -b, 0], [b, a, 0], [0, 0, 1]]) @ [[c, 0, d], [0, 1, 0], [-d, 0, c]]
 
 
+@cache
 def drawn() -> NDArray[np.uint8]:
     """Return the floor from above, a pixel a centimeter: rows along x, columns along y."""
     size = np.round(100 * np.array((FIELD.length + 2 * FIELD.border, FIELD.width + 2 * FIELD.border)))
@@ -42,9 +44,6 @@ def drawn() -> NDArray[np.uint8]:
     return floor
 
 
-FLOOR = drawn()
-
-
 class Camera:
     """A camera at a pose of the robot; `lean` is by how much it looks down more than the robot knows."""
 
@@ -57,9 +56,10 @@ class Camera:
         pixels = np.full((len(rays), 3), SKY, np.uint8)
         below = np.flatnonzero(rays[:, 2] < -0.01)
         there = EYE[:2] + rays[below, :2] * (EYE[2] / -rays[below, 2])[:, None]
-        cell = np.floor(100 * (there @ to_field.T + (x, y)) + np.array(FLOOR.shape[:2]) / 2).astype(int)
-        inside = ((cell >= 0) & (cell < FLOOR.shape[:2])).all(axis=1)
-        pixels[below[inside]] = FLOOR[cell[inside, 0], cell[inside, 1]] if lines else GRASS
+        floor = drawn()
+        cell = np.floor(100 * (there @ to_field.T + (x, y)) + np.array(floor.shape[:2]) / 2).astype(int)
+        inside = ((cell >= 0) & (cell < floor.shape[:2])).all(axis=1)
+        pixels[below[inside]] = floor[cell[inside, 0], cell[inside, 1]] if lines else GRASS
         for post in FIELD.posts if posts else ():
             way = (np.array(post) - (x, y)) @ to_field - EYE[:2]
             level = np.hypot(rays[:, 0], rays[:, 1])

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from tests.support.examples import examples
-from tests.support.hostile_bytes import BOMBS, HostileBytes
-from tests.support.wire_doors import DOORS, Door
+from tests.support.hostile_bytes import HostileBytes, bombs
+from tests.support.wire_doors import DOORS, Door, find_door
 
 
-@pytest.fixture(params=DOORS, ids=lambda door: door.name)
+@pytest.fixture(params=DOORS)
 def door(request: pytest.FixtureRequest) -> Door:
-    return request.param  # type: ignore[no-any-return]
+    return find_door(request.param)
 
 
 def test_what_is_sound_is_taken(door: Door) -> None:
@@ -27,5 +27,5 @@ def test_hostile_input_is_taken_or_refused_with_a_reason(door: Door, seed: int) 
 
 
 def test_bombs_are_refused(door: Door) -> None:
-    for bomb in BOMBS:
+    for bomb in bombs():
         door.take(bomb)
