@@ -119,7 +119,8 @@ def gateway(
         thread = threading.Thread(target=look)
         thread.start()
         try:
-            ros.graph.wait(lambda: "/nao" in ros.graph.nodes(), EVENT_LIMIT)
+            shown = f"{node.get('namespace', '')}/nao"
+            assert ros.graph.wait(lambda: shown in ros.graph.nodes(), EVENT_LIMIT)
             yield Robot(nao, ros, telemetry)
         finally:
             end.set()
@@ -214,8 +215,8 @@ def test_an_h21_has_no_hands_that_feel() -> None:
 
 def test_names_are_remapped_and_in_the_namespace() -> None:
     with gateway(namespace="/red", remap={"cmd_vel": "cmd_vel_safe"}) as robot:
-        robot.ros.graph.wait(lambda: "/red/cmd_vel_safe" in robot.ros.graph.topics(), EVENT_LIMIT)
-        assert {"/red/joint_states", "/red/cmd_vel_safe", "/tf"} <= robot.ros.graph.topics().keys()
+        graph, names = robot.ros.graph, {"/red/joint_states", "/red/cmd_vel_safe", "/tf"}
+        assert graph.wait(lambda: names <= graph.topics().keys(), EVENT_LIMIT), graph.topics().keys()
 
 
 # What ROS asks of it
@@ -518,7 +519,8 @@ def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
 
 
 def test_without_a_robot_server_it_says_so() -> None:
-    with ComponentProcess(module("naoserver_ros2", "--connect", free_endpoint())) as process:
+    command = module("naoserver_ros2", "--connect", free_endpoint(), "--timeout", "1")
+    with ComponentProcess(command) as process:
         assert process.wait() == 1
         assert ": error: nothing answers at " in process.output
         assert process.output.count("\n") == 1

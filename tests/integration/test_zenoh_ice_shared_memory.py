@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable
+from itertools import cycle
+from mmap import mmap
 from typing import Any
 
 import pytest
@@ -22,7 +25,7 @@ from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, ConnectionLostException, Current, Sample
 from zenoh_ice._presence import client_token
 from zenoh_ice._zenoh import shared_memory
-from zenoh_ice._zenoh.shared_memory import memory_space
+from zenoh_ice._zenoh.shared_memory import MemoryReference, memory_space
 
 PIXELS = bytes(range(256)) * 400
 WIRE_KEY = "nao/Camera/getImageData"
@@ -224,6 +227,8 @@ with initialize(listen=[sys.argv[1]], connect=[], clock="wall") as communicator:
     number = 0
     while True:
         number += 1
+        if number % 20 == 0:
+            time.sleep(0.02)  # in which the reader comes to the end of what is there
         while not servant.getImageDataPublisher.listening:
             time.sleep(0.001)
         servant.getImageDataPublisher.publish(image(number, bytes([number % 256]) * (1 << 20)))
@@ -231,8 +236,15 @@ with initialize(listen=[sys.argv[1]], connect=[], clock="wall") as communicator:
 
 
 def test_images_that_come_faster_than_they_are_read_are_not_torn(
-    endpoint: str, make_communicator: Callable[..., Communicator]
+    endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    copy, delays = shared_memory._copy, cycle((*[0.0] * 9, 0.01))
+
+    def copy_late(memory: mmap, reference: MemoryReference, what: str) -> list[bytes]:
+        time.sleep(next(delays))  # by itself the reader may be the faster one for long
+        return copy(memory, reference, what)
+
+    monkeypatch.setattr(shared_memory, "_copy", copy_late)
     with ComponentProcess([sys.executable, "-c", PUBLISHER, endpoint]) as publisher:
         publisher.wait_for("^ready")
         client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
@@ -244,7 +256,6 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
             whole.append(image.pixelData.count(image.timeStamp.seconds % 256) == len(image.pixelData))
 
         with camera(client).getImageData.subscribe(look, queue=30) as reader:
-            # On a busy machine it may take a while until the reader is the slower one.
             until(lambda: len(whole) >= 300 and shared_maps() == 1 and reader.lost > 0, RUN_LIMIT)
         assert all(whole)
         publisher.process.kill()
