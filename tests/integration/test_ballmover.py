@@ -11,8 +11,10 @@ from pathlib import Path
 import pytest
 
 from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx
+from naoserver.fake import FakeRobot
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import served
 from zenoh_ice import initialize
 
 DEBUG = ("--log-level", "debug")
@@ -22,8 +24,7 @@ DEBUG = ("--log-level", "debug")
 def robot() -> Iterator[str]:
     """Where a robot without physics is served."""
     endpoint = free_endpoint()
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
-        server.wait_for("ready")
+    with served(FakeRobot(), realm="nao", endpoint=endpoint):
         yield endpoint
 
 

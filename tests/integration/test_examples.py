@@ -10,16 +10,17 @@ from pathlib import Path
 
 import pytest
 
+from naoserver.fake import FakeRobot
 from tests.support.limits import END_LIMIT, RUN_LIMIT
-from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
+from tests.support.robot_server import served
 
 
 @pytest.fixture(scope="module")
 def environment() -> Iterator[dict[str, str]]:
     """What leads a script to a robot without physics."""
     endpoint = free_endpoint()
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
-        server.wait_for("ready")
+    with served(FakeRobot(), realm="nao", endpoint=endpoint):
         yield {"VISUALHFSM_CONNECT": endpoint, "PYTHONPATH": str(REPOSITORY)}
 
 

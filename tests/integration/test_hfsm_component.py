@@ -1,20 +1,22 @@
-"""A generated component as a process, with a robot server as another."""
+"""A generated component as a process, with a robot server in that of the test, or in another to be killed."""
 
 from __future__ import annotations
 
 import re
 import signal
 import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
+from naoserver.fake import FakeRobot
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import eventually
+from tests.support.robot_server import ServedRobot, eventually, served
 from zenoh_ice import initialize
 
 HEAD = (
@@ -23,7 +25,11 @@ HEAD = (
 )
 
 
-def serve(endpoint: str) -> ComponentProcess:
+def serve(endpoint: str) -> AbstractContextManager[ServedRobot]:
+    return served(FakeRobot(), realm="nao", endpoint=endpoint)
+
+
+def serve_apart(endpoint: str) -> ComponentProcess:
     return ComponentProcess(module("naoserver.fake", "--listen", endpoint))
 
 
@@ -47,8 +53,7 @@ def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path:
 
 
 def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint: str) -> None:
-    with serve(endpoint) as server:
-        server.wait_for("ready")
+    with serve(endpoint):
         with start(turning(tmp_path), endpoint, "--seconds", "1") as component:
             assert component.wait(RUN_LIMIT) == 0
             assert "turning" in component.output
@@ -61,12 +66,10 @@ def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint
 def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> None:
     config = HEAD + HEAD.replace(">Head<", ">Tail<").replace(">head<", ">tail<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
-    with serve(endpoint) as server:
-        server.wait_for("ready")
-        with start(file, endpoint) as component:
-            assert component.wait(RUN_LIMIT) == 1
-            assert "the component cannot start: self.tail:" in component.output
-            assert "Traceback" not in component.output
+    with serve(endpoint), start(file, endpoint) as component:
+        assert component.wait(RUN_LIMIT) == 1
+        assert "the component cannot start: self.tail:" in component.output
+        assert "Traceback" not in component.output
 
 
 def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path, endpoint: str) -> None:
@@ -82,91 +85,81 @@ def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path,
 def test_a_document_of_a_foreign_name_can_be_watched(tmp_path: Path, endpoint: str) -> None:
     code = "print('sees', flush=True)"
     text = document(sub(1, 0, state(1, "a", code, initial=True)))
-    with serve(endpoint) as server:
-        server.wait_for("ready")
-        with start(
-            compile_to(tmp_path, text, "se\N{LATIN SMALL LETTER N WITH TILDE}al"), endpoint
-        ) as component:
-            component.wait_for("sees")
-            with initialize(connect=[endpoint], clock="wall") as communicator:
-                monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.senal"))
-                assert monitor.getStructure().name == "senal"
+    with (
+        serve(endpoint),
+        start(compile_to(tmp_path, text, "se\N{LATIN SMALL LETTER N WITH TILDE}al"), endpoint) as component,
+    ):
+        component.wait_for("sees")
+        with initialize(connect=[endpoint], clock="wall") as communicator:
+            monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.senal"))
+            assert monitor.getStructure().name == "senal"
 
 
 def test_a_realm_without_servants_is_reported_once(tmp_path: Path, endpoint: str) -> None:
     config = HEAD + HEAD.replace(">head<", ">other<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
-    with serve(endpoint) as server:
-        server.wait_for("ready")
-        with start(file, endpoint, "--realm", "elsewhere") as component:
-            assert component.wait(RUN_LIMIT) == 1
-            assert component.output.count("no servants: is --realm right?") == 1
-            assert "Traceback" not in component.output
+    with serve(endpoint), start(file, endpoint, "--realm", "elsewhere") as component:
+        assert component.wait(RUN_LIMIT) == 1
+        assert component.output.count("no servants: is --realm right?") == 1
+        assert "Traceback" not in component.output
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_robot_and_ends_it(
     tmp_path: Path, endpoint: str, number: signal.Signals, code: int
 ) -> None:
-    with serve(endpoint) as server:
-        server.wait_for("ready")
-        with start(turning(tmp_path), endpoint) as component:
-            component.wait_for("turning")
-            component.process.send_signal(number)
-            assert component.wait(END_LIMIT) == code
-            assert "Traceback" not in component.output
-            with initialize(connect=[endpoint], clock="wall") as communicator:
-                head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
-                eventually(lambda: abs(head.getPose().panSpeed) < 0.05)
+    with serve(endpoint), start(turning(tmp_path), endpoint) as component:
+        component.wait_for("turning")
+        component.process.send_signal(number)
+        assert component.wait(END_LIMIT) == code
+        assert "Traceback" not in component.output
+        with initialize(connect=[endpoint], clock="wall") as communicator:
+            head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+            eventually(lambda: abs(head.getPose().panSpeed) < 0.05)
 
 
 def test_an_error_in_user_code_ends_it_with_the_documents_line(tmp_path: Path, endpoint: str) -> None:
-    with serve(endpoint) as server:
-        server.wait_for("ready")
-        with start(turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\nself.nothing()"), endpoint) as component:
-            assert component.wait(RUN_LIMIT) == 1
-            assert "AttributeError" in component.output
-            assert "(turner.xml:4)" in component.output
+    file = turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\nself.nothing()")
+    with serve(endpoint), start(file, endpoint) as component:
+        assert component.wait(RUN_LIMIT) == 1
+        assert "AttributeError" in component.output
+        assert "(turner.xml:4)" in component.output
 
 
 def test_stay_halted_keeps_the_monitor_after_an_error(tmp_path: Path, endpoint: str) -> None:
     file = turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\n1 / 0")
-    with serve(endpoint) as server:
-        server.wait_for("ready")
-        with start(file, endpoint, "--stay-halted") as component:
-            component.wait_for("halted; Ctrl-C ends the component")
-            with initialize(connect=[endpoint], clock="wall") as communicator:
-                proxy = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
-                snapshot = proxy.getSnapshot()
-            assert snapshot.status is ComponentStatus.Halted
-            assert snapshot.errors[0].message == "ZeroDivisionError: division by zero"
-            component.process.send_signal(signal.SIGINT)
-            assert component.wait(END_LIMIT) == 130
+    with serve(endpoint), start(file, endpoint, "--stay-halted") as component:
+        component.wait_for("halted; Ctrl-C ends the component")
+        with initialize(connect=[endpoint], clock="wall") as communicator:
+            proxy = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
+            snapshot = proxy.getSnapshot()
+        assert snapshot.status is ComponentStatus.Halted
+        assert snapshot.errors[0].message == "ZeroDivisionError: division by zero"
+        component.process.send_signal(signal.SIGINT)
+        assert component.wait(END_LIMIT) == 130
 
 
 def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
     file = turning(tmp_path, "print('again', flush=True)\n1 / 0")
-    with serve(endpoint) as server:
-        server.wait_for("ready")
-        with start(file, endpoint, "--on-error", "continue") as component:
-            eventually(lambda: component.output.count("again") > 2)
-            component.process.send_signal(signal.SIGINT)
-            assert component.wait() == 130
-            assert component.output.count("Traceback") == 1
-            frames = re.findall(r'^  File "(.*?)"', component.output, re.MULTILINE)
-            assert frames == [str(file)], "of the code that runs it nothing is shown"
+    with serve(endpoint), start(file, endpoint, "--on-error", "continue") as component:
+        eventually(lambda: component.output.count("again") > 2)
+        component.process.send_signal(signal.SIGINT)
+        assert component.wait() == 130
+        assert component.output.count("Traceback") == 1
+        frames = re.findall(r'^  File "(.*?)"', component.output, re.MULTILINE)
+        assert frames == [str(file)], "of the code that runs it nothing is shown"
 
 
 def test_a_killed_server_is_reported_once_and_it_goes_on_when_the_server_is_back(
     tmp_path: Path, endpoint: str
 ) -> None:
-    with serve(endpoint) as server:
+    with serve_apart(endpoint) as server:
         server.wait_for("ready")
         with start(turning(tmp_path), endpoint) as component:
             component.wait_for("turning")
             server.process.kill()
             component.wait_for("waiting for the server")
-            with serve(endpoint) as second:
+            with serve_apart(endpoint) as second:
                 second.wait_for("ready")
                 component.wait_for("the server is back")
                 count = component.output.count("turning")

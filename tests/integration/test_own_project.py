@@ -15,10 +15,12 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
+from naoserver.fake import FakeRobot
 from tests.support.codegen_command import codegen
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
+from tests.support.robot_server import served
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import find_problems
@@ -151,14 +153,11 @@ def test_the_editor_completes_the_operations_of_the_interface(project: Path, fol
 def endpoint(project: Path) -> Iterator[str]:
     """A fake robot and the project's lamp run at this endpoint."""
     where = free_endpoint()
-    robot = ComponentProcess(module("naoserver.fake", "--listen", where, "--clock", "wall"))
     lamp = ComponentProcess([sys.executable, str(project / "lamp.py")], {"VISUALHFSM_CONNECT": where})
-    with robot:
-        robot.wait_for("^ready")
-        with lamp:
-            lamp.wait_for("^ready")
-            yield where
-            lamp.wait_for("^on")
+    with served(FakeRobot(), realm="nao", endpoint=where), lamp:
+        lamp.wait_for("^ready")
+        yield where
+        lamp.wait_for("^on")
 
 
 @pytest.mark.parametrize("unsaved", [False, True])

@@ -6,12 +6,14 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import time
 import tracemalloc
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import psutil
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
@@ -20,9 +22,14 @@ from mcap.records import Chunk, Header, Metadata
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from hfsm_runtime.replay.script import Recording
+from naoserver.fake import FakeRobot
+from tests.support.commands import run_here
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import REPOSITORY, ComponentProcess, module
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.robot_server import served
+from visualhfsm.command import app
+from visualhfsm.errors import VisualHfsmError
 
 SECONDS = 2.0  # of the recording
 
@@ -46,14 +53,7 @@ TURNING = document(
 
 
 def replay(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        module("visualhfsm", "replay", *map(str, arguments)),
-        cwd=REPOSITORY,
-        capture_output=True,
-        text=True,
-        timeout=RUN_LIMIT,
-        check=False,
-    )
+    return run_here(app, "visualhfsm", "replay", *arguments, expected=(VisualHfsmError,))
 
 
 def lines(done: subprocess.CompletedProcess[str]) -> list[dict[str, Any]]:
@@ -63,22 +63,19 @@ def lines(done: subprocess.CompletedProcess[str]) -> list[dict[str, Any]]:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The recording of a component that turned a fake robot's head for two seconds."""
-    from tests.support.processes import free_endpoint
-
     folder = tmp_path_factory.mktemp("recorded")
     endpoint = free_endpoint()
     file = compile_to(folder, TURNING, "turner")
     path = folder / "run.mcap"
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
-        server.wait_for("ready")
-        with run(file, endpoint, "--record", str(path), "--seconds", str(SECONDS)) as component:
-            assert component.wait(RUN_LIMIT) == 0, component.output
+    with (
+        served(FakeRobot(), realm="nao", endpoint=endpoint),
+        run(file, endpoint, "--record", str(path), "--seconds", str(SECONDS)) as component,
+    ):
+        assert component.wait(RUN_LIMIT) == 0, component.output
     return path
 
 
 def run(file: Path, endpoint: str, *options: str) -> ComponentProcess:
-    import sys
-
     command = [sys.executable, str(file), "--connect", endpoint, *options]
     return ComponentProcess(command, {"PYTHONPATH": str(REPOSITORY)})
 
@@ -169,15 +166,16 @@ def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goe
 ) -> None:
     file = compile_to(tmp_path, TURNING, "turner")
     path = tmp_path / "run.mcap"
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
-        server.wait_for("ready")
-        with run(file, endpoint, "--record", str(path)) as component:
-            deadline = time.monotonic() + START_LIMIT
-            while not path.exists() or path.stat().st_size < 12_000:
-                assert time.monotonic() < deadline
-                time.sleep(0.05)
-            component.process.kill()
-            component.process.wait(END_LIMIT)
+    with (
+        served(FakeRobot(), realm="nao", endpoint=endpoint),
+        run(file, endpoint, "--record", str(path)) as component,
+    ):
+        deadline = time.monotonic() + START_LIMIT
+        while not path.exists() or path.stat().st_size < 12_000:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        component.process.kill()
+        component.process.wait(END_LIMIT)
     done = replay(path)
     assert done.returncode == 0, done.stderr
     assert "the recording was cut off" in done.stdout
@@ -187,15 +185,16 @@ def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goe
 def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
     file = compile_to(tmp_path, TURNING, "turner")
     path = tmp_path / "run.mcap"
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
-        server.wait_for("ready")
-        with run(file, endpoint, "--record", str(path)) as component:
-            deadline = time.monotonic() + START_LIMIT
-            while not path.exists() or path.stat().st_size < 12_000:
-                assert time.monotonic() < deadline
-                time.sleep(0.05)
-            component.process.send_signal(signal.SIGINT)
-            assert component.wait(END_LIMIT) == 130
+    with (
+        served(FakeRobot(), realm="nao", endpoint=endpoint),
+        run(file, endpoint, "--record", str(path)) as component,
+    ):
+        deadline = time.monotonic() + START_LIMIT
+        while not path.exists() or path.stat().st_size < 12_000:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        component.process.send_signal(signal.SIGINT)
+        assert component.wait(END_LIMIT) == 130
     with path.open("rb") as read:
         summary = make_reader(read).get_summary()
         assert summary is not None
@@ -204,8 +203,6 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
 
 
 def test_ctrl_c_ends_the_process_that_replays(recorded: Path, tmp_path: Path) -> None:
-    import psutil
-
     hanging = edited(tmp_path, "looks += 1", "looks += 1\nwhile True: print('endless', flush=True)")
     with ComponentProcess(module("visualhfsm", "replay", str(recorded), str(hanging), "--output")) as process:
         process.wait_for("endless")

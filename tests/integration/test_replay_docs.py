@@ -9,9 +9,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+from naoserver.fake import FakeRobot
 from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS
-from tests.support.processes import REPOSITORY, ComponentProcess, module
+from tests.support.processes import REPOSITORY
+from tests.support.robot_server import served
 
 PAGE = DOCS / "how-to/recording.md"
 
@@ -26,8 +28,7 @@ def test_every_command_of_the_page_works(tmp_path: Path, endpoint: str) -> None:
     (tmp_path / "behaviors" / "dance.xml").write_bytes((REPOSITORY / "behaviors" / "dance.xml").read_bytes())
     environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "VISUALHFSM_CONNECT": endpoint}
     codes = []
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
-        server.wait_for("ready")
+    with served(FakeRobot(), realm="nao", endpoint=endpoint):
         for line in commands():
             command = line.replace("visualhfsm ", f"{shlex.quote(sys.executable)} -P -m visualhfsm ")
             command = command.replace("python -m", f"{shlex.quote(sys.executable)} -P -m")

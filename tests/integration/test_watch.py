@@ -1,4 +1,4 @@
-"""`visualhfsm watch` as a process, on a fake robot and on a component whose monitor the test serves."""
+"""`visualhfsm watch`, where signals or a terminal matter as a process, on a fake robot and on a component whose monitor the test serves."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ from msgspec.structs import replace
 
 from interfaces.hfsm import ComponentSnapshot, ComponentStructure
 from naoserver.fake import FakeRobot
+from tests.support.commands import run_here
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
-from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.limits import END_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.stranger import session_of
 from tests.support.terminal import read_until
 from tests.support.watching import content
+from visualhfsm.command import app
+from visualhfsm.errors import VisualHfsmError
 from visualhfsm.watch.telemetry import Telemetry
 from zenoh_ice import Current, initialize
 
@@ -76,13 +79,19 @@ def robot() -> Iterator[ServedRobot]:
         yield robot
 
 
+def options(robot: ServedRobot, *arguments: str) -> list[str]:
+    return ["watch", *arguments, "--connect", robot.endpoint, "--realm", robot.realm]
+
+
 def watch(robot: ServedRobot, *arguments: str) -> list[str]:
-    return module("visualhfsm", "watch", *arguments, "--connect", robot.endpoint, "--realm", robot.realm)
+    """Return the command for a separate process: one that a signal ends."""
+    return module("visualhfsm", *options(robot, *arguments))
 
 
-def run(command: list[str]) -> tuple[int, str]:
-    with ComponentProcess(command) as process:
-        return process.wait(RUN_LIMIT), process.output
+def run(arguments: list[str]) -> tuple[int, str]:
+    """Run the command to its end; return its exit code and all its output."""
+    done = run_here(app, "visualhfsm", *arguments, expected=(VisualHfsmError,))
+    return done.returncode, done.stdout + done.stderr
 
 
 def test_a_component_is_reported_line_by_line_and_summed_up(robot: ServedRobot) -> None:
@@ -119,13 +128,13 @@ def test_the_report_is_the_page_of_the_run(robot: ServedRobot, tmp_path: Path) -
 
 def test_a_component_needs_no_name_when_it_is_the_only_one(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm, "alone"):
-        code, output = run(watch(robot, "--seconds", "0.5", "--wait", "60"))
+        code, output = run(options(robot, "--seconds", "0.5", "--wait", "60"))
     assert code == 0, output
 
 
 def test_of_several_components_one_must_be_named(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm, "one"), component(robot.endpoint, robot.realm, "two"):
-        code, output = run(watch(robot, "--wait", "60"))
+        code, output = run(options(robot, "--wait", "60"))
     assert code == 1
     assert "several components run; name one of one, two" in output
 
@@ -136,7 +145,7 @@ def test_a_name_that_a_terminal_would_obey_is_not_shown(robot: ServedRobot) -> N
         initialize(realm=robot.realm, connect=[robot.endpoint], clock="wall") as stranger,
     ):
         token = session_of(stranger).liveliness().declare_token(f"@servant/{robot.realm}/Hfsm.\x1b[2J/::A/-")
-        code, output = run(watch(robot, "--seconds", "0.5", "--wait", "60"))
+        code, output = run(options(robot, "--seconds", "0.5", "--wait", "60"))
         token.undeclare()
     assert code == 0, output  # the only component of a name that can be shown is found
     assert "[2J" not in output
@@ -144,14 +153,14 @@ def test_a_name_that_a_terminal_would_obey_is_not_shown(robot: ServedRobot) -> N
 
 
 def test_without_a_component_the_command_says_how_to_start_one(robot: ServedRobot) -> None:
-    code, output = run(watch(robot, "--wait", "0.5"))
+    code, output = run(options(robot, "--wait", "0.5"))
     assert code == 1
     assert "python -m behaviors.follow_ball" in output
     assert "Traceback" not in output
 
 
 def test_a_component_that_is_not_there_is_an_error_that_names_it(robot: ServedRobot) -> None:
-    code, output = run(watch(robot, "absent", "--wait", "0.5"))
+    code, output = run(options(robot, "absent", "--wait", "0.5"))
     assert code == 1
     assert "Hfsm.absent" in output
     assert "Traceback" not in output
@@ -160,7 +169,7 @@ def test_a_component_that_is_not_there_is_an_error_that_names_it(robot: ServedRo
 def test_instead_of_a_component_that_is_not_there_those_that_run_are_named(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm, "present"):
         for patience in ("1", "20"):
-            code, output = run(watch(robot, "absent", "--wait", patience))
+            code, output = run(options(robot, "absent", "--wait", patience))
             if "did you mean present" in output:
                 break
     assert code == 1
@@ -170,9 +179,7 @@ def test_instead_of_a_component_that_is_not_there_those_that_run_are_named(robot
 
 def test_without_a_server_the_command_names_the_endpoint_and_how_to_start_one() -> None:
     endpoint = free_endpoint()
-    code, output = run(
-        module("visualhfsm", "watch", "absent", "--wait", "0.5", "--timeout", "1", "--connect", endpoint)
-    )
+    code, output = run(["watch", "absent", "--wait", "0.5", "--timeout", "1", "--connect", endpoint])
     assert code == 1
     assert endpoint in output.splitlines()[-1]
     assert "naoserver-sim" in output.splitlines()[-1]

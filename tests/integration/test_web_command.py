@@ -18,10 +18,12 @@ from typer.testing import CliRunner
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
+from tests.support.commands import run_here
 from tests.support.editor import DOCUMENT, Window
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm.command import app
+from visualhfsm.errors import VisualHfsmError
 from visualhfsm.web.server import Options, launch_browser
 
 ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
@@ -32,6 +34,14 @@ def document(tmp_path: Path) -> Path:
     document = tmp_path / "robot.xml"
     document.write_text(DOCUMENT)
     return document
+
+
+def refused(tmp_path: Path, *arguments: str) -> str:
+    """Return what `visualhfsm edit` reports when it ends before it serves."""
+    folder = ("--root", tmp_path, "--no-browser")
+    done = run_here(app, "visualhfsm", "edit", *folder, *arguments, expected=(VisualHfsmError,))
+    assert done.returncode == 1
+    return done.stderr
 
 
 def edit(tmp_path: Path, *arguments: str) -> ComponentProcess:
@@ -82,14 +92,16 @@ def test_a_signal_ends_everything_in_an_orderly_way(
     assert journal.stat().st_mode & 0o077 == 0
 
 
-def test_a_port_can_be_chosen_and_a_taken_one_is_reported(tmp_path: Path) -> None:
+def test_a_port_can_be_chosen_and_a_taken_one_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     with socket.socket() as taken:
         port = int(free_endpoint().rpartition(":")[2])
         taken.bind(("127.0.0.1", port))
         taken.listen()
-        with edit(tmp_path, "--port", str(port), "--no-browser") as process:
-            process.wait_for(rf"error: cannot listen on port {port} .*--port")
-            assert process.wait() == 1
+        error = refused(tmp_path, "--port", str(port))
+        assert re.search(rf"error: cannot listen on port {port} .*--port", error)
     with edit(tmp_path, "--port", str(port), "--no-browser") as process:
         assert process.wait_for(ADDRESS)[1] == str(port)
 
@@ -148,12 +160,13 @@ def test_a_missing_package_is_named_with_the_command_that_installs_it(package: s
         assert process.wait() == 1
 
 
-def test_a_document_that_cannot_be_opened_is_reported(tmp_path: Path) -> None:
+def test_a_document_that_cannot_be_opened_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     broken = tmp_path / "broken.xml"
     broken.write_text("<VisualHFSM>")
-    with edit(tmp_path, str(broken), "--no-browser") as process:
-        process.wait_for(r"error: Cannot open broken\.xml")
-        assert process.wait() == 1
+    assert "error: Cannot open broken.xml" in refused(tmp_path, str(broken))
 
 
 def content(file: Path) -> str:

@@ -1,4 +1,4 @@
-"""Run the command `codegen` in a separate process."""
+"""Run the command `codegen`."""
 
 from __future__ import annotations
 
@@ -7,26 +7,32 @@ import subprocess
 import sys
 from pathlib import Path
 
+from codegen.command import app
+from tests.support.commands import run_here
 from tests.support.limits import RUN_LIMIT
+from tests.support.places import ROOT
 
-ROOT = Path(__file__).parents[2]
+__all__ = ["ROOT", "codegen", "files_in"]
 
 
 def codegen(
-    *arguments: str | Path, cwd: Path, input: bytes = b"", environment: dict[str, str] | None = None
+    *arguments: str | Path, cwd: Path, environment: dict[str, str] | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run `codegen` in a directory to its end, with its output as text."""
-    command = [sys.executable, "-m", "codegen", *map(str, arguments)]
-    done = subprocess.run(
-        command,
+    """Run `codegen` in a directory to its end, with its output as text.
+
+    It runs in this process, with its own environment in a separate one.
+    """
+    if environment is None:
+        return run_here(app, "codegen", *arguments, cwd=cwd)
+    return subprocess.run(
+        [sys.executable, "-m", "codegen", *map(str, arguments)],
         cwd=cwd,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120", **(environment or {})},
-        input=input,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
         capture_output=True,
+        text=True,
         timeout=RUN_LIMIT,
         check=False,
     )
-    return subprocess.CompletedProcess(command, done.returncode, done.stdout.decode(), done.stderr.decode())
 
 
 def files_in(directory: Path) -> dict[str, str]:

@@ -8,10 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from unittest.mock import patch
 
-from typer.testing import CliRunner
-
 from deploy.nao.command import app
-from zenoh_ice import ZenohIceError
+from tests.support.commands import run_here
 
 __all__ = ["Outcome", "at", "nao"]
 
@@ -37,12 +35,7 @@ def at(endpoint: str, realm: str) -> Iterator[None]:
         yield
 
 
-def nao(*words: str, stdin: bytes | None = None) -> Outcome:
-    """Run `nao` with arguments; errors become one line on stderr, as with `hfsm_command.cli.run`."""
-    result = CliRunner().invoke(app, words, prog_name="nao", input=stdin, env={"COLUMNS": "80"})
-    error = result.exception
-    if isinstance(error, ZenohIceError):
-        return Outcome(1, result.stdout, f"nao: error: {' '.join(str(error).split())}\n")
-    if error is not None and not isinstance(error, SystemExit):
-        raise error
-    return Outcome(result.exit_code, result.stdout, result.stderr)
+def nao(*words: str, stdin: bytes = b"") -> Outcome:
+    """Run `nao` with arguments."""
+    done = run_here(app, "nao", *words, stdin=stdin, columns=80)
+    return Outcome(done.returncode, done.stdout, done.stderr)

@@ -64,9 +64,11 @@ class RobotClient(ServedRobot):
 
 
 @contextmanager
-def served(robot: Robot, options: ServerOptions | None = None) -> Iterator[ServedRobot]:
-    """Start and serve a robot on loopback in a separate realm; close both at the end."""
-    realm, endpoint = f"test-{uuid4().hex[:8]}", free_endpoint()
+def served(
+    robot: Robot, options: ServerOptions | None = None, *, realm: str = "", endpoint: str = ""
+) -> Iterator[ServedRobot]:
+    """Start and serve a robot on loopback, by default in a separate realm; close both at the end."""
+    realm, endpoint = realm or f"test-{uuid4().hex[:8]}", endpoint or free_endpoint()
     with (
         closing(robot),
         initialize(realm=realm, listen=[endpoint], connect=[], clock="wall") as communicator,
