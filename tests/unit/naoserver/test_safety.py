@@ -128,6 +128,7 @@ BENT = {"LKneePitch": 0.7, "RKneePitch": 0.7}
         ("RShoulderPitch", {}, 0.5),
         ("LElbowYaw", {"LKneePitch": -0.09, "RKneePitch": -0.09}, 0.5),
         ("LElbowYaw", {"LKneePitch": 0.7, "RKneePitch": 0.0}, 1.0),
+        ("LElbowYaw", {"LKneePitch": 0.3, "RKneePitch": 0.0}, 1.0),
         ("HeadYaw", {}, 1.0),
         ("LHipPitch", {}, 1.0),
     ],
