@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import os
 import re
+import socket
 import threading
+import time
 from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -347,6 +351,29 @@ def test_a_file_of_the_command_line_that_is_no_document_ends_the_command(root: P
 
 
 # ------------------------------------------------------------------------------------------ limits
+
+
+def keep_connecting(port: int, made: list[socket.socket]) -> None:
+    """Open connections until they are refused, or there are very many."""
+    with contextlib.suppress(ConnectionRefusedError):
+        while len(made) < 500:
+            made.append(socket.create_connection(("127.0.0.1", port), EVENT_LIMIT))
+            time.sleep(0.0005)
+
+
+def test_a_connection_that_is_made_while_the_editor_ends_is_closed(root: Path) -> None:
+    # A browser would send its next request there, and wait for the answer even when another editor has the port.
+    for _ in range(5):
+        made: list[socket.socket] = []
+        with editor(root) as running:
+            client = threading.Thread(target=keep_connecting, args=[running.port, made])
+            client.start()
+            eventually(partial(bool, made), EVENT_LIMIT)
+        client.join()
+        for connection in made:
+            connection.settimeout(EVENT_LIMIT)
+            with connection, contextlib.suppress(ConnectionResetError):
+                assert connection.recv(1) == b""
 
 
 def test_a_window_that_reads_nothing_holds_up_nobody(running: Editor, window: Window) -> None:

@@ -122,7 +122,7 @@ class Server:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))
             app = make_app(workspace, self.credentials, options.hosts)
-            server = uvicorn.Server(_config(app, options.limits))
+            server = _HttpServer(_config(app, options.limits))
             ending = asyncio.create_task(_end_at(self._stopping, server))
             try:
                 started()  # connections wait in the queue of the socket, which listens
@@ -139,6 +139,19 @@ class Server:
     def close(self) -> None:
         """Release the port."""
         self._listener.close()
+
+
+class _HttpServer(uvicorn.Server):
+    """uvicorn, which also ends a connection that was accepted right before its end."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Accept no more connections, and end those there are."""
+        for server in self.servers:
+            server.close()
+        # asyncio hands over what it has accepted a turn later. uvicorn ends only what it has by now: it would
+        # wait for the others and leave them open, and a browser would send its next request there.
+        await asyncio.sleep(0)
+        await super().shutdown(sockets)
 
 
 def serve(
