@@ -15,6 +15,8 @@ SECONDS ?=
 # Many containers set it. Then each process that runs tests, and each of the hundreds that the tests start, would
 # compile all its modules again, which takes a third of their time.
 unexport PYTHONDONTWRITEBYTECODE
+# NumPy's other threads wait for work at full speed when they start, in each of those processes.
+quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser clean
 help: ## List the targets

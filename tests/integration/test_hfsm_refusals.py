@@ -1,19 +1,22 @@
-"""A component whose commands the robot refuses, with a process for each."""
+"""A component, as a process, whose commands the robot refuses."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
+from typer import Typer
 
+from deploy.nao.command import app as nao
 from hfsm_runtime.robot import commands_accepted
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from naoserver.fake import FakeRobot
 from tests.integration.test_hfsm_component import start, turning
+from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
-from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import eventually, served_to_client
+from tests.support.robot_server import eventually, served, served_to_client
+from visualhfsm.command import app as visualhfsm
 from zenoh_ice import initialize
 
 
@@ -38,19 +41,22 @@ def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
 
 @pytest.mark.sim
 def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path, endpoint: str) -> None:
-    def operator(program: str, *arguments: str) -> str:
-        with ComponentProcess(module(program, *arguments, "--connect", endpoint)) as process:
-            assert process.wait() == 0, process.output
-            return process.output
+    def operator(app: Typer, *arguments: str) -> str:
+        done = run_here(app, "operator", *arguments, "--connect", endpoint)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
 
-    simulator = module("naoserver_sim", "--listen", endpoint, "--no-skin")
-    with ComponentProcess(simulator) as server, initialize(connect=[endpoint], clock="wall") as communicator:
-        server.wait_for("ready")
+    from naoserver_sim.robot import SimulatedRobot  # MuJoCo may not be installed
+
+    with (
+        served(SimulatedRobot(skin=False), realm="nao", endpoint=endpoint),
+        initialize(connect=[endpoint], clock="wall") as communicator,
+    ):
         head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
         slowly = turning(tmp_path, "self.head.setSpeed(0.05, 0.0)\nprint('turning', flush=True)")
         with start(slowly, endpoint) as component:
             eventually(lambda: head.getPose().panSpeed > 0.03)
-            operator("deploy.nao", "stop", "a hand in the way")
+            operator(nao, "stop", "a hand in the way")
             component.wait_for(
                 "the robot is stopped: a hand in the way.*pauses until commands are accepted again"
             )
@@ -59,11 +65,10 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
             assert first.status is later.status is ComponentStatus.Paused
             assert first.refusal.startswith("turner/turn: CommandRefusedException: the robot is stopped")
             assert later.time == first.time
-            assert "paused: turner/turn: CommandRefusedException" in operator(
-                "visualhfsm", "watch", "--seconds", "2"
-            )
+            watched = operator(visualhfsm, "watch", "--seconds", "2")
+            assert "paused: turner/turn: CommandRefusedException" in watched
             turned = component.output.count("turning")
-            operator("deploy.nao", "stop", "--reset")
+            operator(nao, "stop", "--reset")
             component.wait_for("commands are accepted again: continuing after")
             eventually(lambda: component.output.count("turning") > turned)
             eventually(lambda: head.getPose().panSpeed > 0.03)

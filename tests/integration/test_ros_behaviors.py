@@ -14,11 +14,14 @@ import pytest
 
 from ros2 import ActionServer, Node
 from tests.support.codegen_command import ROOT
+from tests.support.commands import run_here
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.ros_nodes import DOMAIN, Inbox
 from tests.support.waiting import until
+from visualhfsm.command import app
+from visualhfsm.errors import VisualHfsmError
 from zenoh_ice import Settings
 
 CODE = """
@@ -83,14 +86,7 @@ def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
 
 
 def replay(*arguments: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        module("visualhfsm", "replay", *map(str, arguments)),
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=RUN_LIMIT,
-    )
+    return run_here(app, "visualhfsm", "replay", *arguments, expected=(VisualHfsmError,))
 
 
 @pytest.mark.slow
