@@ -22,7 +22,7 @@ DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 
 ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"  # `VISUALHFSM_REALM` sets `realm`, and so on
 CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"  # names the TOML file when no flag does
-_fields: Final = cache(structs.fields)  # msgspec looks them up anew each time
+_fields: Final = cache(structs.fields)  # msgspec looks them up again each time
 EVERYBODY: Final = "*"  # stands for every accepted user
 PATHS: Final = ("authority", "certificate", "key", "passwords")  # settings of `[security]` that name files
 PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")  # with host and port, but the last
