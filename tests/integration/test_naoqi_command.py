@@ -1,4 +1,4 @@
-"""The command naoserver-naoqi, in separate processes."""
+"""The command naoserver-naoqi, where it serves in a separate process."""
 
 import os
 import re
@@ -14,9 +14,12 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import PoseHeadPrx
-from naoserver_naoqi.command import parse_address
+from naoserver.errors import RobotError
+from naoserver_naoqi.command import app, parse_address
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import RobotAddress, call
+from tests.support.commands import run_here
+from tests.support.conformance import fake_as_naoqi
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
 from tests.support.robot_server import wait_for
@@ -27,8 +30,8 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 @pytest.fixture(scope="module")
 def url():
-    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0")) as process:
-        yield process.wait_for(r"^ready: (\S+)")[1]
+    with fake_as_naoqi() as url:
+        yield url
 
 
 @pytest.fixture
@@ -46,17 +49,6 @@ def served(url, *options):
         process.wait_for("^ready: realm nao, .*, robot tcp://")
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], clock="wall") as communicator:
             yield process, communicator
-
-
-def run(*options):
-    return subprocess.run(
-        module("naoserver_naoqi", *options),
-        capture_output=True,
-        text=True,
-        cwd=REPOSITORY,
-        timeout=RUN_LIMIT,
-        check=False,
-    )
 
 
 def test_it_serves_the_robot_and_leaves_it_as_wished(url, link):
@@ -90,10 +82,10 @@ def test_ctrl_c_while_it_starts_ends_it_quietly():
 
 
 def test_a_robot_that_is_not_there_is_one_line():
-    done = run("--robot", "tcp://127.0.0.1:1", "--listen", "tcp/127.0.0.1:0")
+    options = ("--robot", "tcp://127.0.0.1:1", "--listen", "tcp/127.0.0.1:0")
+    done = run_here(app, "naoserver-naoqi", *options, expected=(RobotError,))
     assert done.returncode == 1
     assert re.search(r"cannot connect to tcp://127\.0\.0\.1:1: .*refused.*is the robot on", done.stderr)
-    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -130,18 +122,10 @@ def test_it_names_what_is_not_installed(tmp_path):
     assert "qi is not installed; type: pip install 'visualhfsm[naoqi]'" in done.stderr
 
 
-def test_the_password_may_come_from_the_environment():
+def test_the_password_may_come_from_the_environment(monkeypatch):
     """Its name may not look like a setting's: a setting that does not exist ends every command."""
-    environment = os.environ | {"NAOQI_PASSWORD": "secret"}
-    command = module("naoserver_naoqi", "--robot", "tcps://127.0.0.1:1", "--listen", free_endpoint())
-    refused = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        cwd=REPOSITORY,
-        timeout=RUN_LIMIT,
-        check=False,
-        env=environment,
-    )
+    monkeypatch.setenv("NAOQI_PASSWORD", "secret")
+    options = ("--robot", "tcps://127.0.0.1:1", "--listen", free_endpoint())
+    refused = run_here(app, "naoserver-naoqi", *options, expected=(RobotError,))
     assert "cannot connect to tcps://127.0.0.1:1" in refused.stderr
     assert "password" not in refused.stderr

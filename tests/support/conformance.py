@@ -19,7 +19,7 @@ from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, served_to_client
 from zenoh_ice import initialize
 
-__all__ = ["PATIENT", "ROBOTS", "Served", "motors"]
+__all__ = ["PATIENT", "ROBOTS", "Served", "fake_as_naoqi", "motors"]
 
 Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
 """Serves a robot with some options, or with the defaults."""
@@ -46,13 +46,9 @@ def simulated(options: ServerOptions | None, body: Body = H25) -> Iterator[Robot
 
 
 @contextmanager
-def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
-    """Serve a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi."""
-    pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from naoserver_naoqi.link import RobotAddress
-    from naoserver_naoqi.robot import NaoqiRobot
+def fake_as_naoqi(body: Body = H25) -> Iterator[str]:
+    """Serve the robot without physics as NAOqi does; the URL is where."""
     from naoserver_qi import serve_as_naoqi
-    from tests.support.naoqi import connect_patiently
 
     behind = FakeRobot(body=body)
     with (
@@ -61,6 +57,18 @@ def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClie
         serve(behind, communicator.createObjectAdapter("Behind"), ServerOptions()) as assembly,
         serve_as_naoqi(behind, assembly, "tcp://127.0.0.1:0") as url,
     ):
+        yield url
+
+
+@contextmanager
+def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
+    """Serve a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi."""
+    pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+    from naoserver_naoqi.link import RobotAddress
+    from naoserver_naoqi.robot import NaoqiRobot
+    from tests.support.naoqi import connect_patiently
+
+    with fake_as_naoqi(body) as url:
         address = RobotAddress.parse(url)
         robot = NaoqiRobot(lambda _: connect_patiently(address), body=body)
         with served_to_client(robot, options) as nao:
