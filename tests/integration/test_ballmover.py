@@ -1,4 +1,4 @@
-"""The command ballmover against a served robot, in separate processes."""
+"""The command ballmover against a served robot, in a separate process where it ends at a signal."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from ballmover.cli import app
 from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx
 from naoserver.fake import FakeRobot
-from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT
+from tests.support.commands import run_here
+from tests.support.limits import END_LIMIT, EVENT_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import served
 from zenoh_ice import initialize
@@ -28,10 +30,8 @@ def robot() -> Iterator[str]:
         yield endpoint
 
 
-def run(*arguments: str, limit: float = RUN_LIMIT) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        module("ballmover", *arguments), capture_output=True, text=True, timeout=limit, check=False
-    )
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return run_here(app, "ballmover", *arguments)
 
 
 def write(path: Path, *lines: str) -> str:
