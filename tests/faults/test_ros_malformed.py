@@ -13,7 +13,6 @@ import pytest
 import zenoh
 
 from ros2 import MessageError, Node, QoS
-from tests.support.examples import examples
 from tests.support.limits import FOREVER
 from tests.support.malformed_cdr import malformed
 from tests.support.processes import free_endpoint
@@ -21,7 +20,7 @@ from tests.support.waiting import until
 from zenoh_ice import Settings
 from zenoh_ice.session import close_session, open_session
 
-MANY = examples(10_000)
+MANY = 100_000
 BURST = 1_000  # read before the next is sent: Zenoh closes a link that a slow reader blocks for 2 s
 LASER = "sensor_msgs/msg/LaserScan"
 
