@@ -141,7 +141,7 @@ class WireTypes:
 
     def __init__(self, struct: type[msgspec.Struct]) -> None:
         self._structs: dict[type, type[msgspec.Struct]] = {}
-        self._classes: dict[str, type[msgspec.Struct]] = {}
+        self._classes: dict[type[Value], type[msgspec.Struct]] = {}
         self._waiting: list[tuple[type[Value], type[msgspec.Struct]]] = []
         self.leaves: Final[set[type]] = set()
         """Types in it, anywhere, that are neither structs nor classes nor made of others."""
@@ -178,13 +178,13 @@ class WireTypes:
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
         found = derived_classes(cls, (StructType.known, *sys.modules))
-        return reduce(or_, [self._wire_class(each, type_id) for type_id, each in found.items()], _NoClass)
+        return reduce(or_, map(self._wire_class, found.values()), _NoClass)
 
-    def _wire_class(self, cls: type[Value], type_id: str) -> type[msgspec.Struct]:
-        if type_id not in self._classes:
-            self._classes[type_id] = wire = _wire_struct(cls)
+    def _wire_class(self, cls: type[Value]) -> type[msgspec.Struct]:
+        if cls not in self._classes:
+            self._classes[cls] = wire = _wire_struct(cls)
             self._waiting.append((cls, wire))
-        return self._classes[type_id]
+        return self._classes[cls]
 
     def _members(self, cls: type[msgspec.Struct]) -> dict[str, Any]:
         return {field.name: self._of(field.type) for field in msgspec.structs.fields(cls)}

@@ -113,7 +113,7 @@ _WORDS = (
     b"[" * 300,
     b"sequence<" * 40,
     b"[[a]]",
-    b"::circus::Animal",
+    b"::menagerie::Animal",
     b"returnValue",
 )
 

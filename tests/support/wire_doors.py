@@ -75,12 +75,12 @@ _MEMORY = "zenoh_ice._zenoh.shared_memory"
 _LONGEST_ERROR = 2 * LONGEST_TEXT
 
 
-class Animal(Value, tag="::circus::Animal"):
+class Animal(Value, tag="::menagerie::Animal"):
     name: str
     friend: Animal | None
 
 
-class Dog(Animal, tag="::circus::Dog", kw_only=True):
+class Dog(Animal, tag="::menagerie::Dog", kw_only=True):
     tricks: Int | None = None
     legs: Int = 4
 
@@ -103,7 +103,7 @@ class Introduction(Struct):
     proxy: ObjectPrx
 
 
-class NoRoomError(UserException, id="::circus::NoRoomError"):
+class NoRoomError(UserException, id="::menagerie::NoRoomError"):
     animal: Animal | None
     place: Place
 
@@ -365,7 +365,7 @@ def _proxies() -> Door:
     return Door(sound, _refusable(take))
 
 
-_ANIMAL, _PLACE, _KEEPER = "::circus::Animal", "::circus::Place", "::circus::Keeper"
+_ANIMAL, _PLACE, _KEEPER = "::menagerie::Animal", "::menagerie::Place", "::menagerie::Keeper"
 
 
 def _named(**types: str) -> list[dict[str, Any]]:
@@ -374,28 +374,28 @@ def _named(**types: str) -> list[dict[str, Any]]:
 
 _CIRCUS: dict[str, dict[str, Any]] = {
     _ANIMAL: {"kind": "class", "members": _named(friend=_ANIMAL, name="string")},
-    "::circus::Dog": {
+    "::menagerie::Dog": {
         "kind": "class",
         "bases": [_ANIMAL],
         "members": [{"name": "legs", "type": "int", "optional": True}],
     },
-    "::circus::Color": {
+    "::menagerie::Color": {
         "kind": "enumeration",
         "enumerators": [{"name": "green", "value": 3}, {"name": "red", "value": 0}],
     },
-    "::circus::Colors": {"kind": "sequence", "element": "::circus::Color"},
-    "::circus::Places": {"kind": "dictionary", "key": _PLACE, "value": "::circus::Colors"},
-    "::circus::Bytes": {"kind": "sequence", "element": "byte"},
+    "::menagerie::Colors": {"kind": "sequence", "element": "::menagerie::Color"},
+    "::menagerie::Places": {"kind": "dictionary", "key": _PLACE, "value": "::menagerie::Colors"},
+    "::menagerie::Bytes": {"kind": "sequence", "element": "byte"},
     _PLACE: {"kind": "struct", "members": _named(row="long")},
-    "::circus::Full": {"kind": "exception", "members": _named(animal=_ANIMAL, place=_PLACE)},
+    "::menagerie::Full": {"kind": "exception", "members": _named(animal=_ANIMAL, place=_PLACE)},
     _KEEPER: {
         "kind": "interface",
         "operations": [
             {
                 "name": "feed",
-                "parameters": _named(star=_ANIMAL, where="::circus::Places"),
-                "results": _named(returnValue="::circus::Bytes", next=f"{_KEEPER}*"),
-                "exceptions": {"::circus::Full": ""},
+                "parameters": _named(star=_ANIMAL, where="::menagerie::Places"),
+                "results": _named(returnValue="::menagerie::Bytes", next=f"{_KEEPER}*"),
+                "exceptions": {"::menagerie::Full": ""},
                 "idempotent": True,
                 "streamed": True,
             }
@@ -405,7 +405,7 @@ _CIRCUS: dict[str, dict[str, Any]] = {
 _ZOO: Final = {
     "interface": _KEEPER,
     "definitions": {
-        name: {"module": "circus", "name": name, "fingerprint": "c0ffee", **entry}
+        name: {"module": "menagerie", "name": name, "fingerprint": "c0ffee", **entry}
         for name, entry in _CIRCUS.items()
     },
 }

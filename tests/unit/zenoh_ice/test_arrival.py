@@ -48,6 +48,11 @@ class HoldsAnything(Struct):
     anything: Value | None
 
 
+class HoldsBoth(Struct):
+    anything: Value | None
+    animal: Animal | None
+
+
 class HoldsProxy(Struct):
     proxy: ObjectPrx | None
 
@@ -143,6 +148,18 @@ def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest
     assert anything.unpack(pack(anything, (Animal("Tom", None),), "x"), "x").anything == Animal("Tom", None)
 
 
+def test_classes_of_two_modules_that_have_the_same_type_id_are_not_mixed_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    module = ModuleType("elsewhere")
+    monkeypatch.setitem(sys.modules, "elsewhere", module)
+    vars(module).update(Value=Value, builtins=builtins)
+    exec("class Animal(Value, tag='::zoo::Animal'):\n    cage: 'builtins.int'\n", vars(module))
+    both = Codec(HoldsBoth)
+    animal = Animal("Tom", Dog("Rex", None))
+    assert both.unpack(pack(both, (None, animal), "x"), "x").animal == animal
+
+
 @pytest.mark.parametrize(
     ("type_id", "reason"),
     [
@@ -184,7 +201,7 @@ def test_values_in_each_other_too_deeply_are_refused() -> None:
     assert ANIMAL.unpack(pack(ANIMAL, (shallow,), "x"), "x").animal == shallow
     head = b"\x83\xa5@type" + msgpack.packb("::zoo::Animal") + b"\xa4name\xa0\xa6friend"
     with pytest.raises(MarshalException, match="nested too deeply"):
-        ANIMAL.unpack(b"\x81\xa6animal" + head * 5000 + b"\xc0", "x")
+        ANIMAL.unpack(b"\x81\xa6animal" + head * 20_000 + b"\xc0", "x")
 
 
 def test_an_optional_member_may_be_missing_and_one_with_a_default_value_may_not() -> None:
