@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+pytest.importorskip("qi")
+
 from naoserver.body import H25
 from naoserver.naoqi_names import IMAGE_SIZES
 from naoserver.robot import Frame

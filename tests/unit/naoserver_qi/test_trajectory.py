@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+pytest.importorskip("qi")
+
 from naoserver.errors import InvalidCommand
 from naoserver_qi.trajectory import Key, Trajectory, smooth_trajectory
 
