@@ -389,6 +389,21 @@ def test_a_window_that_reads_nothing_holds_up_nobody(running: Editor, window: Wi
         assert window.documents[1]["automata"][0]["functions"].endswith("39")
 
 
+def test_a_window_that_closes_while_the_editor_ends_does_not_disturb_it(root: Path) -> None:
+    with (
+        contextlib.ExitStack() as open_longer,
+        editor(root, root / "robot.xml") as running,
+        running.window() as window,
+    ):
+        send = open_longer.enter_context(running.deaf_window())
+        for index in range(40):  # what it does not read keeps its connection from closing
+            code = f"{index}" * 100_000
+            command = {"command": "setAutomatonCode", "automaton": 1, "part": "functions", "text": code}
+            window.ask("do", tab=1, command=command)
+        send(b"\x88\x80" + bytes(4))  # close
+        window.ask("hello")
+
+
 def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
     gate = threading.Event()
 

@@ -182,8 +182,8 @@ class Editor:
             return int(client.recv(64).split(b" ")[1])
 
     @contextlib.contextmanager
-    def deaf_window(self) -> Iterator[None]:
-        """Open a window that says hello and reads nothing from then on."""
+    def deaf_window(self) -> Iterator[Callable[[bytes], None]]:
+        """Open a window that says hello and reads nothing from then on, and yield a function that sends more."""
         with socket.create_connection(("127.0.0.1", self.port), PAGE_LIMIT) as client:
             client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             client.sendall(
@@ -195,7 +195,7 @@ class Editor:
             assert client.recv(12) == b"HTTP/1.1 101"
             hello = b'{"id": 1, "op": "hello"}'
             client.sendall(b"\x81" + bytes([0x80 | len(hello)]) + bytes(4) + hello)  # masked with zeros
-            yield
+            yield client.sendall
 
     @contextlib.contextmanager
     def window(self) -> Iterator[Window]:

@@ -21,11 +21,12 @@ from pathlib import Path
 from typing import Final
 
 import uvicorn
-import websockets  # noqa: F401 - uvicorn loads it by name, once it serves
 from starlette.applications import Starlette
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.exceptions import InvalidState
 
 from hfsm_command.cli import stop_on_signals
 from visualhfsm.errors import VisualHfsmError
@@ -154,6 +155,17 @@ class _HttpServer(uvicorn.Server):
         await super().shutdown(sockets)
 
 
+class _WebSocket(WebSocketsSansIOProtocol):
+    """uvicorn's websocket, which may also be ended while the page closes it."""
+
+    def shutdown(self) -> None:
+        """End the connection."""
+        try:
+            super().shutdown()
+        except InvalidState:  # uvicorn says that it closes, even when the page has said so
+            self.transport.abort()
+
+
 def serve(
     options: Options, report_address: Callable[[str], None], *, launch: Callable[[str], object] | None = None
 ) -> None:
@@ -204,7 +216,7 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         proxy_headers=False,
         server_header=False,
         timeout_graceful_shutdown=_CLOSE_LIMIT,
-        ws="websockets-sansio",
+        ws=_WebSocket,
         ws_max_size=limits.message_bytes,
         ws_per_message_deflate=False,  # on loopback it costs more than it saves
         ws_ping_interval=_PING_INTERVAL,
