@@ -9,6 +9,8 @@ import subprocess
 import sys
 import time
 import tracemalloc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +80,21 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(file: Path, endpoint: str, *options: str) -> ComponentProcess:
     command = [sys.executable, str(file), "--connect", endpoint, *options]
     return ComponentProcess(command, {"PYTHONPATH": str(REPOSITORY)})
+
+
+@contextmanager
+def recording(path: Path, endpoint: str) -> Iterator[ComponentProcess]:
+    """Run a component that has begun to record."""
+    file = compile_to(path.parent, TURNING, "turner")
+    with (
+        served(FakeRobot(), realm="nao", endpoint=endpoint),
+        run(file, endpoint, "--record", str(path)) as component,
+    ):
+        deadline = time.monotonic() + START_LIMIT
+        while not path.exists() or path.stat().st_size < 12_000:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        yield component
 
 
 def edited(folder: Path, old: str, new: str) -> Path:
@@ -164,16 +181,8 @@ def test_from_without_a_document_is_wrong_usage(recorded: Path) -> None:
 def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goes(
     tmp_path: Path, endpoint: str
 ) -> None:
-    file = compile_to(tmp_path, TURNING, "turner")
     path = tmp_path / "run.mcap"
-    with (
-        served(FakeRobot(), realm="nao", endpoint=endpoint),
-        run(file, endpoint, "--record", str(path)) as component,
-    ):
-        deadline = time.monotonic() + START_LIMIT
-        while not path.exists() or path.stat().st_size < 12_000:
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+    with recording(path, endpoint) as component:
         component.process.kill()
         component.process.wait(END_LIMIT)
     done = replay(path)
@@ -183,16 +192,8 @@ def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goe
 
 
 def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
-    file = compile_to(tmp_path, TURNING, "turner")
     path = tmp_path / "run.mcap"
-    with (
-        served(FakeRobot(), realm="nao", endpoint=endpoint),
-        run(file, endpoint, "--record", str(path)) as component,
-    ):
-        deadline = time.monotonic() + START_LIMIT
-        while not path.exists() or path.stat().st_size < 12_000:
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+    with recording(path, endpoint) as component:
         component.process.send_signal(signal.SIGINT)
         assert component.wait(END_LIMIT) == 130
     with path.open("rb") as read:

@@ -149,13 +149,18 @@ def test_a_document_runs_for_ten_seconds_with_stubs(
         assert virtual.tree.root.cycles == 1 + round(10 / virtual.tree.root.automaton.period)
 
 
+def converted(name: str, folder: Path) -> Path:
+    """Write a document of VisualStates as one of ours, and return its path."""
+    path = folder / f"{name}.xml"
+    path.write_text(convert_document(FOLDER / "visualstates" / f"{name}.xml", Diagnostics()))
+    return path
+
+
 @pytest.mark.parametrize("name", ["obstacleAvoidancePython-5f5a6d73", "obstacle_avoidance_python-2eb2ad81"])
 def test_a_turtlebot_of_visualstates_avoids_obstacles(
     name: str, behavior: MakeBehavior, tmp_path: Path
 ) -> None:
-    path = tmp_path / f"{name}.xml"
-    path.write_text(convert_document(FOLDER / "visualstates" / f"{name}.xml", Diagnostics()))
-    run = behavior(path)
+    run = behavior(converted(name, tmp_path))
     scan, velocity = (
         run.ros.topic(f"/turtlebotROS/{each}") for each in ("laser/scan", "mobile_base/commands/velocity")
     )
@@ -173,9 +178,7 @@ def test_a_turtlebot_of_visualstates_avoids_obstacles(
 def test_a_turtlebot_of_visualstates_bumps_and_goes(
     name: str, behavior: MakeBehavior, tmp_path: Path
 ) -> None:
-    path = tmp_path / f"{name}.xml"
-    path.write_text(convert_document(FOLDER / "visualstates" / f"{name}.xml", Diagnostics()))
-    run = behavior(path)
+    run = behavior(converted(name, tmp_path))
     scan, odometry = (run.ros.topic(f"/turtlebotROS/{each}") for each in ("laser/scan", "odom"))
     odometry.publish(pose={"pose": {"orientation": {"z": math.sin(-0.5), "w": math.cos(-0.5)}}})
     scan.publish(ranges=[0.3])
