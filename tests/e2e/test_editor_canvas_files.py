@@ -214,6 +214,7 @@ def test_saving_over_a_file_that_changed_offers_what_is_possible(shown: EditorPa
     shown.state("up").click()
     shown.press("F2")
     shown.name("mine")
+    shown.expect_states("mine", "out", "front", "low")  # else the file is read again, as nothing was edited
     path = root / "dance.xml"
     path.write_text(path.read_text().replace("<name>front</name>", "<name>theirs</name>"))
     shown.page.get_by_role("alert").filter(has_text="changed the file").wait_for()
@@ -224,6 +225,7 @@ def test_saving_over_a_file_that_changed_offers_what_is_possible(shown: EditorPa
     shown.state("mine").click()
     shown.press("F2")
     shown.name("again")
+    shown.expect_states("again", "out", "theirs", "low")
     path.unlink()
     shown.page.get_by_role("alert").filter(has_text="deleted the file").wait_for()
     shown.press("Control+s")

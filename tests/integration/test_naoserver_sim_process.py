@@ -35,7 +35,9 @@ def test_it_says_when_it_is_ready_and_ends_cleanly_at_ctrl_c(endpoint):
         process.wait_for(f"^ready: realm two, {endpoint}, 3 cameras$")
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130
-        assert process.output.count("\n") == 1
+        # On a busy machine, the simulator rightly reports that it does not keep up.
+        lines = [line for line in process.output.splitlines() if "does not keep up" not in line]
+        assert len(lines) == 1, process.output
 
 
 def test_head_turns_and_balls_hang_in_the_air(endpoint):

@@ -486,5 +486,6 @@ def _print_json(value: object) -> None:
 def stop(*, settings: Settings, component: _Component) -> None:
     """Stop a component: running cycles end, the robot stops, and the process exits."""
     with steered(settings, component) as target:
+        target.communicator.presence.needs_links = False  # the link ends with the component
         target.monitor.stop()
         typer.echo(f"{target.name} ends")

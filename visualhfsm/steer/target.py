@@ -23,7 +23,7 @@ from interfaces.hfsm import (
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.realm import MONITOR_PREFIX, did_you_mean, missing_component, refusals
-from zenoh_ice import ObjectNotExistException, Settings, initialize
+from zenoh_ice import Communicator, ObjectNotExistException, Settings, initialize
 from zenoh_ice.text import printable
 
 _SETTLING: Final = 1.0
@@ -39,6 +39,7 @@ class Target:
     name: str
     monitor: HfsmMonitorPrx
     structure: ComponentStructure
+    communicator: Communicator
 
     @cached_property
     def addresses(self) -> Addresses:
@@ -64,7 +65,7 @@ def steered(settings: Settings, name: str) -> Iterator[Target]:
         except ObjectNotExistException as error:
             raise missing_component(communicator, name, _SETTLING) or error from error
         with refusals(name):
-            yield Target(name, monitor, monitor.getStructure())
+            yield Target(name, monitor, monitor.getStructure(), communicator)
 
 
 @dataclass(frozen=True, slots=True)
