@@ -9,7 +9,6 @@ from pathlib import Path
 import typer
 from typer.testing import CliRunner
 
-from tests.support.places import ROOT
 from zenoh_ice import ZenohIceError
 
 __all__ = ["run_here"]
@@ -19,12 +18,12 @@ def run_here(
     app: typer.Typer,
     program: str,
     *arguments: str | Path,
-    cwd: Path = ROOT,
+    cwd: Path = Path(),
     expected: tuple[type[Exception], ...] = (),
     stdin: bytes = b"",
     columns: int = 120,
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end in a folder, with its output as text.
+    """Run a command to its end in a folder, the working directory by default, with its output as text.
 
     Errors of ours and of the `expected` types become one line on stderr, as with `hfsm_command.cli.run`.
     """
