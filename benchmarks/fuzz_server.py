@@ -23,7 +23,7 @@ import zenoh
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from tests.support.calculator import CALCULATOR, CalculatorPrx
-from tests.support.hostile_bytes import BOMBS, HostileBytes
+from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from zenoh_ice import BusyException, Communicator, initialize
@@ -76,7 +76,7 @@ class _Attack:
             key = hostile.choose((_PREFIX + hostile.choose(_OPERATIONS),) * 8 + _OTHER_KEYS)
             payload = hostile.next_input(_PAYLOADS)
             if self._count % 500 == 0:
-                payload = hostile.choose(BOMBS + _LARGE)
+                payload = hostile.choose(bombs() + _LARGE)
             attachment = hostile.choose((None, about[0], hostile.next_input(about)))
             self._asked.append(self._intruder.begin_to_ask(key, payload, attachment))
             if hostile.choose(range(4)) == 0:  # samples of a stream that others publish

@@ -45,13 +45,12 @@ def main() -> None:
         return
     from tests.support.wire_doors import DOORS
 
-    names = [door.name for door in DOORS]
-    if unknown := set(options.doors) - set(names):
-        parser.error(f"unknown door {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+    if unknown := set(options.doors) - set(DOORS):
+        parser.error(f"unknown door {', '.join(sorted(unknown))}; there are {', '.join(DOORS)}")
     print(f"| door ({'guided by atheris' if _GUIDED else 'random'}) | inputs | inputs/s | peak MB | result |")
     print("|---|---|---|---|---|")
     failed = False
-    for name in options.doors or names:
+    for name in options.doors or DOORS:
         command = [sys.executable, __file__, name, "--here"]
         command += ["--seconds", str(options.seconds), "--seed", str(options.seed)]
         output, found = _run(command, options.seconds + _ENDING)
@@ -91,10 +90,10 @@ def _try(name: str, seconds: int, seed: int) -> None:
     else:
         instrumenting = nullcontext()
     with instrumenting:  # everything that imports zenoh_ice
-        from tests.support.hostile_bytes import BOMBS, HostileBytes
-        from tests.support.wire_doors import DOORS
-    door = next(door for door in DOORS if door.name == name)
-    sound = [*door.sound, *BOMBS]
+        from tests.support.hostile_bytes import HostileBytes, bombs
+        from tests.support.wire_doors import find_door
+    door = find_door(name)
+    sound = [*door.sound, *bombs()]
     hostile = HostileBytes(seed)
     _FINDINGS.mkdir(exist_ok=True)
     if not _GUIDED:

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.etree import ElementTree as ET
 
-from naoserver.body import BODIES, Body, Joint, Link, Vector
+from naoserver.body import BODIES, Body, Joint, Link
+from naoserver.capabilities import Vector
 
 ROOT: Final = "base_link"
 """The root of the tree: the torso's frame."""

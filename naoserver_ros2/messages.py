@@ -25,7 +25,8 @@ from interfaces.nao import (
     Severity,
     SonarLimits,
 )
-from naoserver.body import Body, Vector
+from naoserver.body import Body
+from naoserver.capabilities import Vector
 from naoserver.kinematics import Matrix, angles_of, matrix_of, place_of
 from ros2 import Types
 
