@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -89,7 +90,10 @@ SUFFIXES: Final = frozenset(
         "",
     }
 )
-VENDORED: Final = ("tests/support/vendor", "visualhfsm/web/static/vendor")
+HIDDEN: Final = frozenset({"node_modules", "__pycache__"})
+VENDORED: Final = frozenset(
+    REPOSITORY / each for each in ("tests/support/vendor", "visualhfsm/web/static/vendor")
+)
 """Libraries of others."""
 
 
@@ -100,13 +104,15 @@ def word(pattern: str) -> re.Pattern[str]:
 
 
 WORDS: Final = {word(pattern): instead for pattern, instead in RETIRED.items()}
-ANY: Final = word("|".join(RETIRED))
+ANY: Final = re.compile(rf"\b(?:{'|'.join(RETIRED)})\b")
+"""Any of them, in lower case, where underscores are spaces."""
+SPACES: Final = str.maketrans(dict.fromkeys("\n\r\t\f\v\xa0", " "))
 
 
 def retired(text: str) -> Iterator[tuple[int, str, str]]:
     """Yield the line, the retired word and what to write instead, for each in a text."""
-    flat = re.sub(r"[^\S ]", " ", text)  # a phrase may go on in the next line
-    if ANY.search(flat) is None:  # as nearly always: it takes a fifth of the time
+    flat = text.translate(SPACES)  # a phrase may go on in the next line
+    if ANY.search(flat.lower().replace("_", " ")) is None:  # as nearly always: it takes a tenth of the time
         return
     for pattern, instead in WORDS.items():
         for found in pattern.finditer(flat):
@@ -117,19 +123,20 @@ def texts(place: Path) -> Iterator[Path]:
     if place.is_file():
         yield place
         return
-    for path in sorted(place.rglob("*")):
-        hidden = any(part in {"node_modules", "__pycache__"} for part in path.parts)
-        hidden |= any(path.is_relative_to(REPOSITORY / each) for each in VENDORED)
-        left_out = hidden or path.name == "package-lock.json" or path == Path(__file__)
-        if path.is_file() and path.suffix in SUFFIXES and not left_out:
-            yield path
+    for folder, folders, names in os.walk(place):
+        here = Path(folder)
+        folders[:] = [each for each in folders if each not in HIDDEN and here / each not in VENDORED]
+        for path in (here / name for name in names):
+            left_out = path.name == "package-lock.json" or path == Path(__file__)
+            if path.suffix in SUFFIXES and not left_out:
+                yield path
 
 
 @pytest.mark.parametrize("name", CLEAN)
 def test_retired_words_stay_retired(name: str) -> None:
     problems = [
         f"{path.relative_to(REPOSITORY)}:{line}: {word!r} is retired, write: {instead}"
-        for path in texts(REPOSITORY / name)
+        for path in sorted(texts(REPOSITORY / name))
         for line, word, instead in sorted(retired(path.read_text("utf-8", "replace")))
     ]
     assert not problems, "\n" + "\n".join(problems)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -17,6 +18,9 @@ ELSEWHERE: Final = {"docs": "docs", "support": "tests/support"}
 THROUGH_OTHERS: Final = UNIT / "tested_through_others.txt"
 """Modules without their own test: they are tested through the public interface of another module."""
 
+IMPORT: Final = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|.*))", re.MULTILINE)
+"""A statement that imports; parsing these alone takes a tenth of the time."""
+
 
 def packages() -> list[Path]:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -28,7 +32,8 @@ def imported_by_tests() -> frozenset[str]:
     """Return the names of all modules that tests import directly."""
     found: set[str] = set()
     for path in (ROOT / "tests").rglob("test_*.py"):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        statements = IMPORT.findall(path.read_text("utf-8"))
+        for node in ast.parse("\n".join(statements)).body:
             if isinstance(node, ast.Import):
                 found |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module is not None:

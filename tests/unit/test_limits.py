@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +20,10 @@ WAITS = frozenset(
 """Functions that wait for at most `timeout` s."""
 TAKE_IT_FIRST = frozenset({"exception", "join", "result", "wait", "waitForShutdown"})
 """Those whose first argument it is."""
+SUSPECT = re.compile(
+    rf"(?:\btimeout\s*=|\b(?:{'|'.join(sorted(TAKE_IT_FIRST))})\s*\(|\bmonotonic\(\)\s*\+)[\s(]*[\d.]"
+)
+"""What a text with such a limit has: to parse all texts takes ten times as long as to look for it."""
 LIMITS = [name for name in limits.__all__ if name.endswith("_LIMIT")]
 
 
@@ -54,6 +59,7 @@ def literal_limits(tree: ast.AST) -> Iterator[int]:
     ],
 )
 def test_a_limit_that_is_a_number_is_found(code: str) -> None:
+    assert SUSPECT.search(code)
     assert list(literal_limits(ast.parse(code))) == [1]
 
 
@@ -72,11 +78,16 @@ def test_what_is_none_is_not(code: str) -> None:
 
 
 def test_limits_of_waits_are_named() -> None:
-    found = [
-        f"{path.relative_to(ROOT)}:{line}"
+    texts = {
+        path.relative_to(ROOT): path.read_text("utf-8")
         for path in sorted(Path(ROOT, "tests").rglob("*.py"))
         if "node_modules" not in path.parts
-        for line in literal_limits(ast.parse(path.read_text("utf-8")))
+    }
+    found = [
+        f"{path}:{line}"
+        for path, text in texts.items()
+        if SUSPECT.search(text)
+        for line in literal_limits(ast.parse(text))
     ]
     assert found == [], "these waits have numbers for limits: take those of tests/support/limits.py"
 
