@@ -34,6 +34,11 @@ class Claims:
             self._check(wanted, owner)
             self._claims[owner] = (wanted, stop)
 
+    def has(self, owner: str) -> bool:
+        """Return whether any joints belong to `owner`."""
+        with self._lock:
+            return owner in self._claims
+
     def release(self, owner: str) -> frozenset[str]:
         """Let the joints of `owner` belong to nobody; returns which it had."""
         with self._lock:
@@ -158,7 +163,8 @@ class GuardedDevice:
 
         The next owner commands them after that.
         """
-        self._obey(lambda reading: self._safety.hold(self.claims.release(owner), reading))
+        if self.claims.has(owner):
+            self._obey(lambda reading: self._safety.hold(self.claims.release(owner), reading))
 
     def stiffen(
         self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = ""

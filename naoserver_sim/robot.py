@@ -24,7 +24,7 @@ from naoserver_sim.model import DeviceIndex, Model, build_standing
 from naoserver_sim.motors import SetpointController
 from naoserver_sim.senses.record import SenseNoise, encoded
 from naoserver_sim.senses.simulated import SimulatedSenses
-from naoserver_sim.simulator import PacedSimulator, Pacer, SimulationClock, VirtualSimulator
+from naoserver_sim.simulator import PacedSimulator, Pacer, SimulationClock, Snapshot, VirtualSimulator
 from naoserver_sim.stage import SimulatedStage
 from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
@@ -43,9 +43,18 @@ class SimulatedDevice:
         self._simulator: Final = simulator
         self._index = index
         self._places = {joint.name: place for place, joint in enumerate(index.joints)}
+        self._newest: tuple[Snapshot, JointReading] | None = None
 
     def read(self) -> JointReading:
-        snapshot, index = self._simulator.newest(), self._index
+        snapshot, newest = self._simulator.newest(), self._newest
+        if newest is not None and newest[0] is snapshot:
+            return newest[1]
+        reading = self._reading(snapshot)
+        self._newest = snapshot, reading
+        return reading
+
+    def _reading(self, snapshot: Snapshot) -> JointReading:
+        index = self._index
         return JointReading(
             time=snapshot.time,
             positions=tuple(snapshot.qpos[index.qpos].tolist()),

@@ -217,23 +217,19 @@ class _Motion:
         if self.rate == 0.0 and self.position == self.setpoint:
             return self  # at rest, as most joints are
         left = max(0.0, time - self.time)
-        motion = self
-        if self.rate:
-            piece = min(left, (self.end - self.setpoint) / self.rate)
-            lagging = self.setpoint - self.rate * LAG
-            position = lagging + self.rate * piece + (self.position - lagging) * math.exp(-piece / LAG)
-            done = piece < left
-            motion = replace(
-                self,
-                setpoint=self.end if done else self.setpoint + self.rate * piece,
-                position=position,
-                rate=0.0 if done else self.rate,
-            )
+        setpoint, position, rate = self.setpoint, self.position, self.rate
+        if rate:
+            piece = min(left, (self.end - setpoint) / rate)
+            lagging = setpoint - rate * LAG
+            position = lagging + rate * piece + (position - lagging) * math.exp(-piece / LAG)
+            if piece < left:
+                setpoint, rate = self.end, 0.0
+            else:
+                setpoint += rate * piece
             left -= piece
         if left > 0.0:
-            rest = motion.setpoint + (motion.position - motion.setpoint) * math.exp(-left / LAG)
-            motion = replace(motion, position=rest)
-        return replace(motion, time=max(time, self.time))
+            position = setpoint + (position - setpoint) * math.exp(-left / LAG)
+        return _Motion(max(time, self.time), setpoint, position, rate, self.end)
 
 
 class FakeDevice:
@@ -251,14 +247,20 @@ class FakeDevice:
         self._stiffnesses = {name: Ramp(1.0, 1.0) for name in self._by_name}
         self._time = clock.now()
         self._motions: dict[str, _Motion] = {}
+        self._reading: JointReading | None = None
+        """What was read last, None once something was commanded."""
         self.place({joint.name: posture.get(joint.name, 0.0) for joint in joints})
 
     def read(self) -> JointReading:
         with self._lock:
-            self._go_on()
-            motions = list(self._motions.values())
-            now = self._time
-            stiffnesses = tuple(ramp.at(now) for ramp in self._stiffnesses.values())
+            reading = self._reading
+            if reading is None or (reading.time != self._clock.now() and not self._closed):
+                reading = self._reading = self._read()
+            return reading
+
+    def _read(self) -> JointReading:
+        self._go_on()
+        motions, now = list(self._motions.values()), self._time
         return JointReading(
             time=now,
             positions=tuple(m.position for m in motions),
@@ -268,7 +270,7 @@ class FakeDevice:
                 min(max(_STIFFNESS * (m.setpoint - m.position), -j.max_torque), j.max_torque)
                 for m, j in zip(motions, self.joints, strict=True)
             ),
-            stiffnesses=stiffnesses,
+            stiffnesses=tuple(ramp.at(now) for ramp in self._stiffnesses.values()),
             temperatures=(_WARM,) * len(motions),
         )
 
@@ -282,6 +284,7 @@ class FakeDevice:
         """Change how strongly some motors hold; a limp one stays where it is."""
         with self._lock:
             self._go_on()
+            self._reading = None
             for name, value in stiffnesses.items() if not self._closed else ():
                 before = self._stiffnesses[name].at(self._time)
                 self._stiffnesses[name] = Ramp(before, value, self._time, seconds)
@@ -289,7 +292,7 @@ class FakeDevice:
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints somewhere at once, where they rest: a test's way to set a scene."""
         with self._lock:
-            now = self._clock.now()
+            now, self._reading = self._clock.now(), None
             for name, position in positions.items():
                 facts = self._by_name[name]
                 value = min(max(position, facts.lower), facts.upper)
@@ -318,6 +321,7 @@ class FakeDevice:
             now = self._clock.now()
             if self._closed:
                 return
+            self._reading = None
             for name, (target, speed) in commands.items():
                 if self._stiffnesses[name].at(now) == 0.0:
                     continue
