@@ -36,10 +36,10 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         hues = {"red": [(0, 8), (172, 180)], "green": [(40, 80)]}[color]
         mask = sum(cv2.inRange(hsv, (low, 120, 50), (high, 255, 255)) for low, high in hues)
-        rows, columns = np.nonzero(mask)
-        if len(rows) < 0.0005 * width * height:
+        moments = cv2.moments(mask, binaryImage=True)  # the number of pixels, and the sums of their places
+        if moments["m00"] < 0.0005 * width * height:
             return None
-        u, v = float(columns.mean()), float(rows.mean())
+        u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
         self.mark("Camera", u, v, f"{color} ball")
         return u - (width - 1) / 2, v - (height - 1) / 2
 
