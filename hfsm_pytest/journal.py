@@ -125,7 +125,9 @@ class Journal(Observer):
 
     def calls(self, target: str = "") -> list[Call]:
         """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all."""
-        return [call for call in self._calls if target in ("", call.target, call.target.partition(".")[0])]
+        if not target:
+            return self._calls.copy()
+        return [call for call in self._calls if target in (call.target, call.target.partition(".")[0])]
 
     def note(self, text: str) -> None:
         """Write down what the test did."""
