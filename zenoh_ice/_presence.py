@@ -174,6 +174,17 @@ class Presence:
                 found.setdefault(token.server, new).interfaces[token.type_id] = token.fingerprint
         return sorted(found.values(), key=lambda info: (info.since, info.server))
 
+    def others(self, server: str) -> list[tuple[str, Target]]:
+        """Return the other servers of all identities than a certain one, in the order of the identities."""
+        with self._changed:
+            found = {
+                (token.server, target)
+                for target, tokens in self._tokens.items()
+                for token in tokens.values()
+                if token.server != server
+            }
+        return sorted(found, key=lambda other: other[1].identity)
+
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was present and is not any more."""
         return target in self._lost and target not in self.present

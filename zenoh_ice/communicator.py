@@ -323,9 +323,9 @@ class Communicator:
     def _find_rivals(self) -> dict[str, list[str]]:
         """Return the identities that others serve, too, by the ids of their sessions."""
         found: dict[str, list[str]] = {}
-        for info in self.presence.servants(self.realm):
-            if info.server != self.client_id and Target(self.realm, info.identity) in self.served:
-                found.setdefault(info.server, []).append(info.identity)
+        for server, target in self.presence.others(self.client_id):
+            if target in self.served:
+                found.setdefault(server, []).append(target.identity)
         return found
 
     def _report_rivals(self) -> None:
