@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -128,12 +129,23 @@ GUARDS = ("a", "b", "a", "b", "not a", "a and b", "not (a or b)", "True", "False
 EVENTS = ("go", "halt")
 
 
+@cache
+def _one_of(*values: Any) -> st.SearchStrategy[Any]:
+    """Return a strategy, the same for the same values: Hypothesis examines each of them once."""
+    return st.sampled_from(values)
+
+
+@cache
+def _up_to(most: int, least: int = 0) -> st.SearchStrategy[int]:
+    return st.integers(least, most)
+
+
 class _Drawing:
     """Draws the automata of a document, from the top down."""
 
     def __init__(self, draw: st.DrawFn) -> None:
         self._draw = draw
-        timers = ["time"] * draw(st.sampled_from([0, 3, 3, 3]))
+        timers = ["time"] * draw(_one_of(0, 3, 3, 3))
         self._kinds = [*timers, "condition", "condition", "event"]
         self.automata: list[Automaton] = []
 
@@ -142,38 +154,37 @@ class _Drawing:
         place = len(self.automata)
         number = place + 1
         self.automata.append(Automaton(id=number))
-        size = self._draw(st.sampled_from([1, 2, 2, 3, 3]))
+        size = self._draw(_one_of(1, 2, 2, 3, 3))
         states = [self._state(number, each, depth) for each in range(1, size + 1)]
-        wanted = self._draw(st.integers(size - 1, size + 3))
+        wanted = self._draw(_up_to(size + 3, least=size - 1))
         transitions = [self._leaving(each, states) for each in range(1, wanted + 1)]
-        period = self._draw(st.sampled_from([50, 100, 100, 100, 130]))
+        period = self._draw(_one_of(50, 100, 100, 100, 130))
         self.automata[place] = automaton(number, states, transitions, father=father, period=period)
         return number
 
     def _state(self, automaton: int, number: int, depth: int) -> State:
-        final = number > 1 and self._draw(st.integers(0, 3)) == 0
+        final = number > 1 and self._draw(_up_to(3)) == 0
         most = 2 if depth < 2 and len(self.automata) < 5 and not final else 0
-        below = self._draw(st.integers(0, most))
+        below = self._draw(_up_to(most))
         return state(
             number,
             children=[self.automaton(automaton, depth + 1) for _ in range(below)],
-            entry=self._draw(st.sampled_from(["", "", "", "pass"])),
-            history=self._draw(st.sampled_from(["", "", "restart"])),
+            entry=self._draw(_one_of("", "", "", "pass")),
+            history=self._draw(_one_of("", "", "restart")),
             final=final,
         )
 
     def _leaving(self, number: int, states: list[State]) -> Transition:
         origin = states[(number - 1) % len(states)]
-        kind = self._draw(st.sampled_from(self._kinds + (["finished"] * 4 if origin.children else [])))
-        trigger = {
-            "time": str(self._draw(st.sampled_from([1, 70, 100, 150, 200, 260, 300, 500, 800]))),
-            "condition": self._draw(st.sampled_from(GUARDS)),
-            "event": self._draw(st.sampled_from(EVENTS)),
-            "finished": "",
-        }[kind]
-        guard = "" if kind == "condition" else self._draw(st.sampled_from(["", "", "", *GUARDS]))
-        destination = self._draw(st.integers(1, len(states)))
-        priority = self._draw(st.sampled_from(["", "", "1", "2"]))
+        kind = self._draw(_one_of(*self._kinds, *(["finished"] * 4 if origin.children else [])))
+        trigger = ""
+        if kind == "time":
+            trigger = str(self._draw(_one_of(1, 70, 100, 150, 200, 260, 300, 500, 800)))
+        elif kind != "finished":
+            trigger = self._draw(_one_of(*(GUARDS if kind == "condition" else EVENTS)))
+        guard = "" if kind == "condition" else self._draw(_one_of("", "", "", *GUARDS))
+        destination = self._draw(_up_to(len(states), least=1))
+        priority = self._draw(_one_of("", "", "1", "2"))
         others = {"id": number, "priority": priority}
         return _transition(kind, trigger, origin.id, destination, guard=guard, others=others)
 
@@ -183,7 +194,7 @@ def documents(draw: st.DrawFn) -> Document:
     """Draw a small document with all features of the language."""
     drawing = _Drawing(draw)
     drawing.automaton(0, 0)
-    outside = draw(st.sampled_from([(), ("go",), EVENTS, EVENTS]))
+    outside = draw(_one_of((), ("go",), EVENTS, EVENTS))
     return document(*drawing.automata, events=tuple(Event(name=name) for name in outside))
 
 
@@ -212,6 +223,12 @@ class Player(Observer):
         self.fired_: list[Fired] = []
         self.seen: list[tuple[int, Configuration]] = []
         self.virtual = runtime.VirtualRun(component(self._build(self.model.automata[0].index)))
+        self._runs = [
+            (run, {item.source.id: item.index for item in model.states})
+            for model in self.model.automata
+            if (run := self.virtual.tree.run(model.source.id)) is not None
+        ]
+        """The automata in the order of the model, and the indices of their states by id."""
         self.virtual.tree.observers.append(self)
         self.seen.append((0, self._configuration()))
 
@@ -243,13 +260,10 @@ class Player(Observer):
         return [time for time, configuration in self.seen if holds(configuration)]
 
     def _configuration(self) -> Configuration:
-        found = []
-        for model in self.model.automata:
-            run = self.virtual.tree.run(model.source.id)
-            assert run is not None
-            index = next(item.index for item in model.states if item.source.id == run.current.id)
-            found.append((index, (ACTIVE if run.active else 0) | (FINISHED if run.finished else 0), 0))
-        return tuple(found)
+        return tuple(
+            (indices[run.current.id], (ACTIVE if run.active else 0) | (FINISHED if run.finished else 0), 0)
+            for run, indices in self._runs
+        )
 
     def _build(self, index: int) -> runtime.Automaton:
         model = self.model.automata[index]

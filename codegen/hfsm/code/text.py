@@ -242,11 +242,17 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
     return tree
 
 
+@lru_cache(maxsize=4096)
+def _try_compiling(source: str) -> None:
+    """Compile a text, and remember that it could be: an editor compiles all code again after each change."""
+    with without_warnings():
+        compile(source, "<document>", "exec", dont_inherit=True)
+
+
 def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -> None:
     """Raise CodeError for what the parser accepts but the compiler rejects, such as a stray `break`."""
     try:
-        with without_warnings():
-            compile(source, "<document>", "exec", dont_inherit=True)
+        _try_compiling(source)
     except SyntaxError as error:
         line, column = (error.lineno or 1) - header, (error.offset or 1) - columns
         raise code.error(f"not valid Python: {error.msg}", line, column) from error
