@@ -11,10 +11,8 @@ from zenoh_ice import VirtualClock
 
 __all__ = ["trace"]
 
-_PERIOD = 0.02
 
-
-def trace(seed: int, *, period: float = _PERIOD, seconds: float = 5.0) -> str:
+def trace(seed: int, *, period: float = 0.1, seconds: float = 5.0) -> str:
     """Return the digest of all that a robot with noise measures while it walks, waves and is pushed.
 
     `period` is the step of the clock in s; measurements are recorded every 0.1 s.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import closing
 
 import pytest
@@ -14,6 +15,8 @@ from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
 
+SPEED = 1.5
+PERIOD = 0.02
 OFF = 0.03
 """Radians by which a joint may lag behind its command."""
 
@@ -24,6 +27,8 @@ def test_a_joint_stays_within_its_table_while_the_other_sweeps(table, side):
     clock = VirtualClock()
     joints = {joint.name: joint for joint in H25.joints}
     independent, dependent = joints[table.independent], joints[table.dependent]
+    widest = max(independent.upper - independent.lower, dependent.upper - dependent.lower)
+    seconds = widest / SPEED + 0.2  # until both are there
     places = [H25.joint_names.index(name) for name in (table.independent, table.dependent)]
     with closing(SimulatedRobot(clock=clock, skin=False)) as robot:
         body = Assembly(robot, ServerOptions(), clock).body
@@ -32,9 +37,9 @@ def test_a_joint_stays_within_its_table_while_the_other_sweeps(table, side):
                 table.independent: end,
                 table.dependent: dependent.lower if side == "lowest" else dependent.upper,
             }
-            body.move(targets, dict.fromkeys(targets, 1.5))
-            for _ in range(150):
-                clock.advance(0.02)
+            body.move(targets, dict.fromkeys(targets, SPEED))
+            for _ in range(math.ceil(seconds / PERIOD)):
+                clock.advance(PERIOD)
                 body.watch()  # as the server's watchdog does
                 angle, other = (robot.read().positions[place] for place in places)
                 lower, upper = table.at(angle)

@@ -13,7 +13,12 @@ from tests.support.simulation_trace import trace
 pytestmark = pytest.mark.sim
 
 
-def test_the_same_seed_is_the_same_trace_also_in_another_process():
+@pytest.fixture(scope="module")
+def first():
+    return trace(3)
+
+
+def test_the_same_seed_is_the_same_trace_also_in_another_process(first):
     elsewhere = subprocess.run(
         [sys.executable, "-m", "tests.support.simulation_trace", "3"],
         cwd=REPOSITORY,
@@ -23,12 +28,12 @@ def test_the_same_seed_is_the_same_trace_also_in_another_process():
         timeout=RUN_LIMIT,
         check=True,
     )
-    assert trace(3) == trace(3) == elsewhere.stdout.strip()
+    assert first == elsewhere.stdout.strip()
 
 
 def test_another_seed_is_another_trace():
     assert trace(4, seconds=0.2) != trace(5, seconds=0.2)
 
 
-def test_how_often_somebody_looks_changes_nothing():
-    assert trace(3, period=0.01) == trace(3, period=0.1)
+def test_how_often_somebody_looks_changes_nothing(first):
+    assert trace(3, period=0.01) == first
