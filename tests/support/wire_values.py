@@ -76,12 +76,16 @@ def struct_values(struct: type[msgspec.Struct], desk: Desk, depth: int = 3) -> s
     return st.builds(struct, **members)
 
 
+@cache
+def _names(struct: type[msgspec.Struct]) -> tuple[tuple[str, str], ...]:
+    """Return the names of the members of a struct, and those in msgpack."""
+    return tuple((field.name, field.encode_name) for field in msgspec.structs.fields(struct))
+
+
 def plain(value: Any) -> Any:
     """Return a value as in a dynamic language without our types."""
     if isinstance(value, msgspec.Struct):
-        members = [
-            (field.encode_name, plain(getattr(value, field.name))) for field in msgspec.structs.fields(value)
-        ]
+        members = [(sent, plain(getattr(value, name))) for name, sent in _names(type(value))]
         kind = [(TYPE_FIELD, value.__struct_config__.tag)] if isinstance(value, Value) else []
         return Pairs([*kind, *members])
     if isinstance(value, ObjectPrx):

@@ -84,10 +84,15 @@ class Camera:
         )
 
 
+@cache
+def camera_at(pose, yaw, **how):
+    return Camera(pose, yaw=yaw, **how)
+
+
 def look(localizer: Localizer, pose, times=6, **how):
     """Let it see pictures of the field, to the left and to the right."""
     for number in range(times):
-        camera = Camera(pose, yaw=(0.0, 0.7, -0.7)[number % 3], **how)
+        camera = camera_at(pose, (0.0, 0.7, -0.7)[number % 3], **how)
         localizer.see(camera.image, camera.floor_point)
 
 
