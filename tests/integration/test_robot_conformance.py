@@ -11,7 +11,7 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.body import H25
-from tests.support.conformance import ROBOTS, motors
+from tests.support.conformance import ROBOTS, motors, on_each_body
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import wait_for
 
@@ -47,6 +47,7 @@ def camera(nao):
 # -- the body ------------------------------------------------------------------------------------------------
 
 
+@on_each_body
 def test_joints_go_where_they_are_sent(body):
     targets = {"LShoulderPitch": 1.0, "RElbowRoll": 0.8, "HeadYaw": -0.4}
     assert body.setJointPositions(targets, 0.3) == targets
@@ -63,6 +64,7 @@ def test_a_target_out_of_range_comes_back_as_it_was_limited(body):
     assert body.setJointPositions({"HeadYaw": 100.0}, 0.2) == {"HeadYaw": upper}
 
 
+@on_each_body
 def test_stop_holds_the_joints_where_they_are(nao, body):
     body.setJointPositions({"LShoulderPitch": -1.0}, 0.05)
     shoulder = nao.proxy(Pose3DEncodersPrx, "LeftShoulderEncoders")
@@ -76,6 +78,7 @@ def test_stop_holds_the_joints_where_they_are(nao, body):
     assert state.commands[names.index("LShoulderPitch")] > -0.9
 
 
+@on_each_body
 def test_the_hip_yaw_pitch_joints_move_as_one(body):
     names = body.getJointNames()
     left, right = names.index("LHipYawPitch"), names.index("RHipYawPitch")
@@ -88,6 +91,7 @@ def test_the_hip_yaw_pitch_joints_move_as_one(body):
 # -- the hinges ----------------------------------------------------------------------------------------------
 
 
+@on_each_body
 def test_a_hinge_goes_where_it_is_sent_and_its_encoders_report(nao):
     elbow = nao.proxy(Pose3DMotorsPrx, "LeftElbowMotors")
     assert elbow.setPose3DMotorsData(motors(pan=-0.9, roll=-0.6, panSpeed=1.0, tiltSpeed=1.0)) == 0
@@ -122,6 +126,7 @@ def test_a_hinge_that_is_stopped_stays_where_it_is_by_then(nao, body):
     assert shoulder.getPose3DMotorsData().tilt == pytest.approx(state.commands[place], abs=TOLERANCE)
 
 
+@on_each_body
 def test_a_hip_that_is_stopped_stops_the_joint_that_shares_its_motor(nao, body):
     names = body.getJointNames()
     left, right = names.index("LHipYawPitch"), names.index("RHipYawPitch")
@@ -247,6 +252,7 @@ def test_a_joint_that_is_limp_heeds_nobody_until_it_is_stiff_again(body):
     wait_for(body.getJointState, lambda state: abs(state.positions[yaw] - 0.4) < TOLERANCE)
 
 
+@on_each_body
 def test_joints_of_one_motor_are_as_stiff_as_each_other(body):
     assert body.setStiffnesses({"RHipYawPitch": 0.6}, 0.0) == {"RHipYawPitch": 0.6}
     names = body.getJointNames()

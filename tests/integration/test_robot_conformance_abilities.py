@@ -30,10 +30,9 @@ from interfaces.nao import (
     WalkPrx,
 )
 from naoserver.motions.postures import POSTURES
-from tests.support.conformance import PATIENT, ROBOTS
+from tests.support.conformance import PATIENT, ROBOTS, in_simulation, on_each_body
 from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually, wait_for
-from zenoh_ice import ObjectNotExistException
 
 SPEED = 0.08
 """Forward velocity in m/s that every robot walks at: NAOqi's walk reaches 0.095 m/s."""
@@ -128,8 +127,9 @@ def test_it_turns_to_the_left_where_it_stands(walking):
     assert math.atan2(there.robotsin, there.robotcos) == pytest.approx(there.robottheta, abs=1e-5)
 
 
-def test_it_walks_to_a_place(walking):
-    walk, encoders = walking.proxy(WalkPrx, "Walk"), walking.proxy(EncodersPrx, "Encoders")
+@on_each_body
+def test_it_walks_to_a_place(nao):
+    walk, encoders = nao.proxy(WalkPrx, "Walk"), nao.proxy(EncodersPrx, "Encoders")
     start = encoders.getEncodersData()
     walk.walkTo(0.15, 0.0, 0.3)
     ended = wait_for(walk.getWalkState, lambda state: state.status is not ActionStatus.Moving)
@@ -212,6 +212,7 @@ def test_a_text_is_begun_reported_and_ended(nao):
 # -- postures and motions ------------------------------------------------------------------------------------
 
 
+@on_each_body
 def test_it_goes_into_a_posture_and_reports_it(nao, body):
     postures = nao.proxy(PosturesPrx, "Postures")
     assert set(postures.getPostures()) >= POSTURES.keys()
@@ -247,6 +248,7 @@ def test_a_posture_is_refused_where_there_is_none_and_stops_on_the_way(nao, body
     assert postures.getPosture() != "Crouch"
 
 
+@on_each_body
 def test_it_waves(nao, body):
     motions = nao.proxy(MotionsPrx, "Motions")
     facts = {motion.name: motion for motion in motions.getMotions()}
@@ -257,6 +259,7 @@ def test_it_waves(nao, body):
     assert body.setJointPositions({"RShoulderPitch": 1.4}, 0.3)
 
 
+@on_each_body
 def test_a_motion_owns_its_joints_and_stops_and_holds(nao, body):
     motions = nao.proxy(MotionsPrx, "Motions")
     with pytest.raises(InvalidValueException) as refusal:
@@ -291,6 +294,7 @@ def commands(nao):
     )
 
 
+@on_each_body
 def test_an_emergency_stop_ends_all_motion_and_latches(nao, body):
     safety, head = nao.proxy(SafetyPrx, "Safety"), nao.proxy(PoseHeadPrx, "Head")
     head.setPose(1.5, 0.0, 0.02)
@@ -323,12 +327,8 @@ def test_who_holds_the_lease_commands_and_nobody_else(nao):
 # -- what only a simulation has ------------------------------------------------------------------------------
 
 
-def test_ground_truth_and_scene_are_there_in_a_simulation_and_nowhere_else(nao):
-    if nao.robot.stage is None:
-        for interface, identity in ((GroundTruthPrx, "GroundTruth"), (ScenePrx, "Scene")):
-            with pytest.raises(ObjectNotExistException):
-                nao.proxy(interface, identity)
-        return
+@in_simulation
+def test_ground_truth_and_scene_are_there(nao):
     truth, scene = nao.proxy(GroundTruthPrx, "GroundTruth"), nao.proxy(ScenePrx, "Scene")
     assert truth.getGroundTruth().torso.position.z == pytest.approx(0.32, abs=0.02)
     scene.placeObject("BallRed", Vector3(x=0.8, y=0.1, z=0.4))

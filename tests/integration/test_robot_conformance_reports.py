@@ -28,7 +28,7 @@ from interfaces.nao import (
 )
 from naoserver.body import H25
 from naoserver.servants.hinge import HINGES
-from tests.support.conformance import ROBOTS, motors
+from tests.support.conformance import BODIES, motors
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import wait_for
 from zenoh_ice import MarshalException
@@ -55,7 +55,7 @@ BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors
 SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=BODIES)
 def served(request):
     """A robot that is served."""
     with request.param(None) as nao:

@@ -19,7 +19,16 @@ from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, served_to_client
 from zenoh_ice import initialize
 
-__all__ = ["PATIENT", "ROBOTS", "Served", "fake_as_naoqi", "motors"]
+__all__ = [
+    "BODIES",
+    "PATIENT",
+    "ROBOTS",
+    "Served",
+    "fake_as_naoqi",
+    "in_simulation",
+    "motors",
+    "on_each_body",
+]
 
 Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
 """Serves a robot with some options, or with the defaults."""
@@ -79,10 +88,21 @@ ROBOTS: Final = (
     pytest.param(fake, id="fake"),
     pytest.param(simulated, id="simulated", marks=pytest.mark.sim),
     pytest.param(naoqi, id="naoqi"),
+)
+"""Each implementation, with the body of an H25."""
+BODIES: Final = (
+    *ROBOTS,
     pytest.param(partial(fake, body=H21), id="fake H21"),
     pytest.param(partial(naoqi, body=H21), id="naoqi H21"),
     pytest.param(partial(simulated, body=H21), id="simulated H21", marks=pytest.mark.sim),
 )
+"""Each implementation with each body: for what depends on which joints and sensors there are."""
+
+on_each_body: Final = pytest.mark.parametrize("nao", BODIES, indirect=True)
+"""Runs a test whose robot is the fixture `nao` with each body."""
+
+in_simulation: Final = pytest.mark.parametrize("nao", ROBOTS[1:2], indirect=True)
+"""Runs a test whose robot is the fixture `nao` with the simulated one."""
 
 
 def motors(**values: float) -> Pose3DMotorsData:
