@@ -10,6 +10,7 @@ from playwright.sync_api import Browser
 
 from tests.support.browser import EditorPage, chromium_on_demand, editor_page
 from tests.support.editor import DOCUMENT, editor, shared_checks
+from tests.support.expecting import awaited_elements
 
 
 @pytest.fixture(scope="package", autouse=True)
@@ -24,6 +25,13 @@ def open_browser() -> Iterator[Callable[[], Browser]]:
 def checks() -> Iterator[None]:
     """The process in which all editors of this folder check their documents."""
     with shared_checks():
+        yield
+
+
+@pytest.fixture(scope="package", autouse=True)
+def patience() -> Iterator[None]:
+    """Expectations of elements that are awaited first."""
+    with awaited_elements():
         yield
 
 
