@@ -34,7 +34,7 @@ self.mark("Camera", 80, 60, "red spot")</code>
     <state id="2"><posx>400</posx><posy>150</posy><name>go</name></state>
     <transition id="1">
       <posx>250</posx><posy>90</posy><name>late</name><origin>1</origin><destiny>2</destiny>
-      <trans type="time">3600000</trans>
+      <trans type="time">240000</trans>
     </transition>
     <transition id="2">
       <posx>250</posx><posy>220</posy><name>many</name><origin>1</origin><destiny>2</destiny>
@@ -44,7 +44,6 @@ self.mark("Camera", 80, 60, "red spot")</code>
       <posx>250</posx><posy>290</posy><name>back</name><origin>2</origin><destiny>1</destiny>
       <trans type="event">home</trans>
     </transition>
-    <iteration_time>20</iteration_time>
     <variables>count = 0</variables>
   </SubAutomata>
   <SubAutomata id="2" idFather="1">
