@@ -67,12 +67,11 @@ def test_the_demo_ends_by_itself_with_a_summary_and_a_report(demo: ComponentProc
 
 def test_ctrl_c_ends_every_process_of_the_demo(demo: ComponentProcess) -> None:
     running = components(demo)
-    demo.wait_for("dance > ", RUN_LIMIT)
     demo.process.send_signal(signal.SIGINT)
 
     assert demo.wait(END_LIMIT) == 130, demo.output
     assert_gone(running)
-    assert re.search(r" 1\d\.\d\d s +followBall → dance", demo.output)
+    assert re.search(r"watched +\d+\.\d s", demo.output)
     assert "Traceback" not in demo.output
 
 
@@ -84,10 +83,3 @@ def test_the_death_of_a_component_ends_the_demo_and_is_reported(demo: ComponentP
     assert demo.wait(RUN_LIMIT) == 1, demo.output
     assert_gone(running)
     assert re.search(r"naoserver was terminated by SIGKILL after \d+\.\d s\. The last lines of ", demo.output)
-
-
-def test_a_demo_that_is_killed_takes_its_processes_along(demo: ComponentProcess) -> None:
-    running = components(demo)
-    demo.process.kill()
-
-    assert_gone(running)

@@ -1,13 +1,17 @@
 """The figures of a run."""
 
+import io
+
 import pytest
 from msgspec.structs import replace
+from rich.console import Console
 
 from interfaces.nao import HealthReport
-from tests.support.component import snapshot
+from tests.support.component import dance_and_follow, snapshot
+from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
-from visualhfsm.watch.summary import in_middle_third, summarize
+from visualhfsm.watch.summary import figures_of, in_middle_third, summarize, summary_table
 
 
 def health(lag: float, factor: float, tilt: float = float("nan"), **rates: float) -> RobotState:
@@ -86,3 +90,13 @@ def test_errors_overruns_and_cycles_are_those_of_the_last_snapshot():
     log.add(LiveSnapshot(1.0, last))
     summary = summarize(log)
     assert (summary.errors, summary.overruns, summary.cycles) == (0, 10, 250)
+
+
+def test_the_table_of_a_run_ends_with_its_changes_of_state():
+    log = record(12, lambda time: None)
+    written = io.StringIO()
+    table = summary_table(Automata(dance_and_follow()), log, figures_of(summarize(log)))
+    Console(file=written, width=80).print(table)
+    *_, green, dance = written.getvalue().rstrip().splitlines()
+    assert green.strip() == "8.00 s    red → green"
+    assert dance.strip() == "10.00 s  followBall → dance"
