@@ -134,6 +134,8 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
         for name in list(os.environ):
             if name in DECISIVE or name.startswith("VISUALHFSM_"):
                 patch.delenv(name)
+        # A pytest that a test starts would load these for half a second.
+        patch.setenv("PYTEST_ADDOPTS", "-p no:anyio -p no:hypothesispytest")
         patch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
         patch.setenv("GIT_CONFIG_NOSYSTEM", "1")
         # A shell has what runs in the background ignore signals, nohup too, and children inherit that.

@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -56,36 +55,8 @@ def shared():
     with initialize(connect=[], clock="wall") as shared:
         yield shared
 """
-Run = Callable[..., dict[str, str]]
-
-
-@pytest.fixture
-def errors(tmp_path: Path) -> Run:
-    """Run tests, none of which fails, and return the errors of those that fail in their teardown."""
-
-    def run(tests: str, limit: float = 0.2) -> dict[str, str]:
-        (tmp_path / "conftest.py").write_text(CONFTEST.replace("LIMIT", str(limit)))
-        (tmp_path / "starters.py").write_text(STARTERS)
-        (tmp_path / "test_it.py").write_text("from starters import *\n" + tests)
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": str(REPOSITORY), "COLUMNS": "1000"},
-            capture_output=True,
-            text=True,
-            timeout=RUN_LIMIT,
-            check=False,
-        )
-        assert re.search(rf"^{tests.count('def test_')} passed", done.stdout, re.MULTILINE), done.stdout
-        found = re.findall(r"^ERROR test_it.py::(\S+) - AssertionError: (.*)$", done.stdout, re.MULTILINE)
-        assert len(found) == done.stdout.count("\nERROR "), done.stdout
-        return dict(found)
-
-    return run
-
-
-def test_everything_a_test_leaves_is_reported(errors: Run) -> None:
-    reported = errors("""
+LEAKING = {
+    "everything": """
 def test_thread():
     start_thread()
 
@@ -99,18 +70,44 @@ def test_process():
 
 def test_communicator():
     start_communicator()
-""")
-    assert list(reported) == ["test_thread", "test_thread_of_a_thread", "test_process", "test_communicator"]
-    for name, kind in zip(
-        reported, ("thread 'idler'", "thread 'idler'", "process '", "Zenoh session "), strict=True
-    ):
-        assert re.fullmatch(f"the test left behind the {kind}.* of test_it.py::{name}", reported[name])
-    assert "the thread 'zenoh_ice nao-1' of" in reported["test_communicator"]
+""",
+    "older": """
+def test_thread(shared):
+    run_on(shared, start_thread)
 
+def test_process(shared):
+    run_on(shared, start_process)
 
-def test_what_ends_with_its_test_or_with_what_is_older_is_not_reported(errors: Run) -> None:
-    assert not errors(
-        """
+def test_communicator(shared):
+    run_on(shared, start_communicator)
+
+def test_last():
+    pass
+""",
+    "beside": """
+def test_process(shared):
+    start_process()
+
+def test_communicator(shared):
+    start_communicator()
+
+def test_thread(shared):
+    start_thread()
+
+def test_last():
+    pass
+""",
+    "fixtures": """
+@pytest.fixture(scope="module")
+def forgetful():
+    start_thread()
+
+def test_it(forgetful):
+    pass
+""",
+}
+"""Tests that leave something behind, by the name of their file."""
+CLEAN = """
 def test_clean():
     with initialize(connect=[], clock="wall") as own, ThreadPoolExecutor(1) as pool, start_process() as process:
         run_on(own, lambda: pool.submit(str))
@@ -138,59 +135,75 @@ def starting(shared):
 
 def test_shared_starts(shared, starting):
     run_on(shared, lambda: (starting(), start_process(), start_communicator()))
-""",
-        limit=FOREVER,
+"""
+
+
+def run(folder: Path, limit: float, files: dict[str, str]) -> dict[str, dict[str, str]]:
+    """Run files of tests, none of which fails; return by file the errors of those that fail in their teardown."""
+    (folder / "conftest.py").write_text(CONFTEST.replace("LIMIT", str(limit)))
+    for name, tests in files.items():
+        (folder / f"test_{name}.py").write_text(STARTERS + tests)
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(REPOSITORY), "COLUMNS": "1000"},
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
     )
+    expected = sum(tests.count("def test_") for tests in files.values())
+    assert re.search(rf"^{expected} passed", done.stdout, re.MULTILINE), done.stdout
+    found = re.findall(r"^ERROR test_(\w+).py::(\S+) - AssertionError: (.*)$", done.stdout, re.MULTILINE)
+    assert len(found) == done.stdout.count("\nERROR "), done.stdout
+    errors: dict[str, dict[str, str]] = {name: {} for name in files}
+    for name, test, error in found:
+        errors[name][test] = error
+    return errors
 
 
-def test_what_older_things_start_and_do_not_end_is_reported_when_they_have_ended(errors: Run) -> None:
-    reported = errors("""
-def test_thread(shared):
-    run_on(shared, start_thread)
+@pytest.fixture(scope="module")
+def errors(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
+    """What is reported of the tests that leave something behind."""
+    return run(tmp_path_factory.mktemp("leaking"), 0.2, LEAKING)
 
-def test_process(shared):
-    run_on(shared, start_process)
 
-def test_communicator(shared):
-    run_on(shared, start_communicator)
+def test_everything_a_test_leaves_is_reported(errors: dict[str, dict[str, str]]) -> None:
+    reported = errors["everything"]
+    assert list(reported) == ["test_thread", "test_thread_of_a_thread", "test_process", "test_communicator"]
+    for name, kind in zip(
+        reported, ("thread 'idler'", "thread 'idler'", "process '", "Zenoh session "), strict=True
+    ):
+        assert re.fullmatch(
+            f"the test left behind the {kind}.* of test_everything.py::{name}", reported[name]
+        )
+    assert "the thread 'zenoh_ice nao-1' of" in reported["test_communicator"]
 
-def test_last():
-    pass
-""")
+
+def test_what_ends_with_its_test_or_with_what_is_older_is_not_reported(tmp_path: Path) -> None:
+    assert run(tmp_path, FOREVER, {"clean": CLEAN}) == {"clean": {}}
+
+
+def test_what_older_things_start_and_do_not_end_is_reported_when_they_have_ended(
+    errors: dict[str, dict[str, str]],
+) -> None:
+    reported = errors["older"]
     assert reported.keys() == {"test_last"}
     for kind, name in (
         ("thread 'idler'", "thread"),
         ("process '.*'", "process"),
         ("Zenoh session .*", "communicator"),
     ):
-        assert re.search(f"the {kind} of test_it.py::test_{name}", reported["test_last"])
+        assert re.search(f"the {kind} of test_older.py::test_{name}", reported["test_last"])
 
 
-def test_what_a_test_leaves_is_reported_beside_older_things(errors: Run) -> None:
-    reported = errors("""
-def test_process(shared):
-    start_process()
-
-def test_communicator(shared):
-    start_communicator()
-
-def test_thread(shared):
-    start_thread()
-
-def test_last():
-    pass
-""")
+def test_what_a_test_leaves_is_reported_beside_older_things(errors: dict[str, dict[str, str]]) -> None:
+    reported = errors["beside"]
     assert list(reported) == ["test_process", "test_communicator", "test_last"]
-    assert "test_it.py left behind the thread 'idler' of test_it.py::test_thread" in reported["test_last"]
+    left = "test_beside.py left behind the thread 'idler' of test_beside.py::test_thread"
+    assert left in reported["test_last"]
 
 
-def test_what_shared_fixtures_leave_is_reported(errors: Run) -> None:
-    reported = errors("""
-@pytest.fixture(scope="module")
-def forgetful():
-    start_thread()
-
-def test_it(forgetful):
-    pass
-""")
-    assert reported == {"test_it": "test_it.py left behind the thread 'idler' of test_it.py::test_it"}
+def test_what_shared_fixtures_leave_is_reported(errors: dict[str, dict[str, str]]) -> None:
+    left = "test_fixtures.py left behind the thread 'idler' of test_fixtures.py::test_it"
+    assert errors["fixtures"] == {"test_it": left}
