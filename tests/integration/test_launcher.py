@@ -13,6 +13,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from deploy.nao.command import app
+from tests.support.commands import run_here
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.terminal import read_until
@@ -66,9 +68,7 @@ class Bench:
     def start(
         self, *options: str, terminal: int | None = None, preexec_fn: Callable[[], object] | None = None
     ) -> subprocess.Popen[str]:
-        path = self.directory / "stack.toml"
-        path.write_text(self._stack)
-        command = [sys.executable, "-m", "deploy.nao", "stack", str(path), *options]
+        command = [sys.executable, "-m", "deploy.nao", "stack", str(self._written()), *options]
         if terminal is None:
             self.launcher = subprocess.Popen(
                 command,
@@ -85,9 +85,20 @@ class Bench:
         return self.launcher
 
     def run(self, *options: str) -> tuple[int, str]:
-        output, _ = self.start(*options).communicate(timeout=RUN_LIMIT)
-        assert self.launcher is not None
-        return self.launcher.returncode, output
+        """Run the stack to its end, in this process, and return its exit code and output."""
+        done = run_here(app, "nao", "stack", self._written(), *options)
+        return done.returncode, done.stdout + done.stderr
+
+    def run_in_foreground(self) -> tuple[int, str]:
+        """Run the stack to its end as a process, whose output its foreground process shares."""
+        launcher = self.start()
+        output, _ = launcher.communicate(timeout=RUN_LIMIT)
+        return launcher.returncode, output
+
+    def _written(self) -> Path:
+        path = self.directory / "stack.toml"
+        path.write_text(self._stack)
+        return path
 
     def path(self, name: str) -> Path:
         return self.directory / name
@@ -137,7 +148,7 @@ def test_the_end_of_the_foreground_process_ends_the_others_and_gives_the_exit_co
     bench.add("first", SERVICE, ready="ready")
     bench.add("second", SERVICE, ready="ready")
     bench.add("view", "import sys; print('seen'); sys.exit(7)", after=["first", "second"], foreground=True)
-    code, output = bench.run()
+    code, output = bench.run_in_foreground()
     assert code == 7
     assert "seen" in output
     assert bench.text("ended").splitlines() == ["second SIGINT", "first SIGINT"]
@@ -149,7 +160,7 @@ def test_a_process_starts_only_when_those_before_it_are_ready(bench):
     bench.add("slow", slow, ready="^ready$")
     bench.add("view", f"import os; print('up', os.path.exists('{bench.path('slow.py.up')}'))", after=["slow"],
               foreground=True)  # fmt: skip
-    assert "up True" in bench.run()[1]
+    assert "up True" in bench.run_in_foreground()[1]
 
 
 def test_output_goes_to_a_log_with_date_and_time_of_each_line(bench):
@@ -172,7 +183,7 @@ def test_lines_of_a_log_with_a_date_get_no_other(bench):
 
 
 def test_a_log_rotates_at_its_size(bench):
-    bench.add("talker", "for n in range(20_000): print('x' * 600)\nprint('last')")
+    bench.add("talker", "for n in range(2_000): print('x' * 6_000)\nprint('last')")
     bench.run()
     assert bench.path("logs/talker.log.1").stat().st_size <= 10_000_000
     assert bench.text("logs/talker.log").endswith("last\n")
@@ -398,7 +409,7 @@ def test_a_taken_endpoint_is_replaced_and_reported(bench):
         bench._stack += f'endpoint = "{taken}"\n'
         bench.add("view", "import sys; print(sys.argv)", foreground=True)
         bench._stack = bench._stack.replace('"view", "', '"{endpoint}", "')
-        code, output = bench.run()
+        code, output = bench.run_in_foreground()
     assert code == 0
     assert f"{taken} is in use" in output
     assert f"'{taken}'" not in output
@@ -411,17 +422,10 @@ def test_a_free_endpoint_is_kept(bench):
     assert f"endpoint {free}\n" in bench.run()[1]
 
 
-def test_a_wrong_stack_file_is_one_line_on_stderr(tmp_path):
-    path = tmp_path / "stack.toml"
-    path.write_text("[[process]]\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "deploy.nao", "stack", str(path)],
-        capture_output=True,
-        text=True,
-        timeout=RUN_LIMIT,
-    )
-    assert done.returncode == 1
-    assert done.stderr == f"nao: error: {path}:1: process[0]: name is missing\n"
+def test_a_wrong_stack_file_is_one_line_on_stderr(bench):
+    bench._stack = "[[process]]\n"
+    code, output = bench.run()
+    assert (code, output) == (1, f"nao: error: {bench.path('stack.toml')}:1: process[0]: name is missing\n")
 
 
 def test_a_place_where_no_logs_can_be_written_is_named(bench):
