@@ -24,7 +24,7 @@ from interfaces.nao import Severity
 from naoserver.body import H25
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.event_log import EventLog
-from naoserver.kinematics import matrix_of, place_of, torso_place
+from naoserver.kinematics import Matrix, matrix_of, place_of, torso_place
 from naoserver.options import CameraOptions
 from naoserver.pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
 from naoserver.robot import CameraFacts, Frame, Robot
@@ -76,6 +76,8 @@ class CameraI(Camera):
         self._newest: Frame | None = None
         self._taken_at: NDArray[np.float64] | None = None
         """`_situation` when the newest image was taken."""
+        self._place: tuple[NDArray[np.float64] | None, Matrix] = (None, np.eye(4))
+        """A situation, and the camera's place then; points of one image have one."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
 
@@ -144,11 +146,10 @@ class CameraI(Camera):
         if self.facts.name not in _ON_THE_HEAD:
             raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
         view, taken = self.getCameraDescription(current), self._taken_at
-        _, roll, pitch, *positions = self._situation() if taken is None else taken
-        names = (joint.name for joint in self._robot.joints)
-        angles = dict(zip(names, positions, strict=True))
-        head = torso_place(angles, roll, pitch) @ place_of("Head", angles)
-        camera = head @ matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
+        situation, camera = self._place
+        if taken is None or situation is not taken:
+            camera = self._place_in(self._situation() if taken is None else taken)
+            self._place = taken, camera
         ray = camera[:3, :3] @ (1.0, (view.u0 - u) / view.fdistx, (view.v0 - v) / view.fdisty)
         way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
         if not 0.0 < way < math.inf:
@@ -223,6 +224,13 @@ class CameraI(Camera):
         inertial = senses.read().inertial if senses else None
         tilt = (inertial.roll, inertial.pitch) if inertial else (0.0, 0.0)
         return np.array([joints.time, *tilt, *joints.positions])
+
+    def _place_in(self, situation: NDArray[np.float64]) -> Matrix:
+        """Return where the camera is in the robot's frame."""
+        _, roll, pitch, *positions = situation.tolist()
+        angles = dict(zip((joint.name for joint in self._robot.joints), positions, strict=True))
+        head = torso_place(angles, roll, pitch) @ place_of("Head", angles)
+        return head @ matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
 
     def _report(self, failure: HardwareFailure) -> None:
         self._events.add(Severity.Error, self.facts.name, str(failure), "camera")
