@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import keyword
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -224,7 +225,8 @@ class _Finder:
                     yield from self._in_package(package, (package.name,), (package.name,), directory)
         spec = importlib.util.find_spec(_PACKAGE)
         for location in (spec.submodule_search_locations or ()) if spec else ():
-            yield from self._in_namespace(Path(location), None)
+            if Path(location) != _OURS / _PACKAGE:
+                yield from self._in_namespace(Path(location), None)
 
     def _in_namespace(self, namespace: Path, directory: Path | None) -> Iterator[KnownInterface]:
         for package in self._packages(namespace):
@@ -233,7 +235,7 @@ class _Finder:
     def _in_package(
         self, folder: Path, package: tuple[str, ...], scope: tuple[str, ...], directory: Path | None
     ) -> Iterator[KnownInterface]:
-        on_disk = set(folder.glob("*.py"))
+        on_disk = {folder / name for name in _listed(folder) if name.endswith(".py")}
         for module in sorted(on_disk.union(path for path in self.generated if path.parent == folder)):
             for name in self._proxies(module):
                 yield KnownInterface("::".join((*scope, name)), ".".join(package), module, directory)
@@ -249,12 +251,22 @@ class _Finder:
         return _read_proxies(module, status.st_mtime_ns, status.st_size)
 
     def _packages(self, directory: Path) -> list[Path]:
-        found = {path.parent for path in directory.glob("*/__init__.py")}
-        found |= {path.parent for path in self.generated if path.parent.parent == directory}
+        found = {path.parent for path in self.generated if path.parent.parent == directory}
+        beside = (directory / name for name in _listed(directory) if name.isidentifier())
+        found |= {package for package in beside if (package / "__init__.py").is_file()}
         return sorted(package for package in found if package.name.isidentifier())
 
     def _is_file(self, path: Path) -> bool:
         return path in self.generated or path.is_file()
+
+
+def _listed(directory: Path) -> list[str]:
+    """Return the names in a directory, none if it cannot be read."""
+    try:
+        with os.scandir(directory) as entries:
+            return [entry.name for entry in entries]
+    except OSError:
+        return []
 
 
 @lru_cache(maxsize=256)
