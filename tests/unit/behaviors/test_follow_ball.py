@@ -190,7 +190,7 @@ def test_it_follows_in_pictures_like_a_cameras_in_any_light(behavior: MakeBehavi
         DOCUMENT, robot="sim", camera="rendered", noise=True, seed=1, world=parse_world(ball + light, "w")
     )
     b.robot.ball("green").place(pan=-0.4)
-    b.advance(4.0)
+    b.advance(2.0)
     b.robot.ball("green").move(pan=0.4, speed=0.3)
     worst = 0.0
     for _ in range(20):
