@@ -102,7 +102,7 @@ class Behavior(ReloadableRun):
         except BaseException:
             self.close()
             raise
-        self._guards = GuardTable(self.tree)
+        self._name_parts()
         self._tolerated = 0
 
     # -- time ----------------------------------------------------------------------------------------------
@@ -153,13 +153,13 @@ class Behavior(ReloadableRun):
     def automaton(self, name: str | int) -> Run:
         """Return an automaton as it runs; raises UnknownName when there is none, or more than one."""
         runs = self.tree.runs
-        found = [run for run in runs if name in (run.automaton.id, path_of(run))]
+        found = [run for run, path in self._paths.items() if name in (run.automaton.id, path)]
         if not found:
             found = [run for run in runs if run.automaton.name == name]
         if len(found) == 1:
             return found[0]
         if found:
-            paths = ", ".join(path_of(run) for run in found)
+            paths = ", ".join(self._paths[run] for run in found)
             raise UnknownName(f"several automata are called {name!r}: name one by its path: {paths}")
         known = ", ".join(dict.fromkeys(run.automaton.name for run in runs))
         raise UnknownName(f"there is no automaton {name!r}; there are {known}")
@@ -278,7 +278,7 @@ class Behavior(ReloadableRun):
             raise
         forget(type(former))
         self.document = path
-        self._guards = GuardTable(self.tree)
+        self._name_parts()
         self._journal.note(f"reloads {path.name}")
         return not_kept
 
@@ -289,6 +289,10 @@ class Behavior(ReloadableRun):
                 self._robot.close()
         finally:
             self._network.communicator.destroy()
+
+    def _name_parts(self) -> None:
+        self._guards = GuardTable(self.tree)
+        self._paths = {run: path_of(run) for run in self.tree.runs}
 
     def _virtual_time(self, component: Component) -> AbstractContextManager[None]:
         """Let the module `time` of user code go by the clock of the test, while that code runs."""

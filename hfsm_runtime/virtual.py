@@ -134,8 +134,7 @@ class VirtualRun:
                 break
             due, index = heapq.heappop(self._due)
             run = self.tree.runs[index]
-            self._move_to(due)
-            at = max(due, slot_at(self._timeline.now(), run.automaton.interval))
+            at = max(due, slot_at(self._move_to(due), run.automaton.interval))
             run_cycle(self.tree, run, at, self._supervision)
             heapq.heappush(
                 self._due, (slot_after(max(at, self._timeline.now()), run.automaton.interval), index)
@@ -171,10 +170,13 @@ class VirtualRun:
     def _sleep(self, seconds: float) -> None:
         self.clock.advance(max(0.0, seconds))
 
-    def _move_to(self, when: int) -> None:
-        left = when - self._timeline.now()
-        if left > 0:
-            self.clock.advance(left / _SECOND)
+    def _move_to(self, when: int) -> int:
+        """Let the time pass until `when`; return what it is then, which may be later."""
+        now = self._timeline.now()
+        if now < when:
+            self.clock.advance((when - now) / _SECOND)
+            now = self._timeline.now()
+        return now
 
     def _refused(self, refusal: Refusal) -> None:
         self.refusal, self._until_retry = refusal, _RETRY

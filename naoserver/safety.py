@@ -368,7 +368,7 @@ class JointSafety:
         for joint in dict.fromkeys((*named, *self._table_of)):
             goal = self._goals.get(joint)
             if goal is not None:
-                limits, cap = self._range(joint, horizon, reading), self.speed_cap(joint, reading)
+                limits = self._range(joint, horizon, reading)
                 safe = clamp(goal.target, *limits)
                 if safe == goal.target:
                     self._held_back.discard(joint)
@@ -376,6 +376,7 @@ class JointSafety:
                     if _is_within(setpoint, limits):
                         self._issue_position(joint, safe, goal.speed, outcome)
                     else:  # the other joint comes near: out of its way first, however slow the goal
+                        cap = self.speed_cap(joint, reading)
                         self._issue_position(joint, clamp(setpoint, *limits), cap, outcome)
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
@@ -383,7 +384,7 @@ class JointSafety:
                     self._report_once(
                         joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
                     )
-                self._issue_position(joint, safe, cap, outcome)
+                self._issue_position(joint, safe, self.speed_cap(joint, reading), outcome)
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
         step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
