@@ -142,7 +142,7 @@ def test_the_simulated_robot_does_both_on_its_feet(behavior: MakeBehavior) -> No
     b.advance(2.0)
     assert b.robot.head[0] == pytest.approx(0.5, abs=0.05)
     worst = 0.0
-    while b.time < 21.0:
+    while b.time < 30.0:
         b.advance(0.5)
         worst = max(worst, b.robot.state.torso_tilt)
     assert b.changes("dance")[:2] == [(10.0, "right"), (pytest.approx(14.5, abs=2.0), "left")]
