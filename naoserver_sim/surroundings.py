@@ -12,7 +12,6 @@ from typing import Final
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
 
 from hfsm_command import missing_package
 from naoserver.errors import RobotError
@@ -226,6 +225,8 @@ def draw_landmark(number: int) -> Picture:
 
 def draw_face() -> Picture:
     """Return a face before a wall, RGB: skin, two dark eyes, brows, a nose and a mouth."""
+    from PIL import Image, ImageDraw  # they take long to load, and few worlds have such a picture
+
     image = Image.new("RGB", (_PIXELS, _PIXELS), (150, 165, 175))
     draw = ImageDraw.Draw(image)
     draw.ellipse((26, 6, 102, 70), fill=(70, 45, 30))  # hair

@@ -17,7 +17,7 @@ from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
 
-from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, StructType, Value, WireTypes
+from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, StructType, Value, WireTypes, fields_of
 from .exceptions import MarshalException
 from .text import printable
 
@@ -91,7 +91,7 @@ class Pieces:
 def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
     """Return the ways to the byte sequences in a struct: the names of the members on each of them."""
     found: list[tuple[str, ...]] = []
-    for field in msgspec.structs.fields(struct):
+    for field in fields_of(struct):
         kind = field.type
         if kind is bytes:
             found.append((field.name,))

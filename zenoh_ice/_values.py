@@ -37,6 +37,8 @@ _WIRE_MODULE: Final = ""  # no module has this name: it distinguishes what was l
 _Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
 _NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
 
+fields_of: Final = lru_cache(maxsize=1024)(msgspec.structs.fields)
+"""Returns the fields of a struct, which msgspec looks up again each time."""
 
 NULL: Final[Any] = object()
 """The default value of a member that is None where it is not given, but must be there on the wire."""
@@ -169,8 +171,10 @@ class WireTypes:
     def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         if cls not in self._structs:
             self._structs[cls] = cls  # in itself, as Slice has it of classes alone
-            members, fields = self._members(cls), msgspec.structs.fields(cls)
-            if any(members[f.name] != f.type or not (f.required or f.default is None) for f in fields):
+            members = self._members(cls)
+            if any(
+                members[f.name] != f.type or not (f.required or f.default is None) for f in fields_of(cls)
+            ):
                 self._structs[cls] = wire = _wire_struct(cls)
                 wire.__annotations__.update(members)
         return self._structs[cls]
@@ -187,7 +191,7 @@ class WireTypes:
         return self._classes[cls]
 
     def _members(self, cls: type[msgspec.Struct]) -> dict[str, Any]:
-        return {field.name: self._of(field.type) for field in msgspec.structs.fields(cls)}
+        return {field.name: self._of(field.type) for field in fields_of(cls)}
 
 
 def _wire_struct(cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
@@ -196,7 +200,7 @@ def _wire_struct(cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
     def become(self: msgspec.Struct) -> None:
         self.__class__ = cls
 
-    fields = msgspec.structs.fields(cls)
+    fields = fields_of(cls)
     namespace = {
         "__annotations__": dict.fromkeys(cls.__struct_fields__),
         "__module__": _WIRE_MODULE,

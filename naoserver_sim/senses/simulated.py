@@ -284,7 +284,7 @@ class SimulatedSenses:
         self._touch = Touch(self.touch_names)
         self.falls: Final = FallManager(self._go_limp)
         """The detector of falls."""
-        self._motors = np.unique(model.robot.motors)
+        self._motors = np.array(sorted({*model.robot.motors}))  # np.unique would load numpy.ma
         self._sonar_every = round(PERIOD / simulator.tick_period)
         self._ticks = 0
         self._ping: tuple[Array, list[float]] = (self._data.qpos.copy(), [0.0, 0.0])
