@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
 from random import Random
-from typing import Literal, get_args, get_origin
+from typing import Final, Literal, get_args, get_origin
 
 import msgspec
 
@@ -106,6 +107,9 @@ def large_document(states: int, automata: int = 1) -> Document:
     )
 
 
+_fields: Final = cache(msgspec.structs.fields)  # msgspec looks them up again each time
+
+
 def choose_command(random: Random, document: Document) -> Command:
     """Choose a command, mostly one that can be applied, sometimes one about a missing element."""
     kind = random.choice(COMMANDS)
@@ -113,7 +117,7 @@ def choose_command(random: Random, document: Document) -> Command:
         kind = random.choice([each for each in COMMANDS if each.__name__ in _GROWING])
     automaton = random.choice([*document.automata * 6, Automaton(id=99)])
     values: dict[str, object] = {"command": kind.__struct_config__.tag}
-    for field in msgspec.structs.fields(kind):
+    for field in _fields(kind):
         if field.required or random.random() < 0.6:
             values[field.encode_name] = _value(random, document, automaton, field)
     return decode_command(msgspec.json.encode(values))

@@ -8,6 +8,7 @@ import random
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from codegen.diagnostics import Diagnostics
@@ -74,18 +75,17 @@ def edges(kind: str, count: int) -> list[tuple[int, int]]:
 
 def arcs_through_states(automaton: Automaton) -> Iterator[int]:
     """Yield the transitions whose arcs, as the page draws them, pass through other states."""
-    places = {state.id: (state.x, state.y) for state in automaton.states}
+    places = {state.id: np.array((state.x, state.y)) for state in automaton.states}
+    parts = np.linspace(0.0, 1.0, 301)[:, None]
     for each in automaton.transitions:
-        (x1, y1), (x2, y2) = places[each.origin], places[each.destination]
-        control = 2 * each.x - (x1 + x2) / 2, 2 * each.y - (y1 + y2) / 2
-        for part in (step / 300 for step in range(301) if each.origin != each.destination):
-            weights = (1 - part) ** 2, 2 * part * (1 - part), part**2
-            x = weights[0] * x1 + weights[1] * control[0] + weights[2] * x2
-            y = weights[0] * y1 + weights[1] * control[1] + weights[2] * y2
-            others = (place for key, place in places.items() if key not in (each.origin, each.destination))
-            if any(math.dist((x, y), place) < 41 for place in others):
-                yield each.id
-                break
+        begin, end = places[each.origin], places[each.destination]
+        others = [place for key, place in places.items() if key not in (each.origin, each.destination)]
+        if each.origin == each.destination or not others:
+            continue
+        control = 2 * np.array((each.x, each.y)) - (begin + end) / 2
+        arc = (1 - parts) ** 2 * begin + 2 * parts * (1 - parts) * control + parts**2 * end
+        if (np.linalg.norm(arc[:, None] - np.array(others), axis=2) < 41).any():
+            yield each.id
 
 
 @pytest.mark.parametrize("kind", ["chain", "star", "random"])

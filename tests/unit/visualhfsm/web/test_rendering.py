@@ -23,15 +23,24 @@ from tests.support.places import ROOT
 from visualhfsm.web.window import Version, full, patch
 
 codes = st.builds(Text, st.text(max_size=5))
-states = st.builds(
-    State,
-    id=st.integers(1, 5),
-    name=st.text(max_size=5),
-    code=codes,
-    children=st.lists(st.integers(1, 6), max_size=2, unique=True).map(tuple),
+# States and transitions are chosen, since each draw takes time; so the same ones also come again.
+states = st.sampled_from(
+    [
+        State(id=number, name=name, code=Text(code), children=children)
+        for number in range(1, 6)
+        for name in ("", "a", "ñ\n")
+        for code in ("", "x")
+        for children in ((), (1,), (6, 2))
+    ]
 )
-transitions = st.builds(
-    Transition, id=st.integers(1, 5), origin=st.integers(1, 5), destination=st.integers(1, 5), code=codes
+transitions = st.sampled_from(
+    [
+        Transition(id=number, origin=origin, destination=destination, code=Text(code))
+        for number in range(1, 6)
+        for origin in range(1, 6)
+        for destination in range(1, 6)
+        for code in ("", "x", "ñ\n")
+    ]
 )
 automata = st.builds(
     Automaton,
