@@ -14,6 +14,7 @@ import gzip
 import html
 import json
 import os
+import posixpath
 import re
 import secrets
 from collections.abc import Iterable, Mapping, Sequence
@@ -159,13 +160,12 @@ def imported_modules(entry: str, directory: Path = STATIC) -> dict[str, str]:
         if name in found or not path.is_file():
             continue
 
-        def named(match: re.Match[str], folder: Path = path.parent) -> str:
+        def named(match: re.Match[str], folder: str = posixpath.dirname(name)) -> str:
             target = match["name"]
             if target.startswith("."):
-                joined = (folder / target).resolve()
-                if not joined.is_relative_to(directory):
+                target = posixpath.normpath(posixpath.join(folder, target))
+                if target.startswith("../"):
                     return match[0]
-                target = joined.relative_to(directory).as_posix()
             waiting.append(target)
             return match[0].replace(match["name"], target)
 

@@ -7,6 +7,7 @@ files forever and still never shows an old one. The page itself, `index.html`, n
 from __future__ import annotations
 
 import base64
+import functools
 import gzip
 import hashlib
 import json
@@ -141,6 +142,12 @@ class Assets:
         )
         digest = base64.b64encode(hashlib.sha256(import_map.encode()).digest()).decode()
         return Page(html.encode(), f"sha256-{digest}")
+
+
+@functools.cache
+def page_assets() -> Assets:
+    """Return the editor's own files, which all servers of a process share."""
+    return Assets()
 
 
 def _stamp(path: Path) -> tuple[int, int]:

@@ -32,7 +32,7 @@ from hfsm_command.cli import stop_on_signals
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.sessions.journal import journal_directory
 
-from .assets import Assets
+from .assets import page_assets
 from .connection import converse, until_one_ends
 from .documents import open_file
 from .resumption import Resumption, kept_key
@@ -245,7 +245,7 @@ def _listen(port: int) -> socket.socket:
 
 def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str] = ()) -> ASGIApp:
     """Return the application of a workspace; the guard protects everything in it."""
-    assets = Assets()
+    assets = page_assets()
     live = workspace.services.live
 
     async def talk(websocket: WebSocket) -> None:
