@@ -60,7 +60,7 @@ class NoService:
     """Replaces a service that a test does not use."""
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        async def refuse(*_: object) -> None:
+        async def refuse(*_: object, **__: object) -> None:
             raise VisualHfsmError(f"{name} is not available")
 
         return refuse
