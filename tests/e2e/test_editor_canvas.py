@@ -213,7 +213,7 @@ def test_all_is_drawn_with_the_keyboard_alone(shown: EditorPage, root: Path) -> 
     shown.press("Control+Shift+S")
     shown.page.get_by_role("textbox", name="Name").fill("drawn")
     shown.press("Enter")
-    expect(shown.page.get_by_role("status").filter(has_text="Saved drawn.xml")).to_be_visible()
+    shown.page.get_by_role("status").filter(has_text="Saved drawn.xml").wait_for()
     document = read_document(root / "drawn.xml", Diagnostics())
     assert document is not None
     assert document.root is not None

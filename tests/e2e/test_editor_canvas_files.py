@@ -77,7 +77,7 @@ def open_file(shown: EditorPage, name: str) -> None:
 
 
 def test_the_start_page_offers_the_behaviors_of_the_paper_and_nothing(shown: EditorPage) -> None:
-    expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
+    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
     shown.page.get_by_role("button", name=re.compile("^Follow the ball")).click()
     shown.expect_states("follow", "search")
     shown.page.get_by_role("button", name="Start page").click()
@@ -87,7 +87,7 @@ def test_the_start_page_offers_the_behaviors_of_the_paper_and_nothing(shown: Edi
 
 
 def test_a_dropped_file_opens_and_what_is_none_is_refused(shown: EditorPage, root: Path) -> None:
-    expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
+    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
     drop(shown, "picture.xml", "<svg><script>alert(1)</script></svg>")
     expect(shown.page.get_by_role("alert")).to_contain_text("picture.xml")
     drop(shown, "walk.mcap", "a recording")
@@ -137,7 +137,7 @@ def test_unsaved_changes_show_a_dot_and_are_asked_about_before_closing(shown: Ed
     expect(shown.state("bow")).to_be_visible()
     tab(shown, "dance").locator("xpath=..").locator(".close-tab").click()
     shown.page.get_by_role("dialog").get_by_role("button", name="Save", exact=True).click()
-    expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
+    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
     assert "<name>bow</name>" in (root / "dance.xml").read_text()
 
 
@@ -220,7 +220,7 @@ def test_saving_over_a_file_that_changed_offers_what_is_possible(shown: EditorPa
     shown.page.get_by_role("alert").filter(has_text="changed the file").wait_for()
     shown.press("Control+s")
     shown.page.get_by_role("dialog").get_by_role("button", name="Merge both").click()
-    expect(shown.page.get_by_role("status").filter(has_text="Saved dance.xml")).to_be_visible()
+    shown.page.get_by_role("status").filter(has_text="Saved dance.xml").wait_for()
     assert {"<name>mine</name>", "<name>theirs</name>"} <= set(path.read_text().split())
     shown.state("mine").click()
     shown.press("F2")
@@ -293,7 +293,7 @@ def test_a_document_of_an_older_format_is_replaced_only_after_a_question(
     assert path.read_text() == SPANISH
     shown.press("Control+s")
     question.get_by_role("button", name="Overwrite").click()
-    expect(shown.page.get_by_role("status").filter(has_text="Saved old.xml")).to_be_visible()
+    shown.page.get_by_role("status").filter(has_text="Saved old.xml").wait_for()
     assert "<name>uno</name>" in path.read_text()
 
 

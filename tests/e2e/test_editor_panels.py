@@ -85,7 +85,7 @@ def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pyt
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     code = edit(shown, "wait")
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
-        shown.type(word)
+        shown.insert(word)
         shown.page.wait_for_function(
             "() => document.querySelector('hfsm-status').textContent.includes('Edit the code')"
         )
@@ -139,8 +139,8 @@ def test_two_windows_type_into_the_same_code_at_once(
             edit(window, "wait")
         shown.press("Control+Home")
         for letter in range(20):
-            shown.type(chr(ord("a") + letter))
-            other.type(chr(ord("A") + letter))
+            shown.insert(chr(ord("a") + letter))
+            other.insert(chr(ord("A") + letter))
         code = "abcdefghijklmnopqrstcount += 1ABCDEFGHIJKLMNOPQRST"
         for window in (shown, other):
             expect(window.page.get_by_role("textbox", name="Code of the state wait")).to_have_text(code)
@@ -217,7 +217,7 @@ def test_keys_pressed_before_a_new_state_is_there_go_on_after_its_name(shown: Ed
 
 def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: EditorPage, path: Path) -> None:
     edit(shown, "wait")
-    shown.type("\nlast = 1")
+    shown.insert("\nlast = 1")
     shown.page.get_by_role("treeitem", name="go").click()
     assert saved(shown, path).automata[0].states[0].code.text == "count += 1\nlast = 1"
 
@@ -226,7 +226,7 @@ def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: Edi
     code = edit(shown, "wait")
     shown.connections.cut()
     expect(shown.page.get_by_role("alert").filter(has_text="No connection since")).to_be_visible()
-    shown.type("\nspeed = 1")
+    shown.insert("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
     expect(shown.page.locator(".notice.error")).to_contain_text("The editor is offline")
@@ -239,11 +239,11 @@ def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: Edi
 
 def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_fixed(shown: EditorPage) -> None:
     code = edit(shown, "wait")
-    shown.type("\nif count")
-    expect(code.locator(".cm-lintRange-error")).to_be_visible()
+    shown.insert("\nif count")
+    code.locator(".cm-lintRange-error").wait_for()
     badge = shown.page.get_by_role("tab", name="Code, not empty, 1 problem", exact=True)
-    expect(badge).to_be_visible()
-    shown.type(" > 3: pass")
+    badge.wait_for()
+    shown.insert(" > 3: pass")
     expect(code.locator(".cm-lintRange-error")).to_have_count(0)
     expect(badge).to_have_count(0)
 
@@ -259,7 +259,7 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.state("wait").wait_for()
         code = edit(shown, "wait")
         options = shown.page.get_by_role("listbox").get_by_role("option")
-        shown.type("\nself.eye.getImageDat")
+        shown.insert("\nself.eye.getImageDat")
         expect(options).to_have_count(1)  # the first answer reads all that the code imports
         expect(shown.page.locator(".cm-completionInfo")).to_contain_text("newest image")
         shown.page.wait_for_timeout(INTERACTION_DELAY)
@@ -268,10 +268,10 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.type("(")
         expect(shown.page.locator(".cm-tooltip.cm-help")).to_contain_text("getImageData(format")
         shown.press("Escape")
-        shown.type(")\ncou")
+        shown.insert(")\ncou")
         expect(options.first).to_have_text(re.compile("^count"))
         shown.press("Escape")
-        shown.type("\n''.")
+        shown.insert("\n''.")
         expect(options.first).to_have_text(re.compile("^capitalize"))
         for _ in range(4):
             shown.press("PageDown")  # to options whose documentation did not come along
@@ -287,7 +287,7 @@ def test_entry_and_exit_code_have_tabs_that_arrows_go_through(shown: EditorPage,
     shown.press("Home")
     entry = shown.page.get_by_role("textbox", name="Entry code of the state wait")
     entry.click()
-    shown.type("count = 0")
+    shown.insert("count = 0")
     assert saved(shown, path).automata[0].states[0].entry.text == "count = 0"
 
 
@@ -312,7 +312,7 @@ def test_an_argument_is_handed_to_an_input(shown: EditorPage, path: Path) -> Non
     edit(shown, "wait")
     shown.page.get_by_role("tab", name="Arguments").click()
     shown.page.get_by_role("textbox", name="Argument color").click()
-    shown.type("'green'")
+    shown.insert("'green'")
     (argument,) = saved(shown, path).automata[0].states[0].arguments
     assert (argument.name, argument.value.text) == ("color", "'green'")
     shown.button("Remove the argument color").click()
@@ -339,7 +339,7 @@ def test_a_condition_becomes_a_time_and_keeps_its_expression_as_guard(shown: Edi
 
 def test_events_that_the_code_sends_are_offered(shown: EditorPage, path: Path) -> None:
     edit(shown, "wait")
-    shown.type("\nself.send('ball lost')")
+    shown.insert("\nself.send('ball lost')")
     choose(shown, "late")
     shown.choose("Event")
     field = shown.page.get_by_label("Event", exact=True).and_(shown.page.locator("input[type=text]"))
@@ -383,7 +383,7 @@ def test_what_the_robot_has_is_declared_by_a_click(browser: Browser, path: Path)
         editor_page(browser, running) as shown,
     ):
         code = edit(shown, "wait")
-        shown.type("\nself.Head.stop()")
+        shown.insert("\nself.Head.stop()")
         squiggle = code.locator(".cm-lintRange-warning", has_text="Head")
         squiggle.hover()
         shown.page.get_by_role("button", name="Declare Head (PoseHead)").click()
@@ -467,9 +467,9 @@ def test_a_property_gets_its_verdict(shown: EditorPage) -> None:
     shown.press("Alt+p")
     entry = add(shown, "property", "stays")
     entry.get_by_label("Expression", exact=True).fill("wait or go")
-    expect(entry.get_by_text("Holds in every run.")).to_be_visible()
+    entry.get_by_text("Holds in every run.").wait_for()
     entry.get_by_label("Kind", exact=True).select_option("never")
-    expect(entry.get_by_text("Violated.")).to_be_visible()
+    entry.get_by_text("Violated.").wait_for()
 
 
 def test_period_and_variables_are_those_of_the_shown_automaton(shown: EditorPage, path: Path) -> None:
@@ -477,11 +477,11 @@ def test_period_and_variables_are_those_of_the_shown_automaton(shown: EditorPage
     period = shown.page.get_by_label("Period", exact=True)
     expect(period).to_be_focused()
     period.fill("20")
-    expect(shown.page.get_by_text("50 Hz")).to_be_visible()
+    shown.page.get_by_text("50 Hz").wait_for()
     shown.press("Alt+v")
     expect(shown.page.get_by_role("textbox", name="Variables")).to_be_focused()
     shown.press("Control+End")
-    shown.type("\nspeed = 0.0")
+    shown.insert("\nspeed = 0.0")
     automaton = saved(shown, path).automata[0]
     assert (automaton.iteration_time.text, automaton.variables.text) == ("20", "count = 0\nspeed = 0.0")
 
@@ -491,8 +491,8 @@ def test_period_and_variables_are_those_of_the_shown_automaton(shown: EditorPage
 
 def test_axe_finds_nothing_in_the_panels(shown: EditorPage) -> None:
     edit(shown, "wait")
-    shown.type("\nif count")
-    expect(shown.page.locator(".cm-lintRange-error")).to_be_visible()
+    shown.insert("\nif count")
+    shown.page.locator(".cm-lintRange-error").wait_for()
     assert panel_violations(shown) == []
     shown.press("Escape")
     choose(shown, "late")

@@ -70,7 +70,7 @@ def test_a_problem_leads_to_its_line(shown: EditorPage, running: Editor) -> None
 
 def test_a_run_of_a_document_with_errors_leads_to_the_first_one(shown: EditorPage) -> None:
     edit(shown, "go")
-    shown.type("if count")
+    shown.insert("if count")
     shown.press("F5")
     error = shown.page.get_by_role("button", name=re.compile("^error: .*not valid Python"))
     expect(error).to_be_focused()
@@ -120,7 +120,7 @@ def test_search_finds_names_and_all_code_and_leads_there(shown: EditorPage) -> N
 
 def test_a_line_with_two_hits_is_listed_once_with_both_marked(shown: EditorPage) -> None:
     edit(shown, "go")
-    shown.type("needle = needle + 1")
+    shown.insert("needle = needle + 1")
     shown.choose_in("Edit", "Search")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()
     shown.type("needle")
@@ -133,10 +133,10 @@ def test_a_line_with_two_hits_is_listed_once_with_both_marked(shown: EditorPage)
 
 def test_what_is_found_is_replaced_in_one_line_and_in_all_code_as_one_step(shown: EditorPage) -> None:
     edit(shown, "go")
-    shown.type("Count = count\ncounts = count")
+    shown.insert("Count = count\ncounts = count")
     shown.choose_in("Edit", "Search")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()
-    shown.type("count")
+    shown.insert("count")
     shown.page.get_by_role("checkbox", name="Whole word, same case").check()
     shown.page.get_by_role("textbox", name="Replace by").fill("n")
     rows = shown.page.get_by_role("list", name="Found").locator("button.row")
@@ -159,10 +159,10 @@ def test_what_is_found_is_replaced_in_one_line_and_in_all_code_as_one_step(shown
 def test_search_follows_what_is_typed(shown: EditorPage) -> None:
     shown.press("Control+f")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()
-    shown.type("novelty")
+    shown.insert("novelty")
     expect(shown.page.get_by_text("Nothing has “novelty” in it.")).to_be_visible()
     edit(shown, "wait")
-    shown.type("\nnovelty = 1")
+    shown.insert("\nnovelty = 1")
     expect(shown.page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)
 
 
@@ -171,7 +171,7 @@ def test_a_click_on_an_undo_step_goes_back_to_that_point(
 ) -> None:
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     edit(shown, "wait")
-    shown.type("\nspeed = 1")
+    shown.insert("\nspeed = 1")
     shown.page.get_by_role("checkbox", name="Final").check()
     shown.page.get_by_role("checkbox", name="Final").uncheck()
     shown.press("Alt+h")
@@ -202,7 +202,7 @@ def test_every_panel_that_was_hidden_shows_what_changed_meanwhile(
     expect(below).to_contain_text("As it was opened")
     shown.press("Control+f")
     expect(page.get_by_role("searchbox")).to_be_focused()
-    shown.type("novelty")
+    shown.insert("novelty")
     expect(below).to_contain_text("Nothing has “novelty” in it.")
     shown.press("Alt+t")
     expect(page.get_by_label("Period")).to_have_value("100 ms")

@@ -97,6 +97,7 @@ def status(shown: EditorPage) -> Locator:
 def run(shown: EditorPage) -> None:
     """Press F5 and wait until the component is followed."""
     shown.press("F5")
+    status(shown).wait_for()  # while something is not there, `expect` describes the whole page at each look
     expect(status(shown)).to_have_text("Running")
 
 
@@ -116,6 +117,7 @@ def follow(shown: EditorPage, component: str) -> None:
     """Choose one of the running components."""
     shown.button("1 running").click()
     shown.page.get_by_role("menuitem", name=component).click()
+    status(shown).wait_for()
     expect(status(shown)).to_have_text("Running")
 
 

@@ -40,6 +40,7 @@ def edit(shown: EditorPage, state: str, label: str = "Code") -> Locator:
     shown.state(state).locator(".body").click()
     shown.press("Shift+Enter")
     code = shown.page.get_by_role("textbox", name=f"{label} of the state {state}")
+    code.wait_for()  # while something is not there, `expect` describes the whole page at each look
     expect(code).to_be_focused()
     shown.press("Control+End")
     return code
@@ -50,17 +51,20 @@ def choose(shown: EditorPage, name: str) -> None:
     shown.button("Fit").click()
     shown.transition(name).locator(".handle").click()
     shown.press("Shift+Enter")
-    expect(shown.page.get_by_label("Name of the transition")).to_have_value(name)
+    field = shown.page.get_by_label("Name of the transition")
+    field.wait_for()
+    expect(field).to_have_value(name)
 
 
 def add(shown: EditorPage, noun: str, name: str) -> Locator:
     """Add an entry of a list, name it, and return its group."""
     shown.button(f"Add {'an' if noun[0] in 'aeiou' else 'a'} {noun}").click()
     entry = shown.page.get_by_role("group", name=re.compile(f"^{noun} ")).last
+    entry.locator("input").first.wait_for()
     expect(entry.locator("input").first).to_be_focused()
-    shown.type(name)
+    shown.insert(name)
     named = shown.page.get_by_role("group", name=f"{noun} {name}", exact=True)
-    expect(named).to_be_visible()
+    named.wait_for()
     return named
 
 
