@@ -23,6 +23,8 @@ _MOST: Final = 200
 _DOCUMENTED: Final = 24
 _DOCUMENTATION_TIME: Final = 0.3
 """Seconds for looking up documentation; other options are explained on request."""
+_TYPE_TIME: Final = 1.0
+"""Seconds for finding out what names stand for: all of numpy takes several."""
 _LONGEST: Final = 2000
 _LONGEST_DETAIL: Final = 200
 _CALLABLE: Final = frozenset({"class", "function"})
@@ -92,7 +94,7 @@ def complete(module: TypedComponent, path: Path, line: int, column: int) -> Comp
     text = module.source.split("\n")[number - 1][:at]
     before = text[: len(text) - typed]
     prefix = text[len(before) :]
-    until = time.monotonic() + _DOCUMENTATION_TIME
+    began = time.monotonic()
     ranked = sorted(
         (
             (boost, each)
@@ -103,7 +105,7 @@ def complete(module: TypedComponent, path: Path, line: int, column: int) -> Comp
         key=lambda each: -each[0],
     )
     options = [
-        _option(each, boost, documented=boost >= 0 and rank < _DOCUMENTED and time.monotonic() < until)
+        _option(each, boost, documented=boost >= 0 and rank < _DOCUMENTED, passed=time.monotonic() - began)
         for rank, (boost, each) in enumerate(ranked[:_MOST])
     ]
     return Completions(typed, options)
@@ -112,16 +114,16 @@ def complete(module: TypedComponent, path: Path, line: int, column: int) -> Comp
 def signature(module: TypedComponent, path: Path, line: int, column: int) -> Signature | None:
     """Return the call around the cursor; None outside of calls."""
 
-    def calls(script: Any) -> list[Any]:  # noqa: ANN401 - jedi's
+    def calls(script: Any) -> list[Signature]:  # noqa: ANN401 - jedi's
         found = script.get_signatures(*module.position(line, column))[:1]
-        return [
-            (call, *script.help(call.bracket_start[0], max(0, call.bracket_start[1] - 1))) for call in found
-        ]
+        return [_signature(script, call) for call in found]
 
-    found = _ask(module, path, calls)
-    if not found:
-        return None
-    call, called = found[0][0], found[0][-1]  # what is called is the call itself where it has no name
+    return next(iter(_ask(module, path, calls)), None)
+
+
+def _signature(script: Any, call: Any) -> Signature:  # noqa: ANN401 - jedi's
+    named = script.help(call.bracket_start[0], max(0, call.bracket_start[1] - 1))
+    called = named[-1] if named else call
     text = call.to_string()
     return Signature(
         name=called.name,
@@ -135,8 +137,8 @@ def signature(module: TypedComponent, path: Path, line: int, column: int) -> Sig
 def explain(module: TypedComponent, path: Path, line: int, column: int) -> Explanation | None:
     """Return what the name at a position stands for; None when there is nothing to say."""
     for found in _ask(module, path, lambda script: script.help(*module.position(line, column))):
-        detail = _detail(found) if found.type in _CALLABLE else ""  # as in completion
-        documentation = "" if found.type == "keyword" else _documentation(found)
+        detail = _detail(found) if _type(found) in _CALLABLE else ""  # as in completion
+        documentation = "" if _type(found) == "keyword" else _documentation(found)
         if detail or documentation:
             return Explanation(found.name, detail, documentation)
     return None
@@ -153,7 +155,7 @@ def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # no
             return _OWN
         if found.name in module.internal_names:
             return None
-        if not before.strip() and found.type == "statement" and found.parent().type == "class":
+        if not before.strip() and _type(found) == "statement" and found.parent().type == "class":
             return None  # what the class of the component could override
     if of_self and found.name in COMPONENT_ALIASES:
         return None  # for documents of other dialects
@@ -162,13 +164,22 @@ def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # no
     return _INTERNAL if found.name in _CASTS else 0
 
 
-def _option(found: Any, boost: int, *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's
+def _option(found: Any, boost: int, *, documented: bool, passed: float) -> Completion:  # noqa: ANN401 - jedi's
+    """Return a name with what can be said of it, `passed` s after the first one."""
     detail, info = "", ""
-    if documented:
+    if documented and passed < _DOCUMENTATION_TIME:
         # Nothing else is inferred: a variable may be all of numpy.
-        detail = _detail(found) if found.type in _CALLABLE else ""
+        detail = _detail(found) if _type(found) in _CALLABLE else ""
         info = _documentation(found)
-    return Completion(found.name, _KINDS.get(found.type, ""), detail, info, boost)
+    kind = _type(found) if passed < _TYPE_TIME else ""
+    return Completion(found.name, _KINDS.get(kind, ""), detail, info, boost)
+
+
+def _type(found: Any) -> str:  # noqa: ANN401 - jedi's
+    """Return what a name stands for, as jedi calls it; jedi fails on some names of numpy."""
+    with contextlib.suppress(Exception):
+        return str(found.type)
+    return ""
 
 
 def _detail(found: Any) -> str:  # noqa: ANN401

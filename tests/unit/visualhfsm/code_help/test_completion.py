@@ -1,0 +1,24 @@
+"""Completion of code at which jedi fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from visualhfsm.code_help.completion import complete
+from visualhfsm.code_help.component import TypedComponent
+
+# Jedi looks further into packages of this name, as into numpy, and fails at the ellipsis.
+PACKAGE = """
+class Tensor:
+    def __init__(self, shape: tuple[int, ...] = ...) -> None: ...
+
+def zeros() -> Tensor: ...
+"""
+
+
+def test_a_name_at_which_jedi_fails_is_offered_beside_the_others(tmp_path: Path) -> None:
+    (tmp_path / "tensorflow.py").write_text(PACKAGE, "utf-8")
+    module = TypedComponent("", "", "", directories=(tmp_path,))
+    code = "import tensorflow\ntensorflow."
+    found = complete(module.with_code(code), tmp_path / "main.xml", 2, len("tensorflow."))
+    assert {"Tensor", "zeros"} <= {each.label for each in found.options}
