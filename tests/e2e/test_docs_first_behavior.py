@@ -18,7 +18,7 @@ from tests.support.panels import add
 from tests.support.screenshots import picture
 from tests.support.tutorial import page_with_a_simulated_robot
 
-pytestmark = [pytest.mark.slow, pytest.mark.gl]
+pytestmark = pytest.mark.slow
 
 PAGE = (DOCS / "tutorial/first-behavior.md").read_text("utf-8")
 TRANSLATION = (DOCS / "tutorial/es/first-behavior.md").read_text("utf-8")
