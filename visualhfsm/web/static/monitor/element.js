@@ -1,14 +1,35 @@
 /**
  * The base of the elements of the monitor.
  *
- * @import {PropertyValues} from "lit"
  * @import {MonitorEvents} from "./monitor.js"
  */
 
 import {PageElement} from "../element.js";
 import {monitor} from "./monitor.js";
 
-const PACE = 100; // ms between two moments that numbers and lists show; the canvas waits for nothing
+/**
+ * Milliseconds between two moments that numbers and lists show; the canvas waits for nothing. It is less than the 0.1 s
+ * between two snapshots, so that one frame of the page shows all of a snapshot.
+ */
+const PACE = 80;
+/** Those that will show the next moment, all in one frame. @type {Set<MonitorElement>} */
+const waiting = new Set();
+let shownAt = -PACE; // when they showed the last one, ms
+
+/** @param {MonitorElement} element */
+function showSoon(element) {
+  waiting.add(element);
+  if (waiting.size > 1) return;
+  const wait = shownAt + PACE - performance.now();
+  if (wait > 0) setTimeout(showMoment, wait);
+  else queueMicrotask(showMoment);
+}
+
+function showMoment() {
+  shownAt = performance.now();
+  for (const element of waiting) element.requestUpdate();
+  waiting.clear();
+}
 
 /** Drawn again at the events of the monitor that `kinds` names. */
 export class MonitorElement extends PageElement {
@@ -17,37 +38,15 @@ export class MonitorElement extends PageElement {
   /** @type {(keyof MonitorEvents)[]} */
   static kinds = ["shown", "mode", "structure"];
 
-  #drawn = 0;
-  #waiting = 0;
-
   connectedCallback() {
     super.connectedCallback();
     for (const kind of /** @type {typeof MonitorElement} */ (this.constructor).kinds)
-      this.listen(monitor, kind, kind === "shown" ? () => this.#later() : () => this.requestUpdate());
+      this.listen(monitor, kind, kind === "shown" ? () => showSoon(this) : () => this.requestUpdate());
   }
 
   disconnectedCallback() {
     super.disconnectedCallback();
-    clearTimeout(this.#waiting);
-    this.#waiting = 0;
-  }
-
-  /** @param {PropertyValues} changed */
-  updated(changed) {
-    super.updated(changed);
-    this.#drawn = performance.now();
-  }
-
-  #later() {
-    if (this.#waiting) return;
-    const wait = this.#drawn + PACE - performance.now();
-    if (wait <= 0) this.requestUpdate();
-    else {
-      this.#waiting = setTimeout(() => {
-        this.#waiting = 0;
-        this.requestUpdate();
-      }, wait);
-    }
+    waiting.delete(this);
   }
 }
 
