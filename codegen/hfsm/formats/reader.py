@@ -13,7 +13,6 @@ from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Final
-from xml.sax.saxutils import unescape
 
 from ...diagnostics import Diagnostics, Location
 from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
@@ -32,6 +31,8 @@ _HEAD: Final = 4096
 _ROOT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")
 _NAMES: Final = ("lt", "gt", "quot", "amp")
 _ENTITY: Final = re.compile(f"&({'|'.join(_NAMES)});")
+_ESCAPED: Final = (("&gt;", ">"), ("&lt;", "<"), ("&quot;", '"'), ("&amp;", "&"))
+"""In the order in which they are replaced: `&amp;lt;` was escaped twice."""
 _SPANISH: Final = frozenset(
     ("idSub", "idPadre", "Estado", "tiempoIteracion", "Librerias", "variables_aux", "funciones_aux")
 )
@@ -138,7 +139,8 @@ def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> 
         if _ENTITY.search(code) is None or (tree is not None and names.isdisjoint(_NAMES)):
             return text
         while _ENTITY.search(code) is not None:  # once for each time that it was saved
-            code = unescape(code, {"&quot;": '"'})
+            for entity, character in _ESCAPED:
+                code = code.replace(entity, character)
         if parse_piece(code) is None:
             return text
         message = "`<` and `>` were escaped twice when the document was saved: they are restored"

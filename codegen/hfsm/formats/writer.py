@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
-from xml.sax.saxutils import escape
 
 from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text, Transition
 from .schema import DOCUMENT, Items, Leaf, NodeKind
@@ -17,8 +16,8 @@ UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U001
 """Characters that XML 1.0 does not allow, not even as a reference."""
 
 _INDENT: Final = "  "
-_TEXT_ESCAPES: Final = {"\r": "&#13;"}
-_ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
+_TEXT_ESCAPES: Final = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})
+_ATTRIBUTE_ESCAPES: Final = _TEXT_ESCAPES | str.maketrans({'"': "&quot;", "\n": "&#10;", "\t": "&#9;"})
 
 
 class DocumentNotWritableError(ValueError):
@@ -121,8 +120,8 @@ def _attributes(attributes: Sequence[tuple[str, str]]) -> str:
     return "".join(f' {name}="{_escaped(value, _ATTRIBUTE_ESCAPES)}"' for name, value in attributes)
 
 
-def _escaped(text: str, escapes: dict[str, str] = _TEXT_ESCAPES) -> str:
-    return escape(_checked(text), escapes)
+def _escaped(text: str, escapes: Mapping[int, str] = _TEXT_ESCAPES) -> str:
+    return _checked(text).translate(escapes)
 
 
 def _checked(text: str) -> str:

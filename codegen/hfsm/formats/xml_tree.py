@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
-from xml.sax import SAXParseException
-from xml.sax.handler import ContentHandler, LexicalHandler, property_lexical_handler
-from xml.sax.xmlreader import AttributesImpl, InputSource, Locator
+from xml.parsers import expat  # xml.sax would load urllib.request, for as long as all the rest takes
 
-from defusedxml.common import DefusedXmlException
-from defusedxml.expatreader import DefusedExpatParser
+from defusedxml.common import DefusedXmlException, DTDForbidden
 
 from ...diagnostics import Diagnostics, Location
 from ..codes import Code
@@ -89,18 +85,13 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
         diagnostics.error(Code.FILE_TOO_LARGE, message, Location(path))
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
-    parser = _PositionedParser()
-    builder = _TreeBuilder(parser, path, diagnostics)
-    parser.setContentHandler(builder)
-    parser.setProperty(property_lexical_handler, builder)
-    source = InputSource()
-    source.setByteStream(io.BytesIO(content))
+    builder = _TreeBuilder(path, diagnostics)
     try:
-        parser.parse(source)
-    except (SAXParseException, LookupError, ValueError) as error:  # LookupError: an unknown encoding
+        builder.parse(content)
+    except (expat.ExpatError, LookupError, ValueError) as error:  # LookupError: an unknown encoding
         code, message = Code.MALFORMED_XML, f"unreadable XML: {error}"
-        if isinstance(error, SAXParseException):
-            message = f"malformed XML: {builder.problem(error.getMessage())}"
+        if isinstance(error, expat.ExpatError):
+            message = f"malformed XML: {builder.problem(expat.ErrorString(error.code))}"
         elif isinstance(error, DefusedXmlException):
             code = Code.DOCUMENT_TYPE
             reason = "document types and entities are not allowed in a document"
@@ -111,28 +102,32 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
     return builder.root
 
 
-class _PositionedParser(DefusedExpatParser):
-    """A parser that does not buffer character data, so that the position of the first character is known."""
+class _TreeBuilder:
+    """Makes a tree of what the parser finds.
 
-    def __init__(self) -> None:
-        super().__init__(forbid_dtd=True, forbid_entities=True, forbid_external=True)
+    The parser does not buffer texts, so that the place of their first character is known. It refuses a
+    document type, without which there are no entities.
+    """
 
-    def reset(self) -> None:
-        super().reset()
-        self._parser.buffer_text = False  # type: ignore[attr-defined]  # absent from the stub
-
-
-class _TreeBuilder(ContentHandler, LexicalHandler):
-    def __init__(self, locator: Locator, path: Path, diagnostics: Diagnostics) -> None:
-        super().__init__()
+    def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
         self.root: XmlElement | None = None
         self._around: list[Comment] = []
-        self._locator = locator
+        self._parser = parser = expat.ParserCreate()
+        parser.StartDoctypeDeclHandler = self._document_type
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self._characters
+        parser.CommentHandler = self._comment
+        parser.ProcessingInstructionHandler = self._instruction
         self._path = path
         self._diagnostics = diagnostics
         self._open: list[XmlElement] = []
         self._texts: list[list[str]] = []
         self._elements = 0
+
+    def parse(self, content: bytes) -> None:
+        """Parse a document. Raises ExpatError, ValueError, and LookupError for an unknown encoding."""
+        self._parser.Parse(content, True)
 
     def place(self) -> Location:
         """Return the current place of the parser."""
@@ -140,7 +135,7 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         return Location(self._path, max(1, line), column)
 
     def _position(self) -> tuple[int, int]:
-        return int(self._locator.getLineNumber() or 0), int(self._locator.getColumnNumber() or 0) + 1
+        return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
 
     def problem(self, message: str) -> str:
         """Return the message of expat, or a clearer one if it is `no element found`."""
@@ -151,9 +146,12 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         element = self._open[-1]
         return f"the element `{element.tag}` of line {element.line} is not closed"
 
-    def startElement(self, name: str, attrs: AttributesImpl) -> None:
+    def _document_type(self, name: str, system: str | None, public: str | None, _subset: bool) -> None:
+        raise DTDForbidden(name, system, public)
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
         line, column = self._position()
-        element = XmlElement(name, dict(attrs.items()), line, column, text_line=line, text_column=column)
+        element = XmlElement(name, attributes, line, column, text_line=line, text_column=column)
         self._elements += 1
         if self._elements > _MAX_ELEMENTS:
             raise ValueError(f"more than {_MAX_ELEMENTS} elements")
@@ -169,18 +167,18 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         self._open.append(element)
         self._texts.append([])
 
-    def endElement(self, name: str) -> None:  # noqa: ARG002 - the signature of SAX
+    def _end(self, _name: str) -> None:
         self._open.pop().text = "".join(self._texts.pop())
 
-    def characters(self, content: str) -> None:
+    def _characters(self, content: str) -> None:
         if not self._texts[-1]:
             element = self._open[-1]
             element.text_line, element.text_column = self._position()
         self._texts[-1].append(content)
 
-    def comment(self, content: str) -> None:
+    def _comment(self, content: str) -> None:
         (self._open[-1].trailing if self._open else self._around).append(Comment(content))
 
-    def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
+    def _instruction(self, _target: str, _data: str) -> None:
         message = "a processing instruction is lost on saving"
         self._diagnostics.warning(Code.LOST_ON_SAVING, message, self.place())
