@@ -271,6 +271,8 @@ def _graft(automata: Sequence[Automaton], stub: Automaton, taken: set[int]) -> I
 
 
 def _renumbered(state: State, numbers: Mapping[int, int]) -> State:
+    if not (state.children or state.arguments):
+        return state
     arguments = (
         replace(argument, child=numbers.get(argument.child, argument.child)) for argument in state.arguments
     )

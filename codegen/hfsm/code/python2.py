@@ -11,7 +11,7 @@ from collections.abc import Collection
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from .text import binds, parse_piece
+from .text import all_nodes, binds, parse_piece
 
 if TYPE_CHECKING:
     from fissix.refactor import RefactoringTool
@@ -52,7 +52,7 @@ def fix_python2(code: str, bound: Collection[str] = ()) -> str | None:
     defines, such as `long`. Raises ModuleNotFoundError with the command that installs fissix.
     """
     tree, fixed = parse_piece(code), code
-    if tree is None or any(isinstance(each, ast.Expr) and _is_print(each.value) for each in ast.walk(tree)):
+    if tree is None or any(isinstance(each, ast.Expr) and _is_print(each.value) for each in all_nodes(tree)):
         for source in (code, _MARGIN.sub(lambda margin: margin[0].expandtabs(8), code)):
             fixed = _refactored(source, _SYNTAX)
             if (tree := parse_piece(fixed)) is not None:
@@ -61,8 +61,8 @@ def fix_python2(code: str, bound: Collection[str] = ()) -> str | None:
         return None
     fixed = _IMPORT.sub(_renamed_module, fixed)
     names = bound_names(tree).union(bound)
-    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} & _BUILTINS.keys() - names
-    methods = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)} & _METHODS
+    used = {node.id for node in all_nodes(tree) if isinstance(node, ast.Name)} & _BUILTINS.keys() - names
+    methods = {node.attr for node in all_nodes(tree) if isinstance(node, ast.Attribute)} & _METHODS
     if fixed != code or used or methods:
         fixers = (*_RENAMED, *sorted({_BUILTINS[name] for name in used}))
         fixed = _refactored(fixed, fixers, is_python3=True)
@@ -76,8 +76,8 @@ def python2_mark(code: str) -> re.Match[str] | None:
 
 def bound_names(tree: ast.Module) -> frozenset[str]:
     """Return the names that code defines, in any scope."""
-    names = {name for node in ast.walk(tree) for name in binds(node)}
-    for node in ast.walk(tree):
+    names = {name for node in all_nodes(tree) for name in binds(node)}
+    for node in all_nodes(tree):
         match node:
             case ast.arg(arg=name):
                 names.add(name)
