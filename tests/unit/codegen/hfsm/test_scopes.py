@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+import re
 import textwrap
 from pathlib import Path
 from typing import Any
@@ -90,32 +92,47 @@ def test_variables_and_inputs_are_shared() -> None:
     assert local("x = y = 1\nuse(x, y)", inputs=("x",)) == {"y"}
 
 
-_simple = st.sampled_from(
-    [
-        "x = next(n)", "y = next(n)", "x, y = y, x", "x += 1", "out(x)", "out(y)", "z = x", "out(z)",
-        "import math as y", "out([z for z in (x,)])", "f = lambda: x", "out(f())", "return", "1 / 0",
-        "if (z := next(n)) % 2: out(z)",
-    ]
-)  # fmt: skip
+_SIMPLE = [
+    "x = next(n)", "y = next(n)", "out(x)", "out(y)", "x, y = y, x", "x += 1", "z = x", "out(z)",
+    "import math as y", "out([z for z in (x,)])", "f = lambda: x", "out(f())", "return", "1 / 0",
+    "if (z := next(n)) % 2: out(z)",
+]  # fmt: skip
+_NESTED = [
+    "if next(n) % 2:\n{}",
+    "if next(n) % 2:\n{}\nelse:\n{}",
+    "for x in range(next(n) % 3):\n{}",
+    "try:\n{}\nexcept ZeroDivisionError as y:\n{}",
+    "try:\n{}\nfinally:\n{}",
+    "while next(n) % 3:\n{}\n  if next(n) % 2: break",
+    "with swallowed():\n{}",
+]
+_some_simple = st.lists(st.sampled_from(_SIMPLE), max_size=2, unique=True)
+_some_nested = st.lists(st.sampled_from(_NESTED), min_size=1, max_size=2, unique=True)
+_size, _place = st.integers(1, 3), st.integers(0, 11)
+_owner = st.sampled_from(["", "_1", "_2", "_3"])
+"""What the names of a piece end with: most pieces have their own."""
 
 
-def _nested(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
-    body = st.lists(inner, min_size=1, max_size=3).map(lambda lines: textwrap.indent("\n".join(lines), "  "))
-    return st.one_of(
-        st.builds("if next(n) % 2:\n{}\nelse:\n{}".format, body, body),
-        st.builds("for x in range(next(n) % 3):\n{}".format, body),
-        st.builds("try:\n{}\nexcept ZeroDivisionError as y:\n{}".format, body, body),
-        st.builds("try:\n{}\nfinally:\n{}".format, body, body),
-        st.builds("while next(n) % 3:\n{}\n  if next(n) % 2: break".format, body),
-        st.builds("with swallowed():\n{}".format, body),
-    )
+@st.composite
+def pieces_of_code(draw: st.DrawFn) -> list[str]:
+    """Draw pieces of few kinds of statements: what matters is what the same names are used for."""
+    simple, nested = ["x = next(n)", "out(x)", *draw(_some_simple)], draw(_some_nested)
 
+    def block(depth: int) -> str:
+        return "\n".join(statement(depth) for _ in range(draw(_size)))
 
-_code = st.lists(st.recursive(_simple, _nested, max_leaves=6), min_size=1, max_size=5).map("\n".join)
+    def statement(depth: int) -> str:
+        place = draw(_place)
+        if not depth or place < 8:
+            return simple[place % len(simple)]
+        form = nested[place % len(nested)]
+        return form.format(*(textwrap.indent(block(depth - 1), "  ") for _ in range(form.count("{}"))))
+
+    return [re.sub(r"\b([xyz])\b", rf"\1{draw(_owner)}", block(2)) for _ in range(draw(_size))]
 
 
 @settings(max_examples=examples(300), deadline=None)
-@given(st.lists(_code, min_size=1, max_size=3))
+@given(pieces_of_code())
 def test_code_does_the_same_with_local_names(codes: list[str]) -> None:
     automaton = automaton_of(*codes)
     pieces = list(automaton.by_owner.values())
@@ -143,7 +160,8 @@ def trace(pieces: list[Piece], shared: list[frozenset[str]]) -> list[object]:
         def __exit__(self, *_: object) -> bool:
             return True
 
-    made = namespace["automaton"](iter(range(300)), lambda value: found.append(repr(value)[:40]), Swallowed)
+    numbers = iter(random.Random(1).sample(range(300), 300))
+    made = namespace["automaton"](numbers, lambda value: found.append(repr(value)[:40]), Swallowed)
     for function in made * 4:
         try:
             function()
