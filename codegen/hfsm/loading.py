@@ -101,12 +101,13 @@ def check_document(
     with a limit of 0 or after errors; then the report is None. `include` and `document` are as for
     `load_document`.
     """
+    loaded = load_document(path, None, diagnostics, include, document=document)
+    if loaded is None or (limit is not None and limit <= 0):
+        return None
+
     from .model_checker import DEFAULT_LIMIT, check_model, read_operations, report_model
 
-    loaded = load_document(path, None, diagnostics, include, document=document)
     limit = DEFAULT_LIMIT if limit is None else limit
-    if loaded is None or limit <= 0:
-        return None
     errors = len(diagnostics.errors)
     operations = read_operations(loaded.document.interfaces, loaded.interfaces, diagnostics)
     if len(diagnostics.errors) > errors:

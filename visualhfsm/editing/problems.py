@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 
@@ -18,12 +18,14 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.loading import check_document
-from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport
 from visualhfsm.child import LineProcess, NoAnswerError, answer_lines
 from visualhfsm.errors import EditError
 
 from .places import Locator, Place
 from .serialization import written
+
+if TYPE_CHECKING:
+    from codegen.hfsm.model_checker import ModelReport  # the editor leaves it to its process for checks
 
 _MOST: Final = 1000
 """Limit of the reported problems; more are usually repetitions of one."""
@@ -76,12 +78,12 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
 
 
 def find_problems(
-    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int = DEFAULT_LIMIT
+    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
 ) -> list[Problem]:
     """Return what is wrong in the text of a document, by severity; `path` is its file, if it has one.
 
-    The model checker looks at `limit` configurations. It may take seconds: `CheckProcess` runs it in another
-    process.
+    The model checker looks at `limit` configurations, by default at as many as `check_document`. It may take
+    seconds: `CheckProcess` runs it in another process.
     """
     file = path or Path.cwd() / _UNTITLED
     diagnostics = Diagnostics()
@@ -161,7 +163,7 @@ class _Question(msgspec.Struct, frozen=True):
     text: str
     path: str | None
     include: list[str]
-    limit: int
+    limit: int | None
 
 
 class CheckProcess:
@@ -180,7 +182,7 @@ class CheckProcess:
     ) -> list[Problem]:
         """Return what is wrong in a document. Raises EditError when it cannot be written, or checked."""
         text = written(document)
-        for limit in (DEFAULT_LIMIT, 0):
+        for limit in (None, 0):
             if self._closed.is_set():
                 raise EditError("Cannot check the document", "the checks have been ended")
             question = _Question(text, None if path is None else str(path), [*map(str, include)], limit)
@@ -189,7 +191,7 @@ class CheckProcess:
                 problems = msgspec.json.decode(answer, type=list[Problem])
             except (NoAnswerError, msgspec.MsgspecError):
                 continue
-            return problems if limit else [*problems, _unchecked("model checker")]
+            return problems if limit is None else [*problems, _unchecked("model checker")]
         return [_unchecked("checks")]
 
     def close(self) -> None:

@@ -13,15 +13,17 @@ import threading
 import zlib
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from interfaces.hfsm import ComponentSnapshot, Mark
 from visualhfsm.monitoring.automata import Change, StateLog, number_in
 from visualhfsm.monitoring.robot import RobotState
+
+if TYPE_CHECKING:  # it takes long to load, and is first needed when numbers are plotted
+    import numpy as np
+    from numpy.typing import NDArray
 
 LARGEST: Final = 48 << 20
 """Limit of the packed moments in bytes; an hour of a component of five automata takes about half of it."""
@@ -281,6 +283,8 @@ class SeriesTable:
         If there are more rows than `points`, at least 2, the result has those at which a number is lowest or
         highest within its interval, so that no peak is lost.
         """
+        import numpy as np
+
         inside = [row for row in self._rows if start <= row[0] <= end]
         columns = {
             name: np.array([row[place] if place < len(row) else math.nan for _, row in inside])
@@ -296,6 +300,8 @@ class SeriesTable:
 
 def _thinned(columns: Sequence[NDArray[np.float64]], count: int, points: int) -> NDArray[np.intp]:
     """Return the selected rows, in order."""
+    import numpy as np
+
     if count <= points or not columns:
         step = max(1, -(-count // points))
         return np.arange(0, count, step, dtype=np.intp)
