@@ -113,15 +113,16 @@ class JointRules:
 
     def cap_speed(self, joint: str, speed: float, cap: float, outcome: Outcome) -> float:
         """Return a speed, or velocity, capped."""
-        return self.limit(joint, speed, (-cap, cap), f"speed {speed:.4g} is too fast", outcome)
+        return self.limit(joint, speed, (-cap, cap), "speed {:.4g} is too fast", outcome)
 
     def limit(
         self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
     ) -> float:
-        """Return a value clamped to limits; `problem` says what is wrong beyond them."""
+        """Return a value clamped to limits; `problem`, formatted with it, says what is wrong beyond them."""
         safe = clamp(value, *limits)
         if abs(safe - value) > _ROUNDING:
-            outcome.limitations.append(Limitation(joint, f"{problem}, limited to {safe:.4g}"))
+            reason = f"{problem.format(value)}, limited to {safe:.4g}"
+            outcome.limitations.append(Limitation(joint, reason))
         return safe
 
 
@@ -204,7 +205,7 @@ class JointSafety:
         outcome = Outcome(limitations=[*rules.couple(wanted), *rules.couple(limits)])
         self._wake(reading)
         for joint, target in wanted.items():
-            facts, problem = rules.facts[joint], f"{target:.4g} is out of range"
+            facts, problem = rules.facts[joint], "{:.4g} is out of range"
             safe = rules.limit(joint, target, (facts.lower, facts.upper), problem, outcome)
             speed = limits.get(joint) or rules.default_speed(joint)
             cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
@@ -299,7 +300,7 @@ class JointSafety:
                 self._stay(joint, reading)
             goal, other = self._goals[joint], self._goals.get(table.independent)
             limits = table.at(other.target if other else self._setpoint(table.independent, reading))
-            problem = f"{goal.target:.4g} would hit at this {table.independent}"
+            problem = f"{{:.4g}} would hit at this {table.independent}"
             safe = self._rules.limit(joint, goal.target, limits, problem, outcome)
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed))
