@@ -186,7 +186,7 @@ def test_a_merge_names_what_both_changed_and_shows_what_no_longer_fits(shown: Ed
     expect(notice).to_contain_text("state “mine” (name): yours stays")
     expect(notice).to_contain_text("transition “to out” (deleted on one side): it stays")
     shown.expect_states("up", "mine", "low")
-    expect(shown.page.get_by_role("button", name=re.compile("^1 error"))).to_be_visible()
+    shown.page.get_by_role("button", name=re.compile("^1 error")).wait_for()
 
 
 def test_the_save_dialog_keeps_the_name_after_an_error_and_makes_folders(

@@ -225,7 +225,7 @@ def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: Ed
 def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: EditorPage, path: Path) -> None:
     code = edit(shown, "wait")
     shown.connections.cut()
-    expect(shown.page.get_by_role("alert").filter(has_text="No connection since")).to_be_visible()
+    shown.page.get_by_role("alert").filter(has_text="No connection since").wait_for()
     shown.insert("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
@@ -259,23 +259,30 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.state("wait").wait_for()
         code = edit(shown, "wait")
         options = shown.page.get_by_role("listbox").get_by_role("option")
+        info = shown.page.locator(".cm-completionInfo")
+        signature = shown.page.locator(".cm-tooltip.cm-help")
         shown.insert("\nself.eye.getImageDat")
         expect(options).to_have_count(1)  # the first answer reads all that the code imports
-        expect(shown.page.locator(".cm-completionInfo")).to_contain_text("newest image")
+        info.wait_for()
+        expect(info).to_contain_text("newest image")
         shown.page.wait_for_timeout(INTERACTION_DELAY)
         shown.press("Enter")
         expect(code).to_contain_text("self.eye.getImageData")
         shown.type("(")
-        expect(shown.page.locator(".cm-tooltip.cm-help")).to_contain_text("getImageData(format")
+        signature.wait_for()
+        expect(signature).to_contain_text("getImageData(format")
         shown.press("Escape")
         shown.insert(")\ncou")
+        options.first.wait_for()
         expect(options.first).to_have_text(re.compile("^count"))
         shown.press("Escape")
         shown.insert("\n''.")
+        options.first.wait_for()
         expect(options.first).to_have_text(re.compile("^capitalize"))
         for _ in range(4):
             shown.press("PageDown")  # to options whose documentation did not come along
-        expect(shown.page.locator(".cm-completionInfo")).to_contain_text("Return")
+        info.wait_for()
+        expect(info).to_contain_text("Return")
 
 
 def test_entry_and_exit_code_have_tabs_that_arrows_go_through(shown: EditorPage, path: Path) -> None:

@@ -160,7 +160,7 @@ def test_search_follows_what_is_typed(shown: EditorPage) -> None:
     shown.press("Control+f")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()
     shown.insert("novelty")
-    expect(shown.page.get_by_text("Nothing has “novelty” in it.")).to_be_visible()
+    shown.page.get_by_text("Nothing has “novelty” in it.").wait_for()
     edit(shown, "wait")
     shown.insert("\nnovelty = 1")
     expect(shown.page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)

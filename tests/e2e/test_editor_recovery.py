@@ -73,7 +73,7 @@ def test_a_page_connects_again_when_the_editor_was_restarted_on_its_port(
         offline = shown.page.get_by_role("alert").filter(has_text="No connection since")
         expect(offline).to_contain_text(f"when it runs on port {port}")
         shown.type("2")
-        expect(offline.get_by_role("button", name="Copy what was not sent")).to_be_visible()
+        offline.get_by_role("button", name="Copy what was not sent").wait_for()
 
         with editor(root, file, port=port):
             expect(offline).to_have_count(0)

@@ -66,7 +66,7 @@ def test_undo_in_a_code_field_says_and_shows_what_it_changes_elsewhere(
         for _ in range(10):  # quickly: the page does not know yet of the step before
             shown.press("Control+y", "Control+z")
         shown.press("Control+y", "Control+y")
-        expect(notice.filter(has_text="Redone: Edit the code of “go”.")).to_be_visible()
+        notice.filter(has_text="Redone: Edit the code of “go”.").wait_for()
         expect(here).to_be_focused()
         expect(here).to_have_text("pass2")
         assert undo_names(shown) == ["Edit the code of “go”", "Edit the code of “wait”"]

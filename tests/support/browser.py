@@ -278,6 +278,7 @@ class EditorPage:
         found: dict[str, Any] = self.page.evaluate(
             """([areas, options]) => {
               const shown = areas.filter((each) => document.querySelector(each)).map((each) => [each]);
+              if (areas.length && !shown.length) throw new Error(`nothing is shown of ${areas}`);
               const usual = {resultTypes: ["violations"], preload: {assets: ["media"]}};
               return axe.run(areas.length ? {include: shown} : document, {...usual, ...options});
             }""",
