@@ -7,6 +7,8 @@ import gzip
 import json
 import math
 import re
+from copy import deepcopy
+from functools import cache
 from typing import Any
 
 from interfaces.nao import HealthEvent, HealthReport, Severity
@@ -44,10 +46,13 @@ def _robot(time: float) -> RobotState:
     return RobotState(joints, 0.31, -0.07, health)
 
 
+_recorded = cache(recorded)
+
+
 def watched(time: float = 9.5) -> WatchState:
     """Return everything known at a time, all of it recent."""
-    log = recorded(time)
-    newest = log.newest
+    log = _recorded(time)
+    newest = deepcopy(log.newest)
     assert newest is not None
     return WatchState(
         component="dance_and_follow",

@@ -35,6 +35,6 @@ def test_the_recipe_works(recipe: str, pytester: pytest.Pytester) -> None:
         elif block.language == "python":
             tests += block.text
     (pytester.path / "test_recipe.py").write_text(tests, "utf-8")
-    result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", "no:anyio")
     result.assert_outcomes(passed=len(re.findall(r"^def test_", tests, re.M)))
     assert tests

@@ -54,6 +54,7 @@ BOTH = [
 def lamp(pytester: pytest.Pytester) -> pytest.Pytester:
     """A project with a document and tests."""
     (pytester.path / "lamp.xml").write_text(LAMP, encoding="utf-8")
+    pytester.makeini("[pytest]\naddopts = -p no:anyio -p no:hypothesispytest")  # they take half of the start
     pytester.makepyfile(TESTS)
     return pytester
 
