@@ -13,6 +13,7 @@ from hfsm_recording.reader import RecordingFile
 from tests.support.browser import EditorPage
 from tests.support.editor import Editor
 from tests.support.monitor import (
+    comes_true,
     expect_current,
     follow,
     monitor_page,
@@ -387,7 +388,7 @@ def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> Non
       const {past} = (await import(entry.replace('app.js', 'monitor/monitor.js'))).monitor;
       return past.end - past.changes.at(-1).time > 1;
     }"""
-    eventually(lambda: shown.page.evaluate(gone_on))  # what was just now counts as now
+    comes_true(shown, gone_on)  # what was just now counts as now
     shown.page.get_by_role("slider", name="Moment of the run").focus()
     shown.press("PageDown", "ArrowLeft", "ArrowLeft")
     expect(status(shown)).to_have_text("Looking back")

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, expect
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.browser import EditorPage
-from tests.support.monitor import monitor_page, robot_and_editor, run, status
+from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
 from tests.support.robot_server import ServedRobot, eventually
 
 pytestmark = pytest.mark.sim
@@ -53,7 +53,7 @@ def test_the_robot_is_shown_while_nothing_is_followed(world: tuple[ServedRobot, 
     shown.press("Alt+l")
     expect(page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
     expect(page.get_by_role("tab", name="Variables")).to_have_count(0)
-    eventually(lambda: page.evaluate(BALL) is not None)
+    comes_true(shown, BALL)
     page.get_by_role("tab", name="Cameras").click()
     expect(page.locator("hfsm-camera").first).to_contain_text("camera")
 
@@ -66,9 +66,9 @@ def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[Serv
     run(shown)
     shown.press("Alt+l")
     page.get_by_role("tab", name="3D").click()
-    eventually(lambda: page.evaluate(BALL) is not None)
+    comes_true(shown, BALL)
     page.locator(".view-tools").get_by_role("button", name="Top").click()
-    eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))
+    comes_true(shown, "() => document.querySelector('hfsm-robot-view').grabbing.enabled")
 
     eventually(lambda: page.evaluate(BALL) == page.evaluate(BALL))  # the view stands, and the ball
     x, y, *start = page.evaluate(BALL)
@@ -78,7 +78,7 @@ def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[Serv
     page.mouse.move(x + 60, y + 10, steps=4)
     eventually(lambda: stage.truth().objects["Ball"].position[1] < start[1] - 0.1)
     page.mouse.up()
-    eventually(lambda: page.evaluate(BALL)[3] < start[1] - 0.1)
+    comes_true(shown, f"async limit => (await ({BALL})())[3] < limit", start[1] - 0.1)
 
     page.evaluate(LOOK_BACK, before)
     eventually(lambda: page.evaluate(BALL)[2:] == pytest.approx(start, abs=0.02))
@@ -95,9 +95,9 @@ def test_a_run_is_recorded_and_played_with_its_own_world(world: tuple[ServedRobo
     expect(status(shown)).to_have_text("Running")
     shown.press("Alt+l")
     page.get_by_role("tab", name="3D").click()
-    eventually(lambda: page.evaluate(BALL) is not None)
+    comes_true(shown, BALL)
     start = page.evaluate(BALL)[2:]
-    eventually(lambda: page.evaluate(NOW) > 1.0)  # by then it is written where the ball is
+    comes_true(shown, f"async () => await ({NOW})() > 1")  # by then it is written where the ball is
     shown.press("Shift+F5")
     shown.button("Play it").click()
     expect(status(shown)).to_have_text("Recording")

@@ -15,9 +15,9 @@ from naoserver.fake import FakeRobot
 from naoserver.robot import Robot
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
-from tests.support.limits import CALL_LIMIT
+from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.processes import ComponentProcess
-from tests.support.robot_server import ServedRobot, eventually, served
+from tests.support.robot_server import ServedRobot, served
 from visualhfsm.generate import generate_component
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
@@ -97,7 +97,6 @@ def status(shown: EditorPage) -> Locator:
 def run(shown: EditorPage) -> None:
     """Press F5 and wait until the component is followed."""
     shown.press("F5")
-    status(shown).wait_for()  # while something is not there, `expect` describes the whole page at each look
     expect(status(shown)).to_have_text("Running")
 
 
@@ -109,15 +108,28 @@ def run_again(shown: EditorPage) -> None:
     )
     before = shown.page.evaluate(started)
     shown.press("F5")
-    eventually(lambda: shown.page.evaluate(started) not in {before, None})
+    comes_true(shown, f"async (before) => ![before, null, undefined].includes(await ({started})())", before)
     expect(status(shown)).to_have_text("Running")
+
+
+def comes_true(shown: EditorPage, condition: str, argument: object = None) -> None:
+    """Wait until a function of JavaScript, which may be async, returns something true: the page itself looks again."""
+    shown.page.evaluate(
+        f"""async ([argument, limit]) => {{
+          const end = performance.now() + limit;
+          while (!(await ({condition})(argument))) {{
+            if (performance.now() > end) throw new Error("it did not come true in time");
+            await new Promise((resolve) => setTimeout(resolve, 100));
+          }}
+        }}""",
+        [argument, MOVE_LIMIT * 1000],
+    )
 
 
 def follow(shown: EditorPage, component: str) -> None:
     """Choose one of the running components."""
     shown.button("1 running").click()
     shown.page.get_by_role("menuitem", name=component).click()
-    status(shown).wait_for()
     expect(status(shown)).to_have_text("Running")
 
 
