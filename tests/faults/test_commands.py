@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+import socket
 import time
 from pathlib import Path
 
@@ -41,14 +42,14 @@ def test_without_a_server_a_client_names_the_endpoint_and_how_to_start_one(comma
 
 
 def test_a_port_in_use_is_named(free_robot_endpoint: str) -> None:
-    with ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as first:
-        first.wait_for("ready")
-
-        with ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as second:
-            assert second.wait(RUN_LIMIT) == 1
-            assert free_robot_endpoint in second.output
-            assert "in use" in second.output
-            assert "Traceback" not in second.output
+    with (
+        socket.create_server(("127.0.0.1", int(free_robot_endpoint.rpartition(":")[2]))),
+        ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as server,
+    ):
+        assert server.wait(RUN_LIMIT) == 1
+        assert free_robot_endpoint in server.output
+        assert "in use" in server.output
+        assert "Traceback" not in server.output
 
 
 @pytest.mark.parametrize("loaded", ["naoserver.errors", "numpy", "zenoh", "mujoco", "naoserver_sim.robot"])

@@ -29,10 +29,26 @@ def endpoint():
     return free_endpoint()
 
 
+@pytest.fixture(scope="module")
+def communicator():
+    """The session of a client of a simulation without GL, slow and with slow joints."""
+    endpoint = free_endpoint()
+    options = ("--speed", "0.2", "--joint-speed", "0.8")
+    with server(endpoint, *options, environment={"MUJOCO_GL": "disable"}) as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            yield communicator
+
+
 @pytest.mark.gl  # without GL there is a warning
-def test_it_says_when_it_is_ready_and_ends_cleanly_at_ctrl_c(endpoint):
-    with server(endpoint, "--realm", "two") as process:
+def test_it_says_when_it_is_ready_has_the_cameras_asked_for_and_ends_cleanly_at_ctrl_c(endpoint):
+    with server(endpoint, "--realm", "two", "--camera", "Camera=640x480@15") as process:
         process.wait_for(f"^ready: realm two, {endpoint}, 3 cameras$")
+        with initialize(realm="two", connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
+            image = camera.getImageData.wait(timeout=START_LIMIT).value
+            assert (image.description.width, image.description.height) == (640, 480)
+            assert len(image.pixelData) == 640 * 480 * 3
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130
         # On a busy machine, the simulator rightly reports that it does not keep up.
@@ -40,51 +56,31 @@ def test_it_says_when_it_is_ready_and_ends_cleanly_at_ctrl_c(endpoint):
         assert len(lines) == 1, process.output
 
 
-def test_head_turns_and_balls_hang_in_the_air(endpoint):
-    with server(endpoint, "--speed", "20", "--joint-speed", "0.8") as process:
-        process.wait_for("^ready")
-        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
-            head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
-            full = H25.joints[H25.joint_names.index("HeadYaw")].max_velocity
-            assert head.getLimits().maxPanSpeed == pytest.approx(0.8 * full)
-            head.setPose(0.5, 0.1, 0.5)
-            for sample in head.getPose.samples(timeout=START_LIMIT):
-                if abs(sample.value.pan - 0.5) < 0.02:
-                    break
-            ball = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-            assert ball.getPose3DEncodersData().z == pytest.approx(0.5, abs=1e-3)
+def test_head_turns_and_balls_hang_in_the_air(communicator):
+    head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+    full = H25.joints[H25.joint_names.index("HeadYaw")].max_velocity
+    assert head.getLimits().maxPanSpeed == pytest.approx(0.8 * full)
+    head.setPose(0.5, 0.1, 0.5)
+    for sample in head.getPose.samples(timeout=START_LIMIT):
+        if abs(sample.value.pan - 0.5) < 0.02:
+            break
+    ball = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
+    assert ball.getPose3DEncodersData().z == pytest.approx(0.5, abs=1e-3)
 
 
-@pytest.mark.gl
-def test_camera_streams_the_size_of_the_option(endpoint):
-    with server(endpoint, "--camera", "Camera=640x480@15") as process:
-        process.wait_for("^ready")
-        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
-            camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
-            image = camera.getImageData.wait(timeout=START_LIMIT).value
-            assert (image.description.width, image.description.height) == (640, 480)
-            assert len(image.pixelData) == 640 * 480 * 3
+def test_clock_reports_that_it_is_simulated_and_how_fast(communicator):
+    clock = ClockPrx.checkedCast(communicator.stringToProxy("Clock"))
+    reading = clock.getTime()
+    assert reading.simulated
+    assert 0.0 < reading.rate < 0.5
+    wait_for(clock.getTime, lambda later: later.time > reading.time)
 
 
-def test_clock_reports_that_it_is_simulated_and_how_fast(endpoint):
-    with server(endpoint, "--speed", "0.2") as process:
-        process.wait_for("^ready")
-        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
-            clock = ClockPrx.checkedCast(communicator.stringToProxy("Clock"))
-            reading = clock.getTime()
-            assert reading.simulated
-            assert 0.0 < reading.rate < 0.5
-            wait_for(clock.getTime, lambda later: later.time > reading.time)
-
-
-def test_without_gl_a_camera_call_names_the_package_and_the_rest_works(endpoint):
-    with server(endpoint, environment={"MUJOCO_GL": "disable"}) as process:
-        process.wait_for("^ready")
-        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
-            camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
-            with pytest.raises(HardwareFailedException, match="libegl1"):
-                camera.getImageData("RGB8")
-            assert PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose().time > 0
+def test_without_gl_a_camera_call_names_the_package_and_the_rest_works(communicator):
+    camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
+    with pytest.raises(HardwareFailedException, match="libegl1"):
+        camera.getImageData("RGB8")
+    assert PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose().time > 0
 
 
 @pytest.mark.parametrize(

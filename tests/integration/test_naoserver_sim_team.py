@@ -1,10 +1,13 @@
-"""`naoserver-sim --robots` and `--world`, as separate processes."""
+"""`naoserver-sim --robots`, as separate processes, and `--world`."""
 
 import signal
 
 import pytest
 
 from interfaces.nao import GroundTruthPrx
+from naoserver.errors import RobotError
+from naoserver_sim.command import app
+from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
@@ -29,8 +32,8 @@ def test_robots_live_in_realms_of_their_own_and_end_together():
 def test_a_wrong_world_is_reported_in_one_line(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("[robot]\nheading = 'north'\n")
-    with ComponentProcess(module("naoserver_sim", "--world", str(file))) as process:
-        assert process.wait() == 1
-        assert "mine.toml" in process.output
-        assert "robot.heading" in process.output
-        assert process.output.count("\n") == 1
+    done = run_here(app, "naoserver-sim", "--world", file, expected=(RobotError,))
+    assert done.returncode == 1
+    assert "mine.toml" in done.stderr
+    assert "robot.heading" in done.stderr
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
