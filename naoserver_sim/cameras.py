@@ -9,7 +9,7 @@ import logging
 import os
 import queue
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, field
@@ -39,7 +39,7 @@ _MISSING: Final = (
 
 
 def create_context(width: int, height: int) -> mujoco.GLContext:
-    """Make an offscreen GL context for the calling thread: EGL, or OSMesa where there is no EGL.
+    """Make an offscreen GL context: EGL, or OSMesa where there is no EGL.
 
     The environment variable MUJOCO_GL, set to one of these or to `disable`, leaves no choice.
 
@@ -59,7 +59,8 @@ def create_context(width: int, height: int) -> mujoco.GLContext:
             os.environ[_CHOICE] = backend
             os.environ.setdefault("PYOPENGL_PLATFORM", backend)
             context = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
-            context.make_current()
+            with context.as_current():
+                pass  # it works
         # PyOpenGL and the drivers raise any exception, AttributeError and GLError among them.
         except Exception as error:  # noqa: BLE001
             _log.info("no rendering with %s: %s", backend, error)
@@ -221,18 +222,39 @@ def put_cameras(mj: mujoco.MjModel, data: mujoco.MjData, qpos: NDArray[np.float6
     mujoco.mj_camlight(mj, data)
 
 
+_MOST_SPARE: Final = 2
+_spare: Final[dict[tuple[str, int, int], list[mujoco.GLContext]]] = {}
+"""Contexts that are not in use, by GL library and size: a new one compiles its shaders, for 0.3 s."""
+
+
+@contextlib.contextmanager
+def _current_context(width: int, height: int) -> Iterator[None]:
+    """Use a GL context in the calling thread, perhaps one of a scene before. Raises HardwareFailure."""
+    unused = _spare.get((os.environ.get(_CHOICE, "").lower(), width, height))
+    try:
+        context = unused.pop() if unused else create_context(width, height)
+    except IndexError:  # another thread was faster
+        context = create_context(width, height)
+    with context.as_current():
+        yield
+    unused = _spare.setdefault((os.environ[_CHOICE].lower(), width, height), [])
+    if len(unused) < _MOST_SPARE:
+        unused.append(context)
+    else:
+        context.free()
+
+
 class _Scene:
     """MuJoCo's GL resources. Made, used and closed on one thread."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         """Set GL up. Raises HardwareFailure when there is none, and what MuJoCo raises when it is no use."""
         self._mj = mj
-        self._gl = create_context(mj.vis.global_.offwidth, mj.vis.global_.offheight)
-        try:
+        with contextlib.ExitStack() as made:
+            made.enter_context(_current_context(mj.vis.global_.offwidth, mj.vis.global_.offheight))
             self._context = mujoco.MjrContext(mj, mujoco.mjtFontScale.mjFONTSCALE_50)
-        except BaseException:
-            self._gl.free()
-            raise
+            made.callback(self._context.free)
+            self._made = made.pop_all()
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._data = mujoco.MjData(mj)
         self._options = mujoco.MjvOption()
@@ -279,5 +301,4 @@ class _Scene:
 
     def close(self) -> None:
         """Free what GL holds."""
-        self._context.free()
-        self._gl.free()
+        self._made.close()
