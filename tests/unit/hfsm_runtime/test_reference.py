@@ -64,51 +64,69 @@ class Plan:
     children: tuple[tuple[int, Plan], ...] = field(default=())
 
 
+# A strategy takes as long to make as to draw from: none is made while a plan is drawn.
 PIECES = st.sampled_from([None, None, "", *EVENTS])
 SCRIPTS = st.lists(st.booleans(), min_size=1, max_size=5).map(tuple)
+NO_SCRIPT_OR_SCRIPTS = st.just(()) | SCRIPTS
+KINDS = st.sampled_from(["time", "time", "condition", "event", "event", "finished", "finished"])
+DELAYS = st.integers(1, 700)
+EVENT_NAMES = st.sampled_from(EVENTS)
+PRIORITIES = st.none() | st.integers(1, 3)
+PERIODS = st.sampled_from([20, 50, 100, 100, 130])
+COUNTS = st.integers(1, 3)
+PLACES = {count: st.integers(0, count - 1) for count in (1, 2, 3)}
+OWNERS = {(count, most): st.lists(PLACES[count], max_size=most) for count in PLACES for most in (1, 3)}
+
+
+def planned_states(finals: list[bool]) -> st.SearchStrategy[PlannedState]:
+    return st.builds(
+        PlannedState,
+        entry=PIECES,
+        code=PIECES,
+        exit=PIECES,
+        final=st.sampled_from(finals),
+        restart=st.booleans(),
+        arguments=st.booleans(),
+    )
+
+
+FIRST_STATES = planned_states([False] * 9 + [True])
+STATES_OF_ROOT = planned_states([False] * 5 + [True])
+STATES_BELOW = planned_states([False, False, True])
 
 
 @st.composite
 def transitions(draw: st.DrawFn, places: st.SearchStrategy[int]) -> PlannedTransition:
-    kind = draw(st.sampled_from(["time", "time", "condition", "event", "event", "finished", "finished"]))
+    kind = draw(KINDS)
     return PlannedTransition(
         origin=draw(places),
         destination=draw(places),
-        delay=draw(st.integers(1, 700)) if kind == "time" else None,
-        event=draw(st.sampled_from(EVENTS)) if kind == "event" else "",
+        delay=draw(DELAYS) if kind == "time" else None,
+        event=draw(EVENT_NAMES) if kind == "event" else "",
         finished=kind == "finished",
-        script=draw(SCRIPTS if kind == "condition" else st.just(()) | SCRIPTS),
-        priority=draw(st.none() | st.integers(1, 3)),
+        script=draw(SCRIPTS if kind == "condition" else NO_SCRIPT_OR_SCRIPTS),
+        priority=draw(PRIORITIES),
         code=draw(PIECES),
     )
 
 
+TRANSITIONS = {
+    count: st.lists(transitions(places), min_size=1, max_size=6) for count, places in PLACES.items()
+}
+
+
 @st.composite
 def plans(draw: st.DrawFn, depth: int = 0) -> Plan:
-    finals = st.sampled_from([False, False, True] if depth else [False] * 5 + [True])
-    states = tuple(
-        draw(
-            st.builds(
-                PlannedState,
-                entry=PIECES,
-                code=PIECES,
-                exit=PIECES,
-                final=finals if place else st.sampled_from([False] * 9 + [True]),
-                restart=st.booleans(),
-                arguments=st.booleans(),
-            )
-        )
-        for place in range(draw(st.integers(1, 3)))
-    )
-    places = st.integers(0, len(states) - 1)
+    others = STATES_BELOW if depth else STATES_OF_ROOT
+    states = tuple(draw(others if place else FIRST_STATES) for place in range(draw(COUNTS)))
     children: list[tuple[int, Plan]] = []
     if depth < 3:
-        owners = draw(st.lists(places, max_size=3 if depth < 2 else 1))
+        owners = draw(OWNERS[len(states), 3 if depth < 2 else 1])
         children = [(owner, draw(plans(depth + 1))) for owner in owners]
     return Plan(
-        period=draw(st.sampled_from([20, 50, 100, 100, 130])),
+        period=draw(PERIODS),
         states=states,
-        transitions=tuple(draw(st.lists(transitions(places), min_size=1, max_size=6))),
+        transitions=tuple(draw(TRANSITIONS[len(states)])),
         children=tuple(children),
     )
 
