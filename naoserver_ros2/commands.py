@@ -134,10 +134,12 @@ class Commands:
         """Walk to a place in the frame odom or base_footprint."""
         place, turn, frame = message.pose.position, message.pose.orientation, message.header.frame_id
         sine = 2.0 * (turn.w * turn.z + turn.x * turn.y)
-        heading = math.atan2(sine, 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z))
-        x, y = place.x, place.y
-        if not all(map(math.isfinite, (x, y, heading))):
-            raise RefusedError("the place or its orientation is not a finite number")
+        cosine = 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
+        x, y, heading = place.x, place.y, math.atan2(sine, cosine)
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise RefusedError("the place is not a finite number")
+        if not (math.isfinite(sine) and math.isfinite(cosine)):  # of infinite ones the heading is finite
+            raise RefusedError("the orientation is not a finite number")
         if frame == ODOM:
             here = self._encoders.getEncodersData()
             x, y = x - here.robotx, y - here.roboty

@@ -268,8 +268,12 @@ def test_it_walks_to_a_place_in_either_frame(frame: str) -> None:
     ("frame", "pose", "words"),
     [
         ("map", {}, "'map'"),
-        ("odom", {"position": {"x": math.nan}}, "not a finite number"),
-        ("odom", {"orientation": {"w": 1e200, "y": 1e200, "z": 1e200}}, "not a finite number"),
+        ("odom", {"position": {"x": math.nan}}, "the place is not a finite number"),
+        (
+            "odom",
+            {"orientation": {"w": 1e200, "y": 1e200, "z": 1e200}},
+            "the orientation is not a finite number",
+        ),
         ("odom", {"position": {"x": 1e300}}, "it must be from -100 to 100"),
     ],
 )
@@ -279,6 +283,7 @@ def test_a_place_that_makes_no_sense_is_refused(
     goal = shared.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
     goal.publish(header={"frame_id": frame}, pose=pose)
     eventually(lambda: shared.logs(words))
+    assert shared.nao.proxy(WalkPrx, "Walk").getWalkState().count == 0
 
 
 def test_who_holds_the_lease_is_not_disturbed() -> None:
