@@ -33,9 +33,9 @@ def flood() -> list[str]:
     """Return tokens of more servants, servers and interfaces than are remembered."""
     return [
         servant_token(Target("nao", f"I{identity}"), f"::flood::T{kind}", "f", f"{server:x}", 1.0)
-        for identity in range(300)
-        for server in range(1, 9)
-        for kind in range(12)
+        for identity in range(260)
+        for server in range(1, 7)
+        for kind in range(11)
     ]
 
 
