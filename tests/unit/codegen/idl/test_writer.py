@@ -260,7 +260,7 @@ def test_awkward_names_pass_the_type_checker_and_the_formatter(tmp_path: Path) -
     compilation = compile_interfaces(paths, [], tmp_path / "out", Diagnostics())
     apply(compare_with_disk(compilation.files))
     for command in (
-        ["mypy", "--strict", str(tmp_path / "out")],
+        ["mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(tmp_path / "out")],
         ["ruff", "format", "--isolated", "--line-length", "110", "--diff", str(tmp_path / "out")],
         ["ruff", "check", "--isolated", "--select", "F,E9,RUF022", str(tmp_path / "out")],
     ):
