@@ -45,7 +45,6 @@ _GRACE_SHARE: Final = 0.1  # of the limit, where that is more: a long one means 
 _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
 _LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died disappears; measured 2-3 ms
-
 _NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
@@ -97,12 +96,9 @@ class ServantInfo(NamedTuple):
     """A servant that is there, as its tokens show."""
 
     identity: str
-    interfaces: dict[str, str]
-    """The fingerprint of each of its interfaces by type id."""
-    server: str
-    """Id of the session that serves it."""
-    since: float
-    """Wall time of the server's machine since when it does, in s since the epoch."""
+    interfaces: dict[str, str]  # the fingerprint of each of its interfaces by type id
+    server: str  # id of the session that serves it
+    since: float  # wall time of the server's machine since when it does, in s since the epoch
 
 
 class Presence:
@@ -131,11 +127,8 @@ class Presence:
         self._changed: Final = threading.Condition()
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
+        # The fingerprints of each servant's interfaces by type id; replaced as a whole: readers take no lock.
         self.present: Final[dict[Target, Mapping[str, str]]] = {}
-        """The fingerprints of each servant's interfaces by type id.
-
-        Each mapping is replaced, not changed: readers take no lock.
-        """
         self._came: Final[dict[Target, float]] = {}  # when its last server did, of what is there
         self._lost: Final[dict[Target, tuple[float, str]]] = {}  # when, and the id of the last server
         self._listeners: list[Callable[[], object]] = []
@@ -174,16 +167,11 @@ class Presence:
                 found.setdefault(token.server, new).interfaces[token.type_id] = token.fingerprint
         return sorted(found.values(), key=lambda info: (info.since, info.server))
 
-    def others(self, server: str) -> list[tuple[str, Target]]:
-        """Return the other servers of all identities than a certain one, in the order of the identities."""
+    def others(self, server: str) -> set[tuple[str, Target]]:
+        """Return all servers but one, each with an identity that it serves."""
         with self._changed:
-            found = {
-                (token.server, target)
-                for target, tokens in self._tokens.items()
-                for token in tokens.values()
-                if token.server != server
-            }
-        return sorted(found, key=lambda other: other[1].identity)
+            tokens = [token for each in self._tokens.values() for token in each.values()]
+        return {(token.server, token.target) for token in tokens if token.server != server}
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was present and is not any more."""

@@ -37,8 +37,7 @@ _WIRE_MODULE: Final = ""  # no module has this name: it distinguishes what was l
 _Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
 _NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
 
-fields_of: Final = lru_cache(maxsize=1024)(msgspec.structs.fields)
-"""Returns the fields of a struct, which msgspec looks up again each time."""
+fields_of: Final = lru_cache(maxsize=1024)(msgspec.structs.fields)  # it looks them up again each time
 
 NULL: Final[Any] = object()
 """The default value of a member that is None where it is not given, but must be there on the wire."""
@@ -171,10 +170,8 @@ class WireTypes:
     def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         if cls not in self._structs:
             self._structs[cls] = cls  # in itself, as Slice has it of classes alone
-            members = self._members(cls)
-            if any(
-                members[f.name] != f.type or not (f.required or f.default is None) for f in fields_of(cls)
-            ):
+            members, fields = self._members(cls), fields_of(cls)
+            if any(members[f.name] != f.type or not (f.required or f.default is None) for f in fields):
                 self._structs[cls] = wire = _wire_struct(cls)
                 wire.__annotations__.update(members)
         return self._structs[cls]

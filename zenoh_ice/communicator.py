@@ -323,7 +323,7 @@ class Communicator:
     def _find_rivals(self) -> dict[str, list[str]]:
         """Return the identities that others serve, too, by the ids of their sessions."""
         found: dict[str, list[str]] = {}
-        for server, target in self.presence.others(self.client_id):
+        for server, target in sorted(self.presence.others(self.client_id)):
             if target in self.served:
                 found.setdefault(server, []).append(target.identity)
         return found
