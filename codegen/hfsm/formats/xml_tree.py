@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Final
 from xml.parsers import expat  # xml.sax would load urllib.request, for as long as all the rest takes
 
-from defusedxml.common import DefusedXmlException, DTDForbidden
-
 from ...diagnostics import Diagnostics, Location
 from ..codes import Code
 from ..document import Comment, Text
@@ -92,14 +90,16 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
         code, message = Code.MALFORMED_XML, f"unreadable XML: {error}"
         if isinstance(error, expat.ExpatError):
             message = f"malformed XML: {builder.problem(expat.ErrorString(error.code))}"
-        elif isinstance(error, DefusedXmlException):
-            code = Code.DOCUMENT_TYPE
-            reason = "document types and entities are not allowed in a document"
-            message = f"{type(error).__name__}: {reason}"
+        elif isinstance(error, _DocumentTypeFound):
+            code, message = Code.DOCUMENT_TYPE, "document types and entities are not allowed in a document"
         diagnostics.error(code, message, builder.place())
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
     return builder.root
+
+
+class _DocumentTypeFound(ValueError):
+    """Ends the parsing before the first entity."""
 
 
 class _TreeBuilder:
@@ -146,8 +146,8 @@ class _TreeBuilder:
         element = self._open[-1]
         return f"the element `{element.tag}` of line {element.line} is not closed"
 
-    def _document_type(self, name: str, system: str | None, public: str | None, _subset: bool) -> None:
-        raise DTDForbidden(name, system, public)
+    def _document_type(self, *_declaration: object) -> None:
+        raise _DocumentTypeFound
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         line, column = self._position()
