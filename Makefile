@@ -37,7 +37,7 @@ test: ## Run the linters and every test, and build the documentation
 	@$(MAKE) --no-print-directory --jobs=2 all-tests lint docs
 
 all-tests:
-	@$(BIN)/python -m pytest -n 6 --dist loadgroup -q --durations=10
+	@$(BIN)/python -m pytest -n 5 --dist loadgroup -q --durations=10
 
 coverage: $(VENV)/dev.stamp packages ## Run every test and report what it covers of the packages and of the page
 	@rm -rf coverage

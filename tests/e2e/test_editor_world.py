@@ -70,11 +70,17 @@ def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[Serv
     page.locator(".view-tools").get_by_role("button", name="Top").click()
     comes_true(shown, "() => document.querySelector('hfsm-robot-view').grabbing.enabled")
 
-    eventually(lambda: page.evaluate(BALL) == page.evaluate(BALL))  # the view stands, and the ball
+    def is_over_ball() -> bool:
+        x, y, *_ = page.evaluate(BALL)
+        page.mouse.move(x - 1, y)
+        page.mouse.move(x, y)
+        return page.locator(".grabbable").count() == 1
+
+    eventually(is_over_ball)  # not before the view stands, and the ball
     x, y, *start = page.evaluate(BALL)
     before = page.evaluate(NOW)
-    page.mouse.move(x, y)
     page.mouse.down()
+    expect(page.locator(".holding")).to_have_count(1)
     page.mouse.move(x + 60, y + 10, steps=4)
     eventually(lambda: stage.truth().objects["Ball"].position[1] < start[1] - 0.1)
     page.mouse.up()

@@ -18,8 +18,9 @@ let shownAt = -PACE; // when they showed the last one, ms
 
 /** @param {MonitorElement} element */
 function showSoon(element) {
+  const isPlanned = waiting.size > 0;
   waiting.add(element);
-  if (waiting.size > 1) return;
+  if (isPlanned) return;
   const wait = shownAt + PACE - performance.now();
   if (wait > 0) setTimeout(showMoment, wait);
   else queueMicrotask(showMoment);
