@@ -240,7 +240,7 @@ class RosMonitor(Observer):
     def _publish_status(self, run: Run) -> None:
         with self._runtime.tree.lock:
             automaton, current = run.automaton, run.current
-            ghost, finished = run.parent is not None and not run.active, run.finished
+            ghost, finished = not run.active, run.finished  # the root, too, until it has started
         labels, word = _labels(automaton), self._word()
         self._status.publish(
             header={"stamp": self._node.now()},

@@ -127,6 +127,7 @@ def break_and_fix(shown: EditorPage) -> None:
     write(shown, "Code of the state left", MISSPELT)
     expect(shown.page.get_by_text("1 warning")).to_be_visible()
     shown.press("Control+m")
+    expect(shown.page.locator("hfsm-problems :focus")).to_have_count(1)  # later it would take the focus back
     expect(shown.page.get_by_text("setPosse").last).to_be_visible()
     picture(shown.page, "misspelt", "tutorial")
 

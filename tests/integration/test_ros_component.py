@@ -73,7 +73,7 @@ class Scene:
 
 
 @contextmanager
-def played(pair: Pair, component: Any = None) -> Iterator[Scene]:
+def played(pair: Pair, component: Any = None, *, starts: bool = True) -> Iterator[Scene]:
     endpoint = free_endpoint()
     component = component or Keeper()
     runtime = Runtime(component, WallClock())
@@ -85,7 +85,8 @@ def played(pair: Pair, component: Any = None) -> Iterator[Scene]:
         Node("tool", domain=9, settings=there) as tool,
         RosMonitor(monitor, node),
     ):
-        runtime.start()
+        if starts:
+            runtime.start()
         try:
             yield Scene(component, runtime, tool)
         finally:
@@ -160,7 +161,7 @@ def test_states_and_transitions_are_published_as_they_change(scene: Scene) -> No
     transitions = Heard(
         scene.tool, "lifecycle_msgs/msg/TransitionEvent", "/field/keeper/transitions", late=False
     )
-    first = status.wait_for(lambda each: each.path == "/keeper")
+    first = status.wait_for(lambda each: each.path == "/keeper" and each.active_states)
     assert (first.active_states, first.initial_states, first.info) == (["wait"], ["wait"], "running")
     ghost = status.wait_for(lambda each: each.path == "/keeper/guard")
     assert (ghost.active_states, ghost.info) == ([], "running, inactive in left")
@@ -175,6 +176,15 @@ def test_states_and_transitions_are_published_as_they_change(scene: Scene) -> No
     status.wait_for(lambda each: each.path == "/keeper/guard" and each.active_states == ["left"])
     assert scene.call("event/ball_right").success
     status.wait_for(lambda each: each.path == "/keeper/guard" and each.active_states == ["right"])
+
+
+def test_no_state_is_active_before_the_start_as_events_are_lost_until_then(pair: Pair) -> None:
+    with played(pair, starts=False) as scene:
+        status = Heard(scene.tool, STATUS, "/field/keeper/smach/container_status")
+        first = status.wait_for(lambda each: each.path == "/keeper")
+        assert (first.active_states, first.info) == ([], "running, inactive in wait")
+        scene.runtime.start()
+        status.wait_for(lambda each: each.path == "/keeper" and each.active_states == ["wait"])
 
 
 def test_services_pause_step_and_resume(scene: Scene) -> None:
