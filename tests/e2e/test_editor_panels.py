@@ -279,6 +279,7 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.insert("\n''.")
         options.first.wait_for()
         expect(options.first).to_have_text(re.compile("^capitalize"))
+        shown.page.wait_for_timeout(INTERACTION_DELAY)
         for _ in range(4):
             shown.press("PageDown")  # to options whose documentation did not come along
         info.wait_for()

@@ -6,6 +6,7 @@ import asyncio
 import io
 import os
 import threading
+from collections import Counter
 from functools import partial
 from pathlib import Path
 
@@ -55,8 +56,19 @@ START = 1_700_000_000_000_000_000
 class HandClock(VirtualClock):
     """A clock that moves only with `advance`, for threads, which look again and again whether it has."""
 
+    def __init__(self) -> None:
+        super().__init__()
+        self.looks: Counter[str] = Counter()
+        """How often each thread has begun to wait, by its name."""
+
     def wait(self, event: threading.Event, timeout: float) -> bool:
+        self.looks[threading.current_thread().name] += 1
         return event.wait(0.001)
+
+    def until_waiting(self, thread: str) -> None:
+        """Return when a thread waits for a later time than now, which it may do twice before it sees a new one."""
+        seen = self.looks[thread]
+        eventually(lambda: self.looks[thread] >= seen + 2)
 
 
 @pytest.fixture(scope="module")
@@ -68,10 +80,12 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with recording(walker, path) as recorder:
         runtime = RecordedRuntime(walker, clock, recorder)
         recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
+        root = f"automaton {runtime.run(1).automaton.name}"
         runtime.start()
         try:
             for cycle in range(1, CYCLES + 1):
                 eventually(partial(lambda number: runtime.run(1).cycles == number, cycle))
+                clock.until_waiting(root)  # its cycle is counted before its time is taken
                 clock.advance(0.01)
         finally:
             runtime.stop()

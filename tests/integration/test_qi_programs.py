@@ -15,6 +15,7 @@ pytest.importorskip("cv2")
 from tests.support.limits import EVENT_LIMIT
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
+from tests.support.waiting import until
 
 PROGRAMS: list[Callable[[Any], None]] = []
 DEVICES = "Device/SubDeviceList/"
@@ -29,7 +30,7 @@ def program(function: Callable[[Any], None]) -> Callable[[Any], None]:
 @pytest.fixture(scope="module")
 def url():
     with ComponentProcess(
-        module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults", "--speed", "10")
+        module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults", "--speed", "5")
     ) as server:
         yield server.wait_for(r"^ready: (\S+)")[1]
 
@@ -112,6 +113,7 @@ def plays_music_in_the_background(service):
     player = service("ALAudioPlayer")
     music = player.loadFile("/home/nao/music.mp3")
     task = player.pCall(["playInLoop", music])
+    until(lambda: player.getCurrentPosition(music) > 0.0)
     player.setVolume(music, 0.4)
     player.stop(music)
     assert not player.wait(task, 5000)
