@@ -272,7 +272,7 @@ def test_a_read_of_a_sensor_is_another_each_time() -> None:
 
 
 @settings(
-    max_examples=examples(30),
+    max_examples=examples(15),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
@@ -420,7 +420,7 @@ def commanded(doc: Document, directory: Path) -> set[str]:
 
 
 @settings(
-    max_examples=examples(40),
+    max_examples=examples(15),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )

@@ -16,6 +16,7 @@ from codegen.hfsm.code.language import is_mostly_cpp
 from codegen.hfsm.code.python2 import fix_python2
 from codegen.hfsm.code.text import parse_piece
 from tests.support.documents import document, state, sub
+from tests.support.examples import examples
 from visualhfsm.conversion import convert_python2
 
 FIXED = [
@@ -158,14 +159,14 @@ _lines = st.one_of(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(_lines, max_size=6))
 def test_any_mixture_is_fixed_and_the_rest_stays(lines: list[tuple[str, str]]) -> None:
     old, new = ("\n".join(side) for side in (zip(*lines, strict=True) if lines else ((), ())))
     assert fix_python2(old) == new
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     st.text(st.sampled_from("print exec raise `<>(),'\"\n\t:;#\\ulrL07x%$"), max_size=60)
     | st.text(max_size=60)
@@ -188,7 +189,7 @@ def test_a_name_that_other_code_of_the_document_gives_a_meaning_stays() -> None:
 
 
 def test_the_projects_own_code_is_python_3() -> None:
-    for path in Path("codegen").rglob("*.py"):
+    for path in Path("codegen/hfsm/code").rglob("*.py"):
         code = path.read_text("utf-8")
         assert fix_python2(code) == code, path
 

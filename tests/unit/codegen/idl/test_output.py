@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import compile_interfaces
+from tests.support.examples import examples
 from tests.support.generated_types import structs_of
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import DATA, ROOT
@@ -47,7 +48,7 @@ def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 def check_any_value(struct: type[msgspec.Struct]) -> None:
     codec = Codec(struct)
 
-    @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=examples(6), deadline=None, suppress_health_check=list(HealthCheck))
     @given(struct_values(struct, DESK))
     def round_trip(value: msgspec.Struct) -> None:
         payload = pack(codec, tuple(getattr(value, name) for name in codec.fields), "x")

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 import interfaces
+from tests.support.examples import examples
 from tests.support.generated_types import modules_of, structs_of
 from tests.support.wire_values import Desk, packed, plain, struct_values, unpacked
 from zenoh_ice import ObjectPrx
@@ -22,7 +23,7 @@ DESK = Desk()
 def test_a_struct_crosses_the_wire_as_a_map_of_its_members(struct: type[msgspec.Struct]) -> None:
     decoder = msgspec.msgpack.Decoder(struct)
 
-    @settings(max_examples=15)
+    @settings(max_examples=examples(6))
     @given(struct_values(struct, DESK))
     def round_trip(value: msgspec.Struct) -> None:
         assert unpacked(msgspec.msgpack.encode(value)) == plain(value)

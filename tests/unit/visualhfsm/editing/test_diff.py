@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document, Text
 from tests.support.editing import choose_command, large_document, tree
+from tests.support.examples import examples
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.automata import AddAutomaton
 from visualhfsm.editing.commands.component import AddEntry, ChangeEntry, RemoveEntry
@@ -152,7 +153,7 @@ def test_words_that_both_replace_are_a_conflict(mine: str, theirs: str, together
 
 
 @given(st.randoms(use_true_random=False))
-@settings(max_examples=50)
+@settings(max_examples=examples(30))
 def test_no_letter_is_lost_that_two_type_at_once(random: Random) -> None:
     document = "".join(random.choices("abcdefghi \n", k=random.randrange(60)))
     writers: list[dict[str, Any]] = [
@@ -306,7 +307,7 @@ def random_document(seed: int, start: Document, commands: int = 15) -> Document:
     return document
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(mine=st.integers(0, 2**32), theirs=st.integers(0, 2**32))
 def test_any_two_versions_make_a_document_that_can_be_saved(mine: int, theirs: int) -> None:
     base = tree()

@@ -1,6 +1,6 @@
 """Random commands: every result can be saved, read again, undone and redone.
 
-`TEST_EXAMPLES=10` runs ten times as many sequences of 100 commands.
+`TEST_EXAMPLES=10` runs ten times as many sequences of 50 commands.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from visualhfsm.editing.serialization import parse
 from visualhfsm.errors import EditError
 from visualhfsm.sessions.session import DocumentSession
 
-COMMANDS_EACH = 100
+COMMANDS_EACH = 50
 
 ODD = Document(
     automata=(
@@ -49,7 +49,7 @@ ODD = Document(
 
 @pytest.mark.parametrize("start", [tree(), Document(), ODD], ids=["tree", "empty", "odd"])
 @settings(
-    max_examples=examples(10),
+    max_examples=examples(7),
     deadline=None,
     phases=[Phase.explicit, Phase.reuse, Phase.generate],
 )

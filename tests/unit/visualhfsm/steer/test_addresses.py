@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests.support.component import dance_and_follow
+from tests.support.examples import examples
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.steer.target import Address, Addresses
 
@@ -127,7 +128,7 @@ def test_a_structure_that_is_no_tree_ends() -> None:
     assert Addresses(structure).automaton("5").automaton == 5
 
 
-@settings(deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.text(max_size=30), st.text(max_size=10))
 def test_no_name_breaks_it(text: str, name: str) -> None:
     structure = dance_and_follow()

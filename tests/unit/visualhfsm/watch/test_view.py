@@ -12,6 +12,7 @@ from rich.console import Console
 
 from interfaces.hfsm import Breakpoint, ComponentStatus, ErrorReport
 from tests.support.component import ball_mark, dance_and_follow, transition_structure
+from tests.support.examples import examples
 from tests.support.watching import watched
 from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.robot import RobotState
@@ -39,7 +40,7 @@ def test_a_terminal_of_any_usual_size_is_filled_and_shows_every_state(size):
         assert any(name in line for line in lines)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.integers(20, 250), st.integers(4, 80), st.sampled_from([0.1, 9.5, 12.0]))
 def test_no_size_overflows(width, height, time):
     lines = draw(watched(time), width, height)
@@ -214,14 +215,14 @@ def test_what_other_processes_send_does_not_command_the_terminal():
     assert not re.search("[\x00-\x1f\x7f-\x9f]", "".join(lines))
 
 
-@settings(deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.integers(1, 10**6), st.integers(1, 10**6), st.integers(20, 200), st.integers(10, 60))
 def test_an_image_of_any_shape_fits(image_width, image_height, width, height):
     lines = draw(replace(watched(), image_size=(image_width, image_height)), width, height)
     assert max(len(line) for line in lines) <= width
 
 
-@settings(deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.floats(), st.floats(), st.floats())
 @example(math.nan, math.nan, math.nan)
 def test_no_number_that_arrives_breaks_the_view(first, second, third):

@@ -13,11 +13,12 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editor import patched
+from tests.support.examples import examples
 from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
 from visualhfsm.web.window import Version, full, patch
@@ -67,6 +68,7 @@ several = st.lists(documents, min_size=2, max_size=4).map(
 )
 
 
+@settings(max_examples=examples(30))
 @given(several)
 def test_patches_lead_from_version_to_version(versions: list[Version]) -> None:
     page = decoded(versions[0])
@@ -101,6 +103,7 @@ def show() -> Iterator[Show]:
         node.wait(END_LIMIT)
 
 
+@settings(max_examples=examples(30))
 @given(several)
 def test_the_page_shows_what_the_server_has(show: Show, versions: list[Version]) -> None:
     about = {"push": "document", "tab": 1, "revision": 1, "undo": [], "redo": [], "dirty": False}

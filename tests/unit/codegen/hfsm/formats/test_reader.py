@@ -300,7 +300,7 @@ def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
 # Whatever a person types, and whatever another program adds, comes back as it was.
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(documents)
 def test_what_is_written_reads_back_the_same(document: Document) -> None:
     text = write_document(document)
@@ -309,7 +309,7 @@ def test_what_is_written_reads_back_the_same(document: Document) -> None:
     assert write_document(again) == text
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 def test_no_input_does_more_than_report_errors(content: bytes) -> None:
     diagnostics = Diagnostics()

@@ -25,7 +25,7 @@ from tests.support.model_documents import PATH, Player, documents, play, stated
 LIMIT = 30_000
 
 _settings = settings(
-    max_examples=examples(60),
+    max_examples=examples(30),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
@@ -74,7 +74,7 @@ def impossible(report: ModelReport) -> tuple[set[tuple[int, int]], set[tuple[int
 @given(documents(), st.integers(0, 2**32))
 def test_nothing_that_runs_do_is_called_impossible(document: Document, seed: int) -> None:
     states, transitions = impossible(check_model(document, PATH, limit=LIMIT))
-    for number in range(4 if states or transitions else 0):
+    for number in range(2 if states or transitions else 0):
         player = roll(document, seed + number)
         assert not player.visited & states
         assert not {(fired.automaton, fired.transition) for fired in player.fired_} & transitions
@@ -119,7 +119,7 @@ def stated_documents(draw: st.DrawFn) -> Document:
     )
 
 
-@settings(_settings, max_examples=examples(60))
+@_settings
 @given(stated_documents())
 def test_a_counterexample_violates_its_property_on_the_runtime(document: Document) -> None:
     (result,) = check_model(document, PATH, limit=LIMIT).properties
@@ -130,7 +130,7 @@ def test_a_counterexample_violates_its_property_on_the_runtime(document: Documen
     assert_violated(result, player)
 
 
-@settings(_settings, max_examples=examples(40))
+@settings(_settings, max_examples=examples(20))
 @given(stated_documents(), st.integers(0, 2**32))
 def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: int) -> None:
     (result,) = check_model(document, PATH, limit=LIMIT).properties
@@ -139,7 +139,7 @@ def test_a_property_that_holds_is_violated_by_no_run(document: Document, seed: i
     within = float(stated.within.text) * 1e6 if stated.within.text else None
     if within is None and stated.kind == "eventually":
         return  # a run that ends cannot violate it
-    for number in range(4):
+    for number in range(2):
         player = roll(document, seed + number, 5.0 if within is None else within / 1e9)
         times = player.times(stated.expression.text)
         if stated.kind == "never":

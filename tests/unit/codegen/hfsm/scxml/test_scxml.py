@@ -42,7 +42,7 @@ def import_(text: str) -> tuple[Document | None, Diagnostics]:
     return parse_scxml(text, Path("test.scxml"), diagnostics), diagnostics
 
 
-@settings(max_examples=examples(50), deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(trees)
 def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> None:
     text, _ = export(document)
@@ -51,7 +51,7 @@ def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> Non
     assert violations(text) == []
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(documents)
 def test_whatever_is_in_a_document_comes_back_as_it_was(document: Document) -> None:
     text, _ = export(document)
@@ -346,7 +346,7 @@ def charts(draw: st.DrawFn) -> Document:
     return Document(automata=tuple(automata))
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(charts())
 def test_the_chart_alone_says_what_the_document_does(document: Document) -> None:
     text, reported = export(document)
@@ -707,7 +707,7 @@ _PIECES = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.sampled_from(_SEEDS), st.data())
 def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> None:
     tokens = re.findall(r"<[^>]*>|[^<]+", seed)
@@ -733,7 +733,7 @@ def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> 
         assert import_(export(document)[0])[0] == document
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 def test_what_is_no_xml_is_reported(content: bytes) -> None:
     diagnostics = Diagnostics()
