@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import queue
 from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import pytest
@@ -27,23 +28,36 @@ def program(function: Callable[[Any], None]) -> Callable[[Any], None]:
     return function
 
 
+def upright(function: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Let the robot stand as at its start before a program that moves more than its head and arms."""
+
+    @wraps(function)
+    def run(service: Any) -> None:
+        service("ALRobotPosture").goToPosture("StandInit", 1.0)
+        function(service)
+
+    return run
+
+
 @pytest.fixture(scope="module")
-def url():
-    with ComponentProcess(
-        module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults", "--speed", "5")
-    ) as server:
-        yield server.wait_for(r"^ready: (\S+)")[1]
+def session():
+    with (
+        ComponentProcess(
+            module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults", "--speed", "5")
+        ) as server,
+        connected(server.wait_for(r"^ready: (\S+)")[1]) as session,
+    ):
+        yield session
 
 
 @pytest.fixture
-def service(url):
-    with connected(url) as session:
+def service(session):
+    if not session.service("ALMotion").robotIsWakeUp():
         session.service("ALMotion").wakeUp()
-        session.service("ALRobotPosture").goToPosture("StandInit", 1.0)
-        yield session.service
-        session.service("Faults").clear()
-        session.service("Faults").touch([])
-        session.service("ALMotion").killAll()
+    yield session.service
+    session.service("Faults").clear()
+    session.service("Faults").touch([])
+    session.service("ALMotion").killAll()
 
 
 # -- voice and sound -----------------------------------------------------------------------------------------
@@ -274,6 +288,7 @@ def stands_only_if_it_does_not(service):
 
 
 @program
+@upright
 def runs_a_behavior(service):
     manager = service("ALBehaviorManager")
     if manager.isBehaviorInstalled("wave") and not manager.isBehaviorRunning("wave"):
@@ -282,6 +297,7 @@ def runs_a_behavior(service):
 
 
 @program
+@upright
 def starts_and_stops_a_behavior(service):
     manager = service("ALBehaviorManager")
     manager.startBehavior("wave")
@@ -310,6 +326,7 @@ def switches_autonomous_life_off(service):
 
 
 @program
+@upright
 def walks_forward(service):
     motion = service("ALMotion")
     motion.moveInit()
@@ -320,6 +337,7 @@ def walks_forward(service):
 
 
 @program
+@upright
 def turns_round(service):
     motion = service("ALMotion")
     before = motion.getRobotPosition(False)[2]
@@ -329,11 +347,13 @@ def turns_round(service):
 
 
 @program
+@upright
 def walks_through_several_places(service):
     assert service("ALMotion").moveTo([[0.1, 0.0, 0.0], [0.1, 0.1, 0.5]])
 
 
 @program
+@upright
 def walks_until_it_is_stopped(service):
     motion = service("ALMotion")
     motion.moveToward(1.0, 0.0, 0.0)
@@ -344,6 +364,7 @@ def walks_until_it_is_stopped(service):
 
 
 @program
+@upright
 def walks_with_parameters_of_its_own(service):
     config = [["Frequency", 0.8], ["MaxStepX", 0.03], ["StepHeight", 0.02]]
     motion = service("ALMotion")
@@ -352,6 +373,7 @@ def walks_with_parameters_of_its_own(service):
 
 
 @program
+@upright
 def walks_by_the_names_of_naoqi_1(service):
     motion = service("ALMotion")
     motion.setWalkArmsEnabled(True, True)
@@ -362,6 +384,7 @@ def walks_by_the_names_of_naoqi_1(service):
 
 
 @program
+@upright
 def takes_foot_steps(service):
     motion = service("ALMotion")
     motion.setFootStepsWithSpeed(["LLeg", "RLeg"], [[0.06, 0.1, 0.0], [0.06, -0.1, 0.0]], [0.8, 0.8], False)
@@ -369,6 +392,7 @@ def takes_foot_steps(service):
 
 
 @program
+@upright
 def walks_a_square(service):
     motion = service("ALMotion")
     for _ in range(4):
@@ -377,6 +401,7 @@ def walks_a_square(service):
 
 
 @program
+@upright
 def asks_how_fast_it_walks(service):
     motion = service("ALMotion")
     motion.move(0.03, 0.0, 0.0)
@@ -389,6 +414,7 @@ def asks_how_fast_it_walks(service):
 
 
 @program
+@upright
 def reaches_with_a_hand(service):
     motion = service("ALMotion")
     x, y, z, *turns = motion.getPosition("LArm", 0, False)
@@ -397,6 +423,7 @@ def reaches_with_a_hand(service):
 
 
 @program
+@upright
 def moves_its_hips_in_a_circle(service):
     motion = service("ALMotion")
     start = motion.getPosition("Torso", 2, False)
@@ -405,6 +432,7 @@ def moves_its_hips_in_a_circle(service):
 
 
 @program
+@upright
 def looks_at_where_its_hand_is(service):
     motion, tracker = service("ALMotion"), service("ALTracker")
     tracker.lookAt(motion.getPosition("LArm", 0, True)[:3], 0, 0.3, False)

@@ -15,7 +15,6 @@ from interfaces.jderobot import (
 from interfaces.nao import (
     ActionStatus,
     GroundTruthPrx,
-    HealthPrx,
     JointsPrx,
     LedColor,
     LedsPrx,
@@ -30,7 +29,7 @@ from interfaces.nao import (
     WalkPrx,
 )
 from naoserver.motions.postures import POSTURES
-from tests.support.conformance import PATIENT, ROBOTS, in_simulation, on_each_body
+from tests.support.conformance import PATIENT, ROBOTS, in_simulation, with_an_h21_in_simulation
 from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually, wait_for
 
@@ -76,19 +75,28 @@ def ended(state):
 # -- the walk ------------------------------------------------------------------------------------------------
 
 
-def test_velocities_are_in_si_units_both_ways_and_limited(walking):
-    motors = walking.proxy(MotorsPrx, "Motors")
-    assert (motors.setV(SPEED), motors.setW(-0.2), motors.setL(0.04)) == (0, 0, 0)
-    assert (motors.getV(), motors.getW(), motors.getL()) == pytest.approx((SPEED, -0.2, 0.04), abs=1e-4)
-    limits = walking.robot.walker.limits
-    assert (motors.setV(-9.0), motors.setW(9.0), motors.setL(-9.0)) == (1, 1, 1)
-    reached = (motors.getV(), motors.getW(), motors.getL())
-    assert reached == pytest.approx((-limits.forward, limits.turn, -limits.left), abs=1e-3)
-    assert (motors.setV(0.0), motors.setW(0.0), motors.setL(0.0)) == (0, 0, 0)
-
-
-def test_it_walks_as_fast_as_commanded_and_straight(walking):
+def test_it_walks_as_commanded_and_stops(walking):
     motors, encoders = walking.proxy(MotorsPrx, "Motors"), walking.proxy(EncodersPrx, "Encoders")
+
+    def stands():
+        return not walking.robot.walker.walking
+
+    check_it_walks_as_fast_as_commanded_and_straight(motors, encoders)
+    eventually(stands)
+    check_it_turns_to_the_left_where_it_stands(motors, encoders)
+    check_velocities_are_in_si_units_both_ways_and_limited(walking, motors)
+    # A stop ends the walk in every direction.
+    eventually(stands)
+    start = encoders.getEncodersData()
+    assert (motors.setV(SPEED), motors.setW(-0.2)) == (0, 0)
+    wait_for(encoders.getEncodersData, lambda data: data.robottheta < start.robottheta - 0.02)
+    motors.stop()
+    assert (motors.getV(), motors.getW(), motors.getL()) == (0.0, 0.0, 0.0)
+    eventually(stands)
+    check_while_it_walks_the_head_is_free_and_the_legs_are_not(walking, motors)
+
+
+def check_it_walks_as_fast_as_commanded_and_straight(motors, encoders):
     start = encoders.getEncodersData()
     seen: deque[tuple[float, float]] = deque()
     """When it was where, over the last 0.1 m."""
@@ -108,17 +116,7 @@ def test_it_walks_as_fast_as_commanded_and_straight(walking):
     assert abs(after.robottheta - start.robottheta) < 0.15
 
 
-def test_a_stop_ends_the_walk_in_every_direction(walking):
-    motors, encoders = walking.proxy(MotorsPrx, "Motors"), walking.proxy(EncodersPrx, "Encoders")
-    assert (motors.setV(SPEED), motors.setW(-0.2)) == (0, 0)
-    wait_for(encoders.getEncodersData, lambda data: data.robottheta < -0.02)
-    motors.stop()
-    assert (motors.getV(), motors.getW(), motors.getL()) == (0.0, 0.0, 0.0)
-    eventually(lambda: not walking.robot.walker.walking)
-
-
-def test_it_turns_to_the_left_where_it_stands(walking):
-    motors, encoders = walking.proxy(MotorsPrx, "Motors"), walking.proxy(EncodersPrx, "Encoders")
+def check_it_turns_to_the_left_where_it_stands(motors, encoders):
     start = encoders.getEncodersData()
     assert motors.setW(0.5) == 0
     there = wait_for(encoders.getEncodersData, lambda data: data.robottheta - start.robottheta > 0.3)
@@ -127,21 +125,18 @@ def test_it_turns_to_the_left_where_it_stands(walking):
     assert math.atan2(there.robotsin, there.robotcos) == pytest.approx(there.robottheta, abs=1e-5)
 
 
-@on_each_body
-def test_it_walks_to_a_place(nao):
-    walk, encoders = nao.proxy(WalkPrx, "Walk"), nao.proxy(EncodersPrx, "Encoders")
-    start = encoders.getEncodersData()
-    walk.walkTo(0.15, 0.0, 0.3)
-    ended = wait_for(walk.getWalkState, lambda state: state.status is not ActionStatus.Moving)
-    assert (ended.status, ended.progress, ended.message) == (ActionStatus.Done, 1.0, "")
-    there = encoders.getEncodersData()
-    way = math.hypot(there.robotx - start.robotx, there.roboty - start.roboty)
-    assert way == pytest.approx(0.15, abs=0.05)
-    assert there.robottheta - start.robottheta == pytest.approx(0.3, abs=0.15)
+def check_velocities_are_in_si_units_both_ways_and_limited(walking, motors):
+    assert (motors.setV(SPEED), motors.setW(-0.2), motors.setL(0.04)) == (0, 0, 0)
+    assert (motors.getV(), motors.getW(), motors.getL()) == pytest.approx((SPEED, -0.2, 0.04), abs=1e-4)
+    limits = walking.robot.walker.limits
+    assert (motors.setV(-9.0), motors.setW(9.0), motors.setL(-9.0)) == (1, 1, 1)
+    reached = (motors.getV(), motors.getW(), motors.getL())
+    assert reached == pytest.approx((-limits.forward, limits.turn, -limits.left), abs=1e-3)
+    assert (motors.setV(0.0), motors.setW(0.0), motors.setL(0.0)) == (0, 0, 0)
 
 
-def test_while_it_walks_the_head_is_free_and_the_legs_are_not(walking):
-    motors, body = walking.proxy(MotorsPrx, "Motors"), walking.proxy(JointsPrx, "Body")
+def check_while_it_walks_the_head_is_free_and_the_legs_are_not(walking, motors):
+    body = walking.proxy(JointsPrx, "Body")
     motors.setV(SPEED)
     with pytest.raises(InvalidValueException, match="the walk") as refusal:
         body.setJointPositions({"LKneePitch": 0.5}, 0.2)
@@ -159,18 +154,23 @@ def test_while_it_walks_the_head_is_free_and_the_legs_are_not(walking):
     eventually(free)
 
 
-def test_a_walk_that_is_not_renewed_stops_by_itself_and_that_is_counted(nao):
-    motors, health = nao.proxy(MotorsPrx, "Motors"), nao.proxy(HealthPrx, "Health")
-    timeouts = health.getHealth().velocityTimeouts
-    motors.setV(SPEED)
-    eventually(lambda: motors.getV() == 0.0)
-    eventually(lambda: health.getHealth().velocityTimeouts == timeouts + 1)
+@with_an_h21_in_simulation
+def test_it_walks_to_a_place(nao):
+    walk, encoders = nao.proxy(WalkPrx, "Walk"), nao.proxy(EncodersPrx, "Encoders")
+    start = encoders.getEncodersData()
+    walk.walkTo(0.15, 0.0, 0.3)
+    ended = wait_for(walk.getWalkState, lambda state: state.status is not ActionStatus.Moving)
+    assert (ended.status, ended.progress, ended.message) == (ActionStatus.Done, 1.0, "")
+    there = encoders.getEncodersData()
+    way = math.hypot(there.robotx - start.robotx, there.roboty - start.roboty)
+    assert way == pytest.approx(0.15, abs=0.05)
+    assert there.robottheta - start.robottheta == pytest.approx(0.3, abs=0.15)
 
 
 # -- lights and voice ----------------------------------------------------------------------------------------
 
 
-def test_lights_fade_to_a_color_and_back_to_what_they_began_with(nao):
+def test_lights_fade_and_a_text_is_begun_reported_and_ended(nao):
     leds = nao.proxy(LedsPrx, "Leds")
     names = leds.getLedNames()
     assert {"LeftEye", "RightEye", "LeftEar", "RightEar", "Head", "Chest", "LeftFoot", "RightFoot"} == set(
@@ -189,11 +189,9 @@ def test_lights_fade_to_a_color_and_back_to_what_they_began_with(nao):
         return does
 
     wait_for(leds.getLeds, shows(RED))
-    leds.reset()
+    leds.reset()  # back to what they began with
     wait_for(leds.getLeds, shows(before["LeftEye"]))
 
-
-def test_a_text_is_begun_reported_and_ended(nao):
     speech = nao.proxy(SpeechPrx, "Speech")
     count = speech.getSpeech().count
     speech.say("Hello.")
@@ -212,24 +210,11 @@ def test_a_text_is_begun_reported_and_ended(nao):
 # -- postures and motions ------------------------------------------------------------------------------------
 
 
-@on_each_body
-def test_it_goes_into_a_posture_and_reports_it(nao, body):
+@with_an_h21_in_simulation
+def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
     postures = nao.proxy(PosturesPrx, "Postures")
     assert set(postures.getPostures()) >= POSTURES.keys()
     assert postures.getPosture() == "StandInit"
-    count = postures.getPostureState().count
-    postures.goToPosture("Crouch", 1.0)
-    state = wait_for(postures.getPostureState, ended)
-    assert (state.status, state.name, state.count) == (ActionStatus.Done, "Crouch", count + 1), state.message
-    eventually(lambda: postures.getPosture() == "Crouch")
-    knee = POSTURES["Crouch"]["LKneePitch"]
-    wait_for(
-        body.getJointState, lambda state: abs(joint(nao, state, "LKneePitch") - knee) < POSTURE_TOLERANCE
-    )
-
-
-def test_a_posture_is_refused_where_there_is_none_and_stops_on_the_way(nao, body):
-    postures = nao.proxy(PosturesPrx, "Postures")
     for name, fraction, field in (
         ("Handstand", 0.5, "name"),
         ("Crouch", 0.0, "fraction"),
@@ -238,30 +223,32 @@ def test_a_posture_is_refused_where_there_is_none_and_stops_on_the_way(nao, body
         with pytest.raises(InvalidValueException) as refusal:
             postures.goToPosture(name, fraction)
         assert refusal.value.field == field
+
+    knee = POSTURES["StandInit"]["LKneePitch"]
     postures.goToPosture("Crouch", 0.3)
-    wait_for(
-        body.getJointState,
-        lambda state: abs(joint(nao, state, "LKneePitch") - POSTURES["StandInit"]["LKneePitch"]) > 0.1,
-    )
+    wait_for(body.getJointState, lambda state: abs(joint(nao, state, "LKneePitch") - knee) > 0.1)
     postures.stop()
-    assert wait_for(postures.getPostureState, ended).status in (ActionStatus.Stopped, ActionStatus.Failed)
+    stopped = wait_for(postures.getPostureState, ended)
+    assert stopped.status in (ActionStatus.Stopped, ActionStatus.Failed)
     assert postures.getPosture() != "Crouch"
 
+    postures.goToPosture("Crouch", 1.0)
+    state = wait_for(postures.getPostureState, lambda state: state.count > stopped.count and ended(state))
+    assert (state.status, state.name, state.count) == (ActionStatus.Done, "Crouch", stopped.count + 1), (
+        state.message
+    )
+    eventually(lambda: postures.getPosture() == "Crouch")
+    knee = POSTURES["Crouch"]["LKneePitch"]
+    wait_for(
+        body.getJointState, lambda state: abs(joint(nao, state, "LKneePitch") - knee) < POSTURE_TOLERANCE
+    )
 
-@on_each_body
-def test_it_waves(nao, body):
+
+@with_an_h21_in_simulation
+def test_it_waves_and_the_motion_owns_its_joints_until_it_ends(nao, body):
     motions = nao.proxy(MotionsPrx, "Motions")
     facts = {motion.name: motion for motion in motions.getMotions()}
     assert facts.keys() >= {"dance", "kick", "sit_down", "stand_up_from_back", "stand_up_from_belly", "wave"}
-    motions.play("wave", 2.0)
-    state = wait_for(motions.getMotionState, ended)
-    assert (state.status, state.name, state.progress) == (ActionStatus.Done, "wave", 1.0), state.message
-    assert body.setJointPositions({"RShoulderPitch": 1.4}, 0.3)
-
-
-@on_each_body
-def test_a_motion_owns_its_joints_and_stops_and_holds(nao, body):
-    motions = nao.proxy(MotionsPrx, "Motions")
     with pytest.raises(InvalidValueException) as refusal:
         motions.play("somersault", 1.0)
     assert refusal.value.field == "name"
@@ -270,8 +257,14 @@ def test_a_motion_owns_its_joints_and_stops_and_holds(nao, body):
     with pytest.raises(InvalidValueException, match="wave"):
         body.setJointPositions(dict.fromkeys(nao.robot.body.joint_names, 0.0), 0.1)
     motions.stop()
-    assert wait_for(motions.getMotionState, ended).status == ActionStatus.Stopped
-    wait_for(body.getJointState, lambda state: max(map(abs, state.velocities)) < 0.1)
+    stopped = wait_for(motions.getMotionState, ended)
+    assert stopped.status == ActionStatus.Stopped
+    wait_for(body.getJointState, lambda state: max(map(abs, state.velocities)) < 0.1)  # it holds them
+
+    motions.play("wave", 2.0)
+    state = wait_for(motions.getMotionState, lambda state: state.count > stopped.count and ended(state))
+    assert (state.status, state.name, state.progress) == (ActionStatus.Done, "wave", 1.0), state.message
+    assert body.setJointPositions({"RShoulderPitch": 1.4}, 0.3)
 
 
 # -- safety --------------------------------------------------------------------------------------------------
@@ -294,8 +287,17 @@ def commands(nao):
     )
 
 
-@on_each_body
-def test_an_emergency_stop_ends_all_motion_and_latches(nao, body):
+def test_a_lease_and_an_emergency_stop_refuse_every_command(nao, body):
+    with nao.client() as other:
+        other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
+        for command in commands(nao):
+            with pytest.raises(CommandRefusedException) as refusal:
+                command()
+            assert refusal.value.holder == "Ann"
+        other.proxy(PoseHeadPrx, "Head").setPose(0.1, 0.0, 0.2)
+        other.proxy(SafetyPrx, "Safety").releaseLease()
+        nao.proxy(PoseHeadPrx, "Head").setPose(0.0, 0.0, 0.2)
+
     safety, head = nao.proxy(SafetyPrx, "Safety"), nao.proxy(PoseHeadPrx, "Head")
     head.setPose(1.5, 0.0, 0.02)
     wait_for(head.getPose, lambda pose: pose.pan > 0.1)
@@ -310,18 +312,6 @@ def test_an_emergency_stop_ends_all_motion_and_latches(nao, body):
     safety.resetEmergencyStop()
     assert head.setPose(0.0, 0.0, 0.5).pan == 0.0
     wait_for(head.getPose, lambda pose: abs(pose.pan) < 0.05)
-
-
-def test_who_holds_the_lease_commands_and_nobody_else(nao):
-    with nao.client() as other:
-        other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
-        for command in commands(nao):
-            with pytest.raises(CommandRefusedException) as refusal:
-                command()
-            assert refusal.value.holder == "Ann"
-        other.proxy(PoseHeadPrx, "Head").setPose(0.1, 0.0, 0.2)
-        other.proxy(SafetyPrx, "Safety").releaseLease()
-        nao.proxy(PoseHeadPrx, "Head").setPose(0.0, 0.0, 0.2)
 
 
 # -- what only a simulation has ------------------------------------------------------------------------------

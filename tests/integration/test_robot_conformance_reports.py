@@ -28,7 +28,7 @@ from interfaces.nao import (
 )
 from naoserver.body import H25
 from naoserver.servants.hinge import HINGES
-from tests.support.conformance import BODIES, motors
+from tests.support.conformance import BODIES, ROBOTS, motors
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import wait_for
 from zenoh_ice import MarshalException
@@ -55,6 +55,10 @@ BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors
 SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}
 
 
+on_an_h25 = pytest.mark.parametrize("served", ROBOTS, indirect=True)
+"""For what is the same for each body."""
+
+
 @pytest.fixture(scope="module", params=BODIES)
 def served(request):
     """A robot that is served."""
@@ -62,7 +66,7 @@ def served(request):
         yield nao
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def nao(served):
     """The robot, and a client's session."""
     with served.client() as nao:
@@ -136,6 +140,7 @@ def test_every_hinge_is_served_with_the_limits_of_its_joints(nao):
         nao.proxy(Pose3DEncodersPrx, f"{hinge.name}Encoders").getPose3DEncodersData()
 
 
+@on_an_h25
 def test_the_clock_streams_a_time_that_goes_on(nao):
     clock = nao.proxy(ClockPrx, "Clock")
     first = clock.getTime.wait(timeout=EVENT_LIMIT)
@@ -145,6 +150,7 @@ def test_the_clock_streams_a_time_that_goes_on(nao):
     assert second.value.simulated == nao.robot.clock.simulated
 
 
+@on_an_h25
 def test_health_reports_that_it_stands(nao):
     report = nao.proxy(HealthPrx, "Health").getHealth.wait(timeout=EVENT_LIMIT).value
     assert not report.fallen
@@ -206,6 +212,7 @@ def test_the_feet_carry_the_weight_between_them(nao):
         assert abs(foot.centerY) < 0.06
 
 
+@on_an_h25
 def test_the_sonar_reports_distances_within_its_limits_or_none(nao):
     sonar = nao.proxy(SonarPrx, "Sonar")
     limits = sonar.getSonarLimits()
@@ -222,6 +229,7 @@ def test_nothing_touches_it_and_the_sensors_have_names(nao):
     wait_for(touch.getTouchReading, lambda reading: reading.touched == [])
 
 
+@on_an_h25
 def test_the_battery_is_reported(nao):
     reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=EVENT_LIMIT).value
     assert 0.0 <= reading.charge <= 1.0
@@ -233,6 +241,7 @@ def test_the_battery_is_reported(nao):
 # -- cameras --------------------------------------------------------------------------------------------------
 
 
+@on_an_h25
 @pytest.mark.gl
 def test_a_camera_describes_itself(camera):
     description = camera.getCameraDescription()
@@ -246,6 +255,7 @@ def test_a_camera_describes_itself(camera):
     assert (description.u0, description.v0) == (159.5, 119.5)
 
 
+@on_an_h25
 @pytest.mark.gl
 def test_an_image_is_what_its_description_says(camera):
     for name, channels in (("RGB8", 3), ("BGR8", 3), ("GRAY8", 1)):
@@ -256,6 +266,7 @@ def test_an_image_is_what_its_description_says(camera):
         assert shape.size == len(image.pixelData) == 320 * 240 * channels
 
 
+@on_an_h25
 @pytest.mark.gl
 def test_images_are_timed_by_the_robots_clock(nao, camera):
     clock = nao.proxy(ClockPrx, "Clock")
@@ -265,6 +276,7 @@ def test_images_are_timed_by_the_robots_clock(nao, camera):
     assert before - 5.0 <= time <= clock.getTime().time + 0.01
 
 
+@on_an_h25
 @pytest.mark.gl
 def test_images_of_the_stream_are_a_period_apart(camera):
     assert camera.getImageFormat()[0] == "RGB8"
@@ -280,6 +292,7 @@ def test_images_of_the_stream_are_a_period_apart(camera):
     assert all(after > before for before, after in pairwise(times))
 
 
+@on_an_h25
 def test_a_setting_that_a_camera_does_not_have_is_refused(camera):
     for setting, value, reason in (
         ("width", 321, "321x240"),
@@ -294,6 +307,7 @@ def test_a_setting_that_a_camera_does_not_have_is_refused(camera):
     assert camera.getCameraDescription().width == 320
 
 
+@on_an_h25
 def test_an_unknown_pixel_format_is_refused_with_those_there_are(camera):
     with pytest.raises(ConfigurationNotExistException, match=r"'PNG'.*RGB8"):
         camera.getImageData("PNG")
@@ -302,6 +316,7 @@ def test_an_unknown_pixel_format_is_refused_with_those_there_are(camera):
 # -- what is refused ------------------------------------------------------------------------------------------
 
 
+@on_an_h25
 def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body):
     for stiffnesses, seconds, field in (
         ({"HeadYaw": 1.1}, 0.0, "HeadYaw"),
@@ -316,6 +331,7 @@ def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body):
     assert set(body.getJointState().stiffnesses) == {1.0}
 
 
+@on_an_h25
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_value_that_is_not_finite_is_refused_with_its_field(nao, head, body, value):
     refused = []
@@ -334,6 +350,7 @@ def test_a_value_that_is_not_finite_is_refused_with_its_field(nao, head, body, v
     assert abs(head.getPose().pan) < TOLERANCE, "nothing moved, and the server lives"
 
 
+@on_an_h25
 @pytest.mark.parametrize("fraction", [0.0, -0.1, 1.01])
 def test_a_fraction_out_of_its_domain_is_refused(head, fraction):
     with pytest.raises(InvalidValueException) as refusal:
@@ -341,12 +358,14 @@ def test_a_fraction_out_of_its_domain_is_refused(head, fraction):
     assert refusal.value.field == "fraction"
 
 
+@on_an_h25
 def test_a_negative_speed_of_a_position_is_refused(nao):
     with pytest.raises(InvalidValueException) as refusal:
         nao.proxy(Pose3DMotorsPrx, "NeckMotors").setPose3DMotorsData(motors(panSpeed=-1.0))
     assert refusal.value.field == "panSpeed"
 
 
+@on_an_h25
 def test_an_unknown_joint_is_refused_and_no_joint_moves(body):
     with pytest.raises(InvalidValueException, match="HeadYaw") as refusal:
         body.setJointPositions({"HeadYaw": 0.5, "Tail": 0.0}, 0.5)
@@ -354,12 +373,14 @@ def test_an_unknown_joint_is_refused_and_no_joint_moves(body):
     assert body.getJointState().commands[0] == pytest.approx(0.0, abs=1e-6)
 
 
+@on_an_h25
 def test_a_wrong_type_is_refused_with_the_field(nao, body):
     with pytest.raises(MarshalException, match="targets"):
         body.setJointPositions({"HeadYaw": "left"}, 0.5)
     assert len(body.getJointState().positions) == len(nao.robot.body.joints)
 
 
+@on_an_h25
 def test_a_light_that_is_not_there_is_refused_by_name(nao):
     leds = nao.proxy(LedsPrx, "Leds")
     with pytest.raises(InvalidValueException) as refusal:

@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
@@ -20,7 +20,7 @@ from interfaces.nao import ActionStatus, JointsPrx, SafetyPrx, SpeechPrx, WalkPr
 from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver_ros2.command import serve
+from naoserver_ros2.command import EXPECTED, app, serve
 from naoserver_ros2.telemetry import Telemetry
 from naoserver_ros2.trajectory import (
     GOAL_TOLERANCE_VIOLATED,
@@ -32,9 +32,10 @@ from naoserver_ros2.trajectory import (
     TYPE,
 )
 from ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
+from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from tests.support.robot_server import RobotClient, eventually, served_to_client, wait_for
+from tests.support.robot_server import RobotClient, eventually, served, served_to_client, wait_for
 from zenoh_ice import Settings, initialize
 
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
@@ -128,9 +129,15 @@ def gateway(
 
 
 @pytest.fixture(scope="module")
-def shared() -> Iterator[Robot]:
-    with gateway() as robot:
-        yield robot
+def robot() -> FakeRobot:
+    """The robot that most tests share."""
+    return FakeRobot()
+
+
+@pytest.fixture(scope="module")
+def shared(robot: FakeRobot) -> Iterator[Robot]:
+    with gateway(robot) as shown:
+        yield shown
 
 
 # What the robot reports
@@ -190,47 +197,41 @@ def test_a_camera_takes_images_only_while_somebody_listens(shared: Robot) -> Non
     eventually(lambda: not camera.wanted)
 
 
-def test_a_touch_is_an_event() -> None:
-    robot = FakeRobot()
-    with gateway(robot) as shown:
-        head = shown.ros.create_subscription("naoqi_bridge_msgs/msg/HeadTouch", "/head_touch")
-        eventually(lambda: shown.servant("Touch").getTouchReadingPublisher.listening)
-        robot.senses.feel(touched=frozenset({"HeadMiddle"}))
-        event = newest(head)
-        assert (event.button, event.state) == (2, 1)
+def test_a_touch_is_an_event(shared: Robot, robot: FakeRobot) -> None:
+    head = shared.ros.create_subscription("naoqi_bridge_msgs/msg/HeadTouch", "/head_touch")
+    eventually(lambda: shared.servant("Touch").getTouchReadingPublisher.listening)
+    robot.senses.feel(touched=frozenset({"HeadMiddle"}))
+    event = newest(head)
+    assert (event.button, event.state) == (2, 1)
 
 
 def test_a_robot_without_simulation_has_no_clock(shared: Robot) -> None:
     assert "/clock" not in shared.ros.graph.topics()
 
 
-def test_an_h21_has_no_hands_that_feel() -> None:
-    with gateway(FakeRobot(body=H21)) as robot:
-        assert len(robot.topic("/joint_states").name) == 22
-        assert '<robot name="nao_h21">' in robot.topic("/robot_description", LATCHED).data
-        assert "base_footprint" in {each.child_frame_id for each in robot.topic("/tf").transforms}
-        assert "/head_touch" in robot.ros.graph.topics()
-        assert "/hand_touch" not in robot.ros.graph.topics()
-
-
-def test_names_are_remapped_and_in_the_namespace() -> None:
-    with gateway(namespace="/red", remap={"cmd_vel": "cmd_vel_safe"}) as robot:
+def test_an_h21_has_no_hands_that_feel_and_names_are_remapped_and_in_the_namespace() -> None:
+    with gateway(FakeRobot(body=H21), namespace="/red", remap={"cmd_vel": "cmd_vel_safe"}) as robot:
         graph, names = robot.ros.graph, {"/red/joint_states", "/red/cmd_vel_safe", "/tf"}
         assert graph.wait(lambda: names <= graph.topics().keys(), EVENT_LIMIT), graph.topics().keys()
+        assert len(robot.topic("/red/joint_states").name) == 22
+        assert '<robot name="nao_h21">' in robot.topic("/red/robot_description", LATCHED).data
+        assert "base_footprint" in {each.child_frame_id for each in robot.topic("/tf").transforms}
+        assert "/red/head_touch" in graph.topics()
+        assert "/red/hand_touch" not in graph.topics()
 
 
 # What ROS asks of it
 
 
-def test_a_velocity_drives_the_walk_and_silence_stops_it() -> None:
-    with gateway() as robot:
-        motors = robot.nao.proxy(MotorsPrx, "Motors")
-        encoders = robot.nao.proxy(EncodersPrx, "Encoders")
-        velocity = robot.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
-        velocity.publish(linear={"x": 0.1, "y": 0.05}, angular={"z": 0.3})
-        eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == pytest.approx((0.1, 0.05, 0.3)))
-        eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == (0.0, 0.0, 0.0))
-        assert encoders.getEncodersData().robotx > 0.0
+def test_a_velocity_drives_the_walk_and_silence_stops_it(shared: Robot) -> None:
+    motors = shared.nao.proxy(MotorsPrx, "Motors")
+    encoders = shared.nao.proxy(EncodersPrx, "Encoders")
+    start = encoders.getEncodersData().robotx
+    velocity = shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+    velocity.publish(linear={"x": 0.1, "y": 0.05}, angular={"z": 0.3})
+    eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == pytest.approx((0.1, 0.05, 0.3)))
+    eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == (0.0, 0.0, 0.0))
+    assert encoders.getEncodersData().robotx > start
 
 
 def test_a_velocity_that_is_no_number_moves_nothing(shared: Robot) -> None:
@@ -241,27 +242,27 @@ def test_a_velocity_that_is_no_number_moves_nothing(shared: Robot) -> None:
     assert motors.getV() == 0.0
 
 
-@pytest.mark.parametrize("frame", ["odom", "base_footprint"])
-def test_it_walks_to_a_place_in_either_frame(frame: str) -> None:
-    with gateway() as robot:
-        walk, encoders = robot.nao.proxy(WalkPrx, "Walk"), robot.nao.proxy(EncodersPrx, "Encoders")
-        walk.walkTo(0.2, 0.1, 0.5)
-        wait_for(walk.getWalkState, lambda state: state.status is ActionStatus.Done)
-        before = encoders.getEncodersData()
-        ahead = {"x": 0.4, "y": 0.1}
-        turn = {"w": math.cos(0.25), "z": math.sin(0.25)}
-        goal = robot.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
+def test_it_walks_to_a_place_in_either_frame(shared: Robot) -> None:
+    walk, encoders = shared.nao.proxy(WalkPrx, "Walk"), shared.nao.proxy(EncodersPrx, "Encoders")
+    goal = shared.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
+    ahead = {"x": 0.4, "y": 0.1}
+    turn = {"w": math.cos(0.25), "z": math.sin(0.25)}
+
+    def walks(frame: str) -> tuple[float, float, float]:
+        count = walk.getWalkState().count
         goal.publish(header={"frame_id": frame}, pose={"position": ahead, "orientation": turn})
         state = wait_for(
-            walk.getWalkState, lambda state: state.count == 2 and state.status is ActionStatus.Done
+            walk.getWalkState, lambda state: state.count == count + 1 and state.status is ActionStatus.Done
         )
         assert state.message == ""
-        there, expected = encoders.getEncodersData(), (0.4, 0.1, 0.5)
-        if frame == "base_footprint":
-            cosine, sine = before.robotcos, before.robotsin
-            x, y = before.robotx + cosine * 0.4 - sine * 0.1, before.roboty + sine * 0.4 + cosine * 0.1
-            expected = x, y, before.robottheta + 0.5
-        assert (there.robotx, there.roboty, there.robottheta) == pytest.approx(expected, abs=0.05)
+        there = encoders.getEncodersData()
+        return there.robotx, there.roboty, there.robottheta
+
+    assert walks("odom") == pytest.approx((0.4, 0.1, 0.5), abs=0.05)
+    before = encoders.getEncodersData()
+    cosine, sine = before.robotcos, before.robotsin
+    x, y = before.robotx + cosine * 0.4 - sine * 0.1, before.roboty + sine * 0.4 + cosine * 0.1
+    assert walks("base_footprint") == pytest.approx((x, y, before.robottheta + 0.5), abs=0.05)
 
 
 @pytest.mark.parametrize(
@@ -280,34 +281,36 @@ def test_it_walks_to_a_place_in_either_frame(frame: str) -> None:
 def test_a_place_that_makes_no_sense_is_refused(
     shared: Robot, frame: str, pose: dict[str, object], words: str
 ) -> None:
+    walk = shared.nao.proxy(WalkPrx, "Walk")
+    count = walk.getWalkState().count
     goal = shared.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
     goal.publish(header={"frame_id": frame}, pose=pose)
     eventually(lambda: shared.logs(words))
-    assert shared.nao.proxy(WalkPrx, "Walk").getWalkState().count == 0
+    assert walk.getWalkState().count == count
 
 
-def test_who_holds_the_lease_is_not_disturbed() -> None:
-    with gateway() as robot:
-        robot.nao.proxy(SafetyPrx, "Safety").acquireLease("somebody", 60.0)
-        robot.publisher("geometry_msgs/msg/Twist", "/cmd_vel").publish(linear={"x": 0.1})
-        eventually(lambda: robot.logs("somebody"))
-        assert robot.nao.proxy(MotorsPrx, "Motors").getV() == 0.0
+def test_who_holds_the_lease_is_not_disturbed(shared: Robot) -> None:
+    safety = shared.nao.proxy(SafetyPrx, "Safety")
+    safety.acquireLease("somebody", 60.0)
+    shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel").publish(linear={"x": 0.1})
+    eventually(lambda: shared.logs("somebody"))
+    assert shared.nao.proxy(MotorsPrx, "Motors").getV() == 0.0
+    safety.releaseLease()
 
 
-def test_the_emergency_stop_latches_until_its_reset() -> None:
-    with gateway() as robot:
-        safety = robot.nao.proxy(SafetyPrx, "Safety")
-        stop, reset = (
-            robot.ros.create_client("std_srvs/srv/Trigger", f"/nao/{name}")
-            for name in ("emergency_stop", "reset")
-        )
-        stop.wait(EVENT_LIMIT)
-        assert stop.call(timeout=CALL_LIMIT).success
-        assert safety.getSafetyState().stopped
-        result = follow(robot, {"HeadYaw": 0.3}).result(MOVE_LIMIT)
-        assert (result.error_code, "emergency stop from ROS" in result.error_string) == (INVALID_GOAL, True)
-        assert reset.call(timeout=CALL_LIMIT).success
-        assert not safety.getSafetyState().stopped
+def test_the_emergency_stop_latches_until_its_reset(shared: Robot) -> None:
+    safety = shared.nao.proxy(SafetyPrx, "Safety")
+    stop, reset = (
+        shared.ros.create_client("std_srvs/srv/Trigger", f"/nao/{name}")
+        for name in ("emergency_stop", "reset")
+    )
+    stop.wait(EVENT_LIMIT)
+    assert stop.call(timeout=CALL_LIMIT).success
+    assert safety.getSafetyState().stopped
+    result = follow(shared, {"HeadYaw": 0.3}).result(MOVE_LIMIT)
+    assert (result.error_code, "emergency stop from ROS" in result.error_string) == (INVALID_GOAL, True)
+    assert reset.call(timeout=CALL_LIMIT).success
+    assert not safety.getSafetyState().stopped
 
 
 @pytest.mark.parametrize(
@@ -369,15 +372,14 @@ def test_a_posture_is_an_action(shared: Robot) -> None:
     assert unknown.status is Status.ABORTED
 
 
-def test_a_motion_is_an_action_that_can_be_cancelled() -> None:
-    with gateway() as robot:
-        goal = robot.action("naoqi_bridge_msgs/action/RunBehavior", "/run_behavior").send(behavior="dance")
-        body = robot.nao.proxy(JointsPrx, "Body")
-        start = body.getJointState().positions
-        eventually(lambda: body.getJointState().positions != start)
-        assert goal.cancel(CALL_LIMIT)
-        goal.result(MOVE_LIMIT)
-        assert goal.status is Status.CANCELED
+def test_a_motion_is_an_action_that_can_be_cancelled(shared: Robot) -> None:
+    goal = shared.action("naoqi_bridge_msgs/action/RunBehavior", "/run_behavior").send(behavior="dance")
+    body = shared.nao.proxy(JointsPrx, "Body")
+    start = body.getJointState().positions
+    eventually(lambda: body.getJointState().positions != start)
+    assert goal.cancel(CALL_LIMIT)
+    goal.result(MOVE_LIMIT)
+    assert goal.status is Status.CANCELED
 
 
 # Trajectories
@@ -485,23 +487,25 @@ def test_a_killed_gateway_stops_what_it_drove() -> None:
             eventually(lambda: motors.getV() == 0.0)
 
 
-def test_the_command_ends_cleanly_at_ctrl_c_and_names_what_is_wrong() -> None:
-    with served_to_client(FakeRobot()) as nao:
-        with command(nao, "--domain", "7", "--name", "red") as process:
-            process.wait_for(r"^ready: /red, ", START_LIMIT)
-            process.process.send_signal(signal.SIGINT)
-            assert process.wait() == 130
-            assert process.output.count("\n") == 1, process.output
-        with command(nao, "--name", "no name") as wrong:
-            assert wrong.wait() == 1
-            assert "no name" in wrong.output
+def test_the_command_ends_cleanly_at_ctrl_c(shared: Robot) -> None:
+    with command(shared.nao, "--domain", "7", "--name", "red") as process:
+        process.wait_for(r"^ready: /red, ", START_LIMIT)
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+        assert process.output.count("\n") == 1, process.output
+
+
+def test_a_name_that_no_node_may_have_is_refused(shared: Robot) -> None:
+    where = ("--connect", shared.nao.endpoint, "--realm", shared.nao.realm)
+    wrong = run_here(app, "naoserver-ros2", *where, "--name", "no name", expected=EXPECTED)
+    assert wrong.returncode == 1
+    assert "no name" in wrong.stderr
 
 
 def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
     endpoint = free_endpoint()
-    server = module("naoserver.fake", "--listen", endpoint, "--realm", "again")
-    with ComponentProcess(server) as first:
-        first.wait_for("^ready")
+    with ExitStack() as first:
+        first.enter_context(served(FakeRobot(), realm="again", endpoint=endpoint))
         with (
             initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], realm="again") as communicator,
             serve(communicator, "nao", settings=settings(endpoint)) as telemetry,
@@ -515,17 +519,16 @@ def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
                 return sample is not None and sample.wall_time > after
 
             eventually(lambda: goes_on(0.0))
-            first.process.kill()
-            first.wait()
-            with ComponentProcess(server) as second:
-                second.wait_for("^ready")
+            first.close()
+            with served(FakeRobot(), realm="again", endpoint=endpoint):
                 begun = time.time()
                 eventually(lambda: goes_on(begun))
 
 
 def test_without_a_robot_server_it_says_so() -> None:
-    command = module("naoserver_ros2", "--connect", free_endpoint(), "--timeout", "1")
-    with ComponentProcess(command) as process:
-        assert process.wait() == 1
-        assert ": error: nothing answers at " in process.output
-        assert process.output.count("\n") == 1
+    result = run_here(
+        app, "naoserver-ros2", "--connect", free_endpoint(), "--timeout", "0.3", expected=EXPECTED
+    )
+    assert result.returncode == 1
+    assert "naoserver-ros2: error: nothing answers at " in result.stderr
+    assert (result.stdout + result.stderr).count("\n") == 1

@@ -28,6 +28,7 @@ __all__ = [
     "in_simulation",
     "motors",
     "on_each_body",
+    "with_an_h21_in_simulation",
 ]
 
 Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
@@ -100,6 +101,9 @@ BODIES: Final = (
 
 on_each_body: Final = pytest.mark.parametrize("nao", BODIES, indirect=True)
 """Runs a test whose robot is the fixture `nao` with each body."""
+
+with_an_h21_in_simulation: Final = pytest.mark.parametrize("nao", [*ROBOTS, BODIES[-1]], indirect=True)
+"""Runs a test whose robot is the fixture `nao` with each implementation, and with an H21 in simulation."""
 
 in_simulation: Final = pytest.mark.parametrize("nao", ROBOTS[1:2], indirect=True)
 """Runs a test whose robot is the fixture `nao` with the simulated one."""
