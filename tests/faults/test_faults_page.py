@@ -15,9 +15,9 @@ FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS = (
 # What a row says is tested by a function of a module.
 TESTS = {
     "no server": (FAULTS, "test_cast_names_the_endpoint_and_how_to_start_a_server"),
-    "server killed": (FAULTS, "test_calls_streams_and_futures_report_it_at_once"),
-    "server away": (FAULTS, "test_calls_while_the_server_is_away_fail_at_once"),
-    "server restarted": (FAULTS, "test_proxies_and_streams_survive_the_restart_and_nothing_is_replayed"),
+    "server killed": (FAULTS, "test_it_is_reported_at_once_and_proxies_and_streams_survive_the_restart"),
+    "server away": (FAULTS, "test_it_is_reported_at_once_and_proxies_and_streams_survive_the_restart"),
+    "server restarted": (FAULTS, "test_it_is_reported_at_once_and_proxies_and_streams_survive_the_restart"),
     "server killed during an idempotent call": (
         FAULTS,
         "test_idempotent_call_is_sent_once_more_and_no_other",
