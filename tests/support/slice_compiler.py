@@ -18,6 +18,11 @@ from codegen.idl.compiler import Units
 from .slice_reference import Verdict
 
 
+def sources_of(directory: Path) -> dict[str, str]:
+    """Return the texts of the files in a directory by their names."""
+    return {path.name: path.read_text() for path in sorted(directory.iterdir())}
+
+
 def write_sources(directory: Path, sources: dict[str, str]) -> list[Path]:
     """Write files by name and return their paths."""
     paths = [directory / name for name in sources]

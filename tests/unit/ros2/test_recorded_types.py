@@ -28,32 +28,30 @@ def types() -> Types:
     return types
 
 
-@pytest.mark.parametrize("name", HASHES)
-def test_hashes_are_those_of_the_wheels(types: Types, name: str) -> None:
-    assert types.hash(name) == HASHES[name]
+def test_hashes_are_those_of_the_wheels(types: Types) -> None:
+    assert {name: types.hash(name) for name in HASHES} == HASHES
 
 
-@pytest.mark.parametrize("name", DEFINITIONS)
-def test_hashes_are_those_of_rosidl(types: Types, name: str) -> None:
+def test_hashes_are_those_of_rosidl(types: Types) -> None:
     # That of an action as a whole stands in no key.
     expected = {
         part: each
-        for part, each in DEFINITIONS[name]["hashes"].items()
+        for name, definition in DEFINITIONS.items()
+        for part, each in definition["hashes"].items()
         if "/action/" not in name or part != name
     }
     assert {part: types.hash(part) for part in expected} == expected
 
 
-@pytest.mark.parametrize("number", range(len(MESSAGES)), ids=lambda number: MESSAGES[number]["type"])
-def test_bytes_are_those_of_other_implementations(types: Types, number: int) -> None:
-    recorded = MESSAGES[number]
-    data = bytes.fromhex(recorded["cdr"])
-    message = types.make(recorded["type"], recorded["values"])
-    written = types.encode(message)
-    assert written == data[: len(written)]
-    assert len(data) - len(written) < PADDING
-    assert not any(data[len(written) :])
-    assert types.encode(types.decode(data[: len(written)], recorded["type"])) == written
+def test_bytes_are_those_of_other_implementations(types: Types) -> None:
+    for recorded in MESSAGES:
+        name, data = recorded["type"], bytes.fromhex(recorded["cdr"])
+        message = types.make(name, recorded["values"])
+        written = types.encode(message)
+        assert written == data[: len(written)], name
+        assert len(data) - len(written) < PADDING, name
+        assert not any(data[len(written) :]), name
+        assert types.encode(types.decode(data[: len(written)], name)) == written, name
 
 
 def test_padding_may_have_any_bytes(types: Types) -> None:
@@ -66,7 +64,7 @@ def test_padding_may_have_any_bytes(types: Types) -> None:
 
 @pytest.mark.slow
 def test_malformed_bytes_are_refused_by_name() -> None:
-    """Of 100,000 payloads, cut, changed or random ones, each is decoded or refused with the name of its type."""
+    """Of 20,000 payloads, cut, changed or random ones, each is decoded or refused with the name of its type."""
     chance, types = random.Random(17), Types("jazzy")
     samples = [
         (each["type"], bytes.fromhex(each["cdr"]))
@@ -74,7 +72,7 @@ def test_malformed_bytes_are_refused_by_name() -> None:
         if each["type"] in types and len(each["cdr"]) > 8
     ]
     refused, unnamed = 0, []
-    for _ in range(100_000):
+    for _ in range(20_000):
         name, data = chance.choice(samples)
         try:
             message = types.decode(malformed(data, chance), name)
@@ -85,4 +83,4 @@ def test_malformed_bytes_are_refused_by_name() -> None:
         else:
             assert isinstance(message, types[name])
     assert not unnamed
-    assert refused > 50_000
+    assert refused > 10_000
