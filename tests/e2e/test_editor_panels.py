@@ -51,39 +51,18 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
 # ------------------------------------------------------------------------------------------------ code
 
 
-def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser, running: Editor) -> None:
-    loaded: list[str] = []
-    with editor_page(browser, running, cached=False) as shown:
-        shown.page.on("request", lambda request: loaded.append(request.url))
-        shown.state("wait").wait_for()
-        entries = "performance.getEntriesByType('resource').map(each => each.name)"
-        assert not [url for url in shown.page.evaluate(entries) if "codemirror" in url]
-        edit(shown, "wait")
-        assert [url for url in loaded if "codemirror" in url]
-
-
-def test_code_that_is_typed_is_saved(shown: EditorPage, path: Path) -> None:
-    edit(shown, "wait")
-    shown.type("\nif count > 3:\nself.log.info('many')")
-    document = saved(shown, path)
-    assert document.automata[0].states[0].code.text == "count += 1\nif count > 3:\n    self.log.info('many')"
-
-
-def test_what_is_typed_over_colored_code_replaces_it(shown: EditorPage) -> None:
-    # The page fails when the browser reports a style that the policy refuses.
-    code = edit(shown, "wait")
-    shown.type(" if 3 else 'text'")
-    shown.press("Shift+Home")
-    shown.type("x")
-    expect(code).to_have_text("x")
-    shown.press("Control+a")
-    shown.type("(")  # brackets go around what is selected
-    expect(code).to_have_text("(x)")
-
-
-def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_code_is_loaded_when_it_is_shown_and_typed_in_named_steps(
+    shown: EditorPage, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
+    loaded = (
+        "performance.getEntriesByType('resource').filter(each => each.name.includes('codemirror')).length"
+    )
+    assert shown.page.evaluate(loaded) == 0
     code = edit(shown, "wait")
+    assert shown.page.evaluate(loaded) > 0
+
+    # A burst of typing is one step.
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
         shown.insert(word)
         shown.page.wait_for_function(
@@ -94,60 +73,29 @@ def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pyt
     expect(code).to_have_text("count += 1")
     shown.press("Control+Shift+Z")
     expect(code).to_contain_text("speed = 3")
+    shown.press("Control+z")
+    expect(code).to_have_text("count += 1")
+
+    # What is typed over colored code replaces it. The page fails when the browser reports a style that the policy
+    # refuses.
+    shown.type(" if 3 else 'text'")
+    shown.press("Shift+Home")
+    shown.type("x")
+    expect(code).to_have_text("x")
+    shown.press("Control+a")
+    shown.type("(")  # brackets go around what is selected
+    expect(code).to_have_text("(x)")
+
+    shown.press("Control+a")
+    shown.type("count += 1\nif count > 3:\nself.log.info('many')")
+    document = saved(shown, path)
+    assert document.automata[0].states[0].code.text == "count += 1\nif count > 3:\n    self.log.info('many')"
 
 
-def test_the_cursor_stays_where_it_is_when_the_code_changes_elsewhere(
-    shown: EditorPage, running: Editor
+def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
+    shown: EditorPage, running: Editor, path: Path
 ) -> None:
-    code = edit(shown, "wait")
-    shown.press("Home", "Control+ArrowRight")
-    with running.window() as other:
-        command = {
-            "command": "setStateCode",
-            "automaton": 1,
-            "state": 1,
-            "part": "code",
-            "text": "first = 1\ncount += 1",
-        }
-        other.ask("do", tab=1, command=command)
-        expect(code).to_contain_text("first = 1")
-    shown.type("s")
-    expect(code.locator(".cm-line")).to_have_text(["first = 1", "counts += 1"])
-
-
-def test_a_huge_paste_is_refused_in_the_field(shown: EditorPage, path: Path) -> None:
-    code = edit(shown, "wait")
-    shown.type("1")
-    shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    shown.page.evaluate("navigator.clipboard.writeText('x'.repeat(5_000_000))")
-    shown.press("Control+v")
-    refusal = shown.page.get_by_role("alert").filter(has_text="at most 1,000,000")
-    expect(refusal).to_contain_text("That would be 5,000,011 characters")
-    expect(code).to_have_text("count += 11")
-    name = "hfsm-text-field[data-part=name] input"
-    shown.page.locator(name).first.fill("y" * 1_000_001)
-    expect(shown.page.locator(name).first).to_have_value("wait")
-    assert saved(shown, path).automata[0].states[0].code.text == "count += 11"
-    expect(shown.page.get_by_role("alert").filter(has_text="No connection")).to_have_count(0)
-
-
-def test_two_windows_type_into_the_same_code_at_once(
-    browser: Browser, shown: EditorPage, running: Editor, path: Path
-) -> None:
-    with editor_page(browser, running) as other:
-        for window in (shown, other):
-            edit(window, "wait")
-        shown.press("Control+Home")
-        for letter in range(20):
-            shown.insert(chr(ord("a") + letter))
-            other.insert(chr(ord("A") + letter))
-        code = "abcdefghijklmnopqrstcount += 1ABCDEFGHIJKLMNOPQRST"
-        for window in (shown, other):
-            expect(window.page.get_by_role("textbox", name="Code of the state wait")).to_have_text(code)
-        assert saved(shown, path).automata[0].states[0].code.text == code
-
-
-def test_what_is_typed_before_the_code_panel_is_there_is_typed_into_it(shown: EditorPage) -> None:
+    # What is typed before the panel is there is typed into it.
     waiting: list[Route] = []
     shown.page.route("**/panels/editor.js", lambda route: waiting.append(route))
     shown.state("wait").locator(".body").click()
@@ -159,8 +107,37 @@ def test_what_is_typed_before_the_code_panel_is_there_is_typed_into_it(shown: Ed
     waiting[0].continue_()
     code = shown.page.get_by_role("textbox", name="Code of the state wait")
     expect(code).to_be_focused()
-    expect(code.locator(".cm-line")).to_have_text(["sti = 1", "count += 1"])
+    lines = code.locator(".cm-line")
+    expect(lines).to_have_text(["sti = 1", "count += 1"])
     shown.expect_states("wait", "go")
+    shown.press("Escape")
+    expect(shown.state("wait")).to_be_focused()
+
+    # The cursor stays while another panel is shown.
+    edit(shown, "wait")
+    shown.page.get_by_role("tab", name="Data", exact=True).click()
+    expect(code).to_have_count(0)
+    shown.state("wait").locator(".body").click()
+    shown.press("Shift+Enter")
+    expect(code).to_be_focused()
+    shown.type("0")
+    expect(lines).to_have_text(["sti = 1", "count += 10"])
+
+    # What is typed last is not lost when another state is selected.
+    shown.insert("\nlast = 1")
+    shown.page.get_by_role("treeitem", name="go").click()
+    text = "sti = 1\ncount += 10\nlast = 1"
+    assert saved(shown, path).automata[0].states[0].code.text == text
+
+    # The cursor stays where it is when the code changes elsewhere.
+    edit(shown, "wait")
+    shown.press("Home", "Control+ArrowRight")
+    with running.window() as other:
+        command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code"}
+        other.ask("do", tab=1, command={**command, "text": f"first = 1\n{text}"})
+        expect(code).to_contain_text("first = 1")
+    shown.type("s")
+    expect(lines).to_have_text(["first = 1", "sti = 1", "count += 10", "lasts = 1"])
 
 
 def test_shift_enter_in_a_name_that_is_typed_opens_the_code(shown: EditorPage) -> None:
@@ -174,8 +151,7 @@ def test_shift_enter_in_a_name_that_is_typed_opens_the_code(shown: EditorPage) -
     expect(code.locator(".cm-line").first).to_have_text("sei = 1")
     shown.expect_states("wait", "run")
 
-
-def test_keys_pressed_before_a_new_state_is_there_go_on_after_its_name(shown: EditorPage) -> None:
+    # The same keys are pressed before a new state is there.
     sent: list[str] = []
     answers: list[str] = []
 
@@ -212,20 +188,42 @@ def test_keys_pressed_before_a_new_state_is_there_go_on_after_its_name(shown: Ed
     code = shown.page.get_by_role("textbox", name="Code of the state turn")
     expect(code).to_be_focused()
     expect(code.locator(".cm-line").first).to_have_text("sei = 1")
-    shown.expect_states("wait", "go", "turn")
+    shown.expect_states("wait", "run", "turn")
 
 
-def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: EditorPage, path: Path) -> None:
-    edit(shown, "wait")
-    shown.insert("\nlast = 1")
-    shown.page.get_by_role("treeitem", name="go").click()
-    assert saved(shown, path).automata[0].states[0].code.text == "count += 1\nlast = 1"
-
-
-def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: EditorPage, path: Path) -> None:
+def test_a_problem_a_huge_paste_and_a_lost_connection_are_met_while_typing(
+    shown: EditorPage, path: Path
+) -> None:
     code = edit(shown, "wait")
+    shown.type("1")
+    shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    shown.page.evaluate("navigator.clipboard.writeText('x'.repeat(1_000_000))")
+    shown.press("Control+v")
+    refusal = shown.page.get_by_role("alert").filter(has_text="at most 1,000,000")
+    expect(refusal).to_contain_text("That would be 1,000,011 characters")
+    expect(code).to_have_text("count += 11")
+    name = "hfsm-text-field[data-part=name] input"
+    shown.page.locator(name).first.fill("y" * 1_000_001)
+    expect(shown.page.locator(name).first).to_have_value("wait")
+    assert saved(shown, path).automata[0].states[0].code.text == "count += 11"
+    away = shown.page.get_by_role("alert").filter(has_text="No connection since")
+    expect(away).to_have_count(0)
+    shown.dismiss(shown.page.get_by_role("alert"))
+
+    # An error is marked as it is typed, and no longer when it is fixed.
+    edit(shown, "wait")
+    shown.insert("\nif count")
+    code.locator(".cm-lintRange-error").wait_for()
+    badge = shown.page.get_by_role("tab", name="Code, not empty, 1 problem", exact=True)
+    badge.wait_for()
+    assert panel_violations(shown) == []
+    shown.insert(" > 3: pass")
+    expect(code.locator(".cm-lintRange-error")).to_have_count(0)
+    expect(badge).to_have_count(0)
+
+    # What is typed while the server is away comes when it is back.
     shown.connections.cut()
-    shown.page.get_by_role("alert").filter(has_text="No connection since").wait_for()
+    away.wait_for()
     shown.insert("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
@@ -233,19 +231,25 @@ def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: Edi
     shown.connections.restore()
     # On a busy machine the page may have tried by itself, and the button is gone.
     shown.button("Try now").evaluate_all("all => all.forEach((each) => each.click())")
-    expect(shown.page.locator("hfsm-status")).to_contain_text("Edit the code of “wait”")
-    assert saved(shown, path).automata[0].states[0].code.text == "count += 1\nspeed = 1"
+    expect(away).to_have_count(0)
+    text = "count += 11\nif count > 3: pass\nspeed = 1"
+    assert saved(shown, path).automata[0].states[0].code.text == text
 
 
-def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_fixed(shown: EditorPage) -> None:
-    code = edit(shown, "wait")
-    shown.insert("\nif count")
-    code.locator(".cm-lintRange-error").wait_for()
-    badge = shown.page.get_by_role("tab", name="Code, not empty, 1 problem", exact=True)
-    badge.wait_for()
-    shown.insert(" > 3: pass")
-    expect(code.locator(".cm-lintRange-error")).to_have_count(0)
-    expect(badge).to_have_count(0)
+def test_two_windows_type_into_the_same_code_at_once(
+    browser: Browser, shown: EditorPage, running: Editor, path: Path
+) -> None:
+    with editor_page(browser, running) as other:
+        for window in (shown, other):
+            edit(window, "wait")
+        shown.press("Control+Home")
+        for letter in range(10):
+            shown.insert(chr(ord("a") + letter))
+            other.insert(chr(ord("A") + letter))
+        code = "abcdefghijcount += 1ABCDEFGHIJ"
+        for window in (shown, other):
+            expect(window.page.get_by_role("textbox", name="Code of the state wait")).to_have_text(code)
+        assert saved(shown, path).automata[0].states[0].code.text == code
 
 
 def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
@@ -286,51 +290,11 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         expect(info).to_contain_text("Return")
 
 
-def test_entry_and_exit_code_have_tabs_that_arrows_go_through(shown: EditorPage, path: Path) -> None:
-    edit(shown, "wait")
-    shown.page.get_by_role("tab", name="Entry").click()
-    shown.press("ArrowRight", "ArrowRight")
-    expect(shown.page.get_by_role("tab", name="Exit, not empty")).to_be_focused()
-    expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_contain_text("leaving")
-    shown.press("Home")
-    entry = shown.page.get_by_role("textbox", name="Entry code of the state wait")
-    entry.click()
-    shown.insert("count = 0")
-    assert saved(shown, path).automata[0].states[0].entry.text == "count = 0"
+# --------------------------------------------------------------------------------- states and transitions
 
 
-def test_the_cursor_stays_while_another_panel_is_shown(shown: EditorPage) -> None:
-    code = edit(shown, "wait")
-    shown.page.get_by_role("tab", name="Data", exact=True).click()
-    expect(code).to_have_count(0)
-    shown.state("wait").locator(".body").click()
-    shown.press("Shift+Enter")
-    expect(code).to_be_focused()
-    shown.type("0")
-    expect(code.locator(".cm-line")).to_have_text("count += 10")
-
-
-def test_escape_goes_back_to_the_canvas(shown: EditorPage) -> None:
-    edit(shown, "wait")
-    shown.press("Escape")
-    expect(shown.state("wait")).to_be_focused()
-
-
-def test_an_argument_is_handed_to_an_input(shown: EditorPage, path: Path) -> None:
-    edit(shown, "wait")
-    shown.page.get_by_role("tab", name="Arguments").click()
-    shown.page.get_by_role("textbox", name="Argument color").click()
-    shown.insert("'green'")
-    (argument,) = saved(shown, path).automata[0].states[0].arguments
-    assert (argument.name, argument.value.text) == ("color", "'green'")
-    shown.button("Remove the argument color").click()
-    expect(shown.button("Remove the argument color")).to_have_count(0)
-
-
-# ------------------------------------------------------------------------------------------ transitions
-
-
-def test_a_condition_becomes_a_time_and_keeps_its_expression_as_guard(shown: EditorPage, path: Path) -> None:
+def test_transitions_get_times_events_and_places(shown: EditorPage, path: Path) -> None:
+    # A condition becomes a time and keeps its expression as guard.
     choose(shown, "enough")
     shown.choose("Time")
     after = shown.page.get_by_label("After", exact=True)
@@ -344,8 +308,7 @@ def test_a_condition_becomes_a_time_and_keeps_its_expression_as_guard(shown: Edi
     transition = saved(shown, path).automata[0].transitions[0]
     assert (transition.type, transition.trigger.text, transition.guard.text) == ("time", "1500", "count > 5")
 
-
-def test_events_that_the_code_sends_are_offered(shown: EditorPage, path: Path) -> None:
+    # Events that the code sends are offered.
     edit(shown, "wait")
     shown.insert("\nself.send('ball lost')")
     choose(shown, "late")
@@ -356,131 +319,74 @@ def test_events_that_the_code_sends_are_offered(shown: EditorPage, path: Path) -
     field.fill("ball lost")
     transition = saved(shown, path).automata[0].transitions[1]
     assert (transition.type, transition.trigger.text) == ("event", "ball lost")
+    assert panel_violations(shown) == []
 
-
-def test_transitions_of_a_state_change_places(shown: EditorPage) -> None:
-    choose(shown, "late")
+    # Transitions of a state change places.
     expect(shown.page.get_by_text("tried as number 2 of 2")).to_be_visible()
     shown.page.locator("hfsm-code-panel").get_by_role("button", name="Evaluate earlier").click()
     expect(shown.page.get_by_text("tried as number 1 of 2")).to_be_visible()
 
 
+def test_entry_and_exit_code_and_arguments_have_tabs_that_arrows_go_through(
+    shown: EditorPage, path: Path
+) -> None:
+    edit(shown, "wait")
+    shown.page.get_by_role("tab", name="Entry").click()
+    shown.press("ArrowRight", "ArrowRight")
+    expect(shown.page.get_by_role("tab", name="Exit, not empty")).to_be_focused()
+    expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_contain_text("leaving")
+    shown.press("Home")
+    entry = shown.page.get_by_role("textbox", name="Entry code of the state wait")
+    entry.click()
+    shown.insert("count = 0")
+    shown.page.get_by_role("tab", name="Arguments").click()
+    shown.page.get_by_role("textbox", name="Argument color").click()
+    shown.insert("'green'")
+    state = saved(shown, path).automata[0].states[0]
+    assert state.entry.text == "count = 0"
+    assert [(each.name, each.value.text) for each in state.arguments] == [("color", "'green'")]
+    shown.button("Remove the argument color").click()
+    expect(shown.button("Remove the argument color")).to_have_count(0)
+
+
 # ------------------------------------------------------------------------------------------------- data
 
 
-def test_an_interface_is_declared(shown: EditorPage, path: Path) -> None:
+def test_interfaces_parameters_properties_and_variables_are_edited(shown: EditorPage, path: Path) -> None:
     shown.press("Alt+i")
     entry = add(shown, "interface", "camera")
     entry.get_by_label("Interface", exact=True).fill("Camera")
     entry.get_by_label("Identity", exact=True).fill("CameraBottom")
-    (interface,) = saved(shown, path).interfaces
-    assert (interface.name, interface.type, interface.proxy) == ("camera", "Camera", "CameraBottom")
 
-
-class Serving(NoService):
-    """A realm in which a robot serves its head."""
-
-    async def control(self, component: str, action: str, arguments: object) -> object:
-        assert action == "identities"
-        return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
-
-
-def test_what_the_robot_has_is_declared_by_a_click(browser: Browser, path: Path) -> None:
-    with (
-        editor(path.parent, path, make_services=lambda _: services(live=Serving())) as running,
-        editor_page(browser, running) as shown,
-    ):
-        code = edit(shown, "wait")
-        shown.insert("\nself.Head.stop()")
-        squiggle = code.locator(".cm-lintRange-warning", has_text="Head")
-        squiggle.hover()
-        shown.page.get_by_role("button", name="Declare Head (PoseHead)").click()
-        expect(squiggle).to_have_count(0)
-        shown.press("Alt+i")
-        shown.page.get_by_text("What this robot has: 2").click()
-        assert panel_violations(shown) == []
-        shown.button("Declare Camera").click()
-        expect(shown.button("Declare Camera")).to_have_count(0)
-        expect(shown.button("Declare Head")).to_have_count(0)
-        declared = [(each.name, each.type) for each in saved(shown, path).interfaces]
-        assert declared == [("Head", "PoseHead"), ("Camera", "Camera")]
-
-
-class Graph(Serving):
-    """A graph of ROS with a robot."""
-
-    async def control(self, component: str, action: str, arguments: object) -> object:
-        if action != "ros":
-            return await super().control(component, action, arguments)
-        twist, scan = "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
-        return {
-            "topics": {"/base/cmd_vel": [twist], "/scan": [scan]},
-            "services": {"/stop": ["std_srvs/srv/Trigger"]},
-            "actions": {},
-            "types": {"msg": [twist, scan], "srv": ["std_srvs/srv/Trigger"], "action": []},
-        }
-
-
-def test_what_the_graph_of_ros_has_is_declared_by_a_click(browser: Browser, path: Path) -> None:
-    with (
-        editor(path.parent, path, make_services=lambda _: services(live=Graph())) as running,
-        editor_page(browser, running) as shown,
-    ):
-        edit(shown, "wait")
-        shown.press("Alt+i")
-        shown.page.get_by_text("What the graph of ROS has").click()
-        shown.button("subscribe /scan").click()
-        shown.button("publish /base/cmd_vel").click()
-        expect(shown.button("subscribe /scan")).to_have_count(0)
-        entry = shown.page.get_by_role("group", name="topic cmd_vel")
-        entry.get_by_label("At the stop").select_option("false")
-        offered = entry.get_by_label("Type", exact=True).evaluate(
-            "input => [...input.list.options].map(each => each.value)"
-        )
-        assert offered == ["geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"]
-        assert panel_violations(shown) == []
-        scan, cmd_vel = saved(shown, path).ros
-        assert (scan.name, scan.kind, scan.target, scan.type) == ("scan", "subscribe", "/scan", offered[1])
-        assert (cmd_vel.name, cmd_vel.kind, cmd_vel.stop.text) == ("cmd_vel", "publish", "false")
-
-
-def test_parameters_are_added_changed_moved_and_removed(shown: EditorPage, path: Path) -> None:
     shown.press("Alt+p")
-    add(shown, "parameter", "speed").get_by_label("Default", exact=True).fill("0.3")
+    field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)
+    field.fill("fast")
+    expect(field).to_have_attribute("aria-invalid", "true")
+    expect(field).to_have_accessible_description(re.compile("not a Python literal"))
+    field.fill("0.3")
+    expect(field).not_to_have_attribute("aria-invalid", "true")
     second = add(shown, "parameter", "loud")
     second.get_by_label("Type", exact=True).select_option("bool")
     second.get_by_label("Default", exact=True).fill("False")
     shown.press("Alt+ArrowUp")
     expect(shown.page.get_by_role("group", name="parameter")).to_have_count(2)
     expect(shown.page.get_by_role("group", name="parameter").first).to_have_accessible_name("parameter loud")
-    found = [(each.name, each.type.text, each.default.text) for each in saved(shown, path).parameters]
+    document = saved(shown, path)
+    (interface,) = document.interfaces
+    assert (interface.name, interface.type, interface.proxy) == ("camera", "Camera", "CameraBottom")
+    found = [(each.name, each.type.text, each.default.text) for each in document.parameters]
     assert found == [("loud", "bool", "False"), ("speed", "float", "0.3")]
     shown.button("Remove parameter loud").click()
     expect(
         shown.page.get_by_role("group", name="parameter speed").get_by_label("Name", exact=True)
     ).to_be_focused()
 
-
-def test_an_invalid_parameter_is_reported_at_its_field(shown: EditorPage) -> None:
-    shown.press("Alt+p")
-    field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)
-    field.fill("fast")
-    expect(field).to_have_attribute("aria-invalid", "true")
-    expect(field).to_have_accessible_description(re.compile("not a Python literal"))
-    field.fill("1.5")
-    expect(field).not_to_have_attribute("aria-invalid", "true")
-
-
-def test_a_property_gets_its_verdict(shown: EditorPage) -> None:
-    shown.press("Alt+p")
     entry = add(shown, "property", "stays")
     entry.get_by_label("Expression", exact=True).fill("wait or go")
     entry.get_by_text("Holds in every run.").wait_for()
     entry.get_by_label("Kind", exact=True).select_option("never")
     entry.get_by_text("Violated.").wait_for()
 
-
-def test_period_and_variables_are_those_of_the_shown_automaton(shown: EditorPage, path: Path) -> None:
     shown.press("Alt+t")
     period = shown.page.get_by_label("Period", exact=True)
     expect(period).to_be_focused()
@@ -493,22 +399,62 @@ def test_period_and_variables_are_those_of_the_shown_automaton(shown: EditorPage
     automaton = saved(shown, path).automata[0]
     assert (automaton.iteration_time.text, automaton.variables.text) == ("20", "count = 0\nspeed = 0.0")
 
-
-# ---------------------------------------------------------------------------------------- accessibility
-
-
-def test_axe_finds_nothing_in_the_panels(shown: EditorPage) -> None:
-    edit(shown, "wait")
-    shown.insert("\nif count")
-    shown.page.locator(".cm-lintRange-error").wait_for()
-    assert panel_violations(shown) == []
-    shown.press("Escape")
-    choose(shown, "late")
-    assert panel_violations(shown) == []
     shown.press("Alt+p")
-    shown.button("Add a parameter").click()
-    shown.button("Add a property").click()
-    shown.button("Add an interface").click()
+    for entry_of_a_list in ("a parameter", "a property", "an interface"):
+        shown.button(f"Add {entry_of_a_list}").click()
     shown.press("Control+m")
     shown.page.get_by_role("list", name="Problems").wait_for()
     assert panel_violations(shown) == []
+
+
+class Graph(NoService):
+    """A graph of ROS, and a realm in which a robot serves its head and a camera."""
+
+    async def control(self, component: str, action: str, arguments: object) -> object:
+        if action == "identities":
+            return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
+        assert action == "ros"
+        twist, scan = "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
+        return {
+            "topics": {"/base/cmd_vel": [twist], "/scan": [scan]},
+            "services": {"/stop": ["std_srvs/srv/Trigger"]},
+            "actions": {},
+            "types": {"msg": [twist, scan], "srv": ["std_srvs/srv/Trigger"], "action": []},
+        }
+
+
+def test_what_the_robot_and_the_graph_of_ros_have_is_declared_by_a_click(
+    browser: Browser, path: Path
+) -> None:
+    with (
+        editor(path.parent, path, make_services=lambda _: services(live=Graph())) as running,
+        editor_page(browser, running) as shown,
+    ):
+        code = edit(shown, "wait")
+        shown.insert("\nself.Head.stop()")
+        squiggle = code.locator(".cm-lintRange-warning", has_text="Head")
+        squiggle.hover()
+        shown.page.get_by_role("button", name="Declare Head (PoseHead)").click()
+        expect(squiggle).to_have_count(0)
+        shown.press("Alt+i")
+        shown.page.get_by_text("What this robot has: 2").click()
+        shown.page.get_by_text("What the graph of ROS has").click()
+        shown.button("subscribe /scan").click()
+        expect(shown.button("subscribe /scan")).to_have_count(0)
+        assert panel_violations(shown) == []
+        shown.button("publish /base/cmd_vel").click()
+        entry = shown.page.get_by_role("group", name="topic cmd_vel")
+        entry.get_by_label("At the stop").select_option("false")
+        offered = entry.get_by_label("Type", exact=True).evaluate(
+            "input => [...input.list.options].map(each => each.value)"
+        )
+        assert offered == ["geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"]
+        shown.button("Declare Camera").click()
+        expect(shown.button("Declare Camera")).to_have_count(0)
+        expect(shown.button("Declare Head")).to_have_count(0)
+        document = saved(shown, path)
+        declared = [(each.name, each.type) for each in document.interfaces]
+        assert declared == [("Head", "PoseHead"), ("Camera", "Camera")]
+        scan, cmd_vel = document.ros
+        assert (scan.name, scan.kind, scan.target, scan.type) == ("scan", "subscribe", "/scan", offered[1])
+        assert (cmd_vel.name, cmd_vel.kind, cmd_vel.stop.text) == ("cmd_vel", "publish", "false")

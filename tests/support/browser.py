@@ -178,6 +178,10 @@ class EditorPage:
         self.page.locator("label", has=radio).click()
         expect(radio).to_be_checked()
 
+    def dismiss(self, notices: Locator) -> None:
+        """Take away notices, which cover what is below them; what has the focus keeps it."""
+        notices.locator(".close").evaluate_all("all => all.forEach((each) => each.click())")
+
     def press(self, *keys: str) -> None:
         """Press keys in order."""
         for key in keys:
@@ -348,10 +352,11 @@ def window(browser: Browser, host: str, width: int, height: int, cached: bool) -
 
 def saved(shown: EditorPage, path: Path) -> Document:
     """Save the shown document and return the content of the file."""
-    for notice in shown.page.locator(".notice").filter(has_text="Saved").all():
-        notice.get_by_role("button", name="Dismiss").click()  # it is from an earlier time
+    notice = shown.page.get_by_role("status").filter(has_text="Saved")
+    shown.dismiss(notice)  # it is from an earlier time
     shown.press("Control+s")
-    shown.page.get_by_role("status").filter(has_text="Saved").wait_for()
+    notice.wait_for()
+    shown.dismiss(notice)
     document = read_document(path, Diagnostics())
     assert document is not None
     return document
