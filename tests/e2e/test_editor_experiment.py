@@ -1,10 +1,8 @@
-"""The paper's third experiment, drawn with mouse and keyboard, run, watched, edited and reloaded."""
+"""The paper's third experiment, drawn with mouse and keyboard."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -13,20 +11,13 @@ from playwright.sync_api import Browser, expect
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Automaton, Document
-from interfaces.hfsm import HfsmMonitorPrx
 from tests.support.browser import EditorPage, editor_page
 from tests.support.drawing import Draftsman
-from tests.support.editor import Editor, editor
-from tests.support.limits import CALL_LIMIT
-from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
-from tests.support.robot_server import eventually
+from tests.support.editor import editor
+from tests.support.places import ROOT
 from tests.support.screenshots import picture
-from visualhfsm.web.workspace import make_services
-from zenoh_ice import Settings, initialize
 
-pytestmark = [pytest.mark.slow, pytest.mark.gl]
-
-SPEED = 2  # robot seconds in a second
+pytestmark = pytest.mark.slow
 
 
 def read(path: Path) -> Document:
@@ -75,54 +66,20 @@ def content(document: Document) -> object:
 
 
 @pytest.fixture
-def endpoint() -> str:
-    return free_endpoint()
-
-
-@pytest.fixture
-def running(endpoint: str, tmp_path: Path) -> Iterator[Editor]:
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     root = tmp_path / "root"
     root.mkdir()
-    (root / "follow_ball.xml").write_bytes((REPOSITORY / "behaviors" / "follow_ball.xml").read_bytes())
-    settings = Settings(connect=(endpoint,), clock="wall", timeout=CALL_LIMIT)
-    with editor(root, make_services=make_services(settings)) as running:
-        yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with editor_page(browser, running) as shown:
+    (root / "follow_ball.xml").write_bytes((ROOT / "behaviors" / "follow_ball.xml").read_bytes())
+    with editor(root) as running, editor_page(browser, running) as shown:
         yield shown
 
 
-def test_the_third_experiment_is_drawn_run_watched_and_changed(
-    shown: EditorPage, endpoint: str, tmp_path: Path
-) -> None:
-    wanted = read(REPOSITORY / "behaviors" / "dance_and_follow.xml")
+def test_the_third_experiment_is_drawn(shown: EditorPage, tmp_path: Path) -> None:
+    wanted = read(ROOT / "behaviors" / "dance_and_follow.xml")
     path = tmp_path / "root" / "dance_and_follow.xml"
     draw(shown, wanted, path)
     save(shown, path)
     assert content(read(path)) == content(wanted)
-
-    with simulated_robot(endpoint):
-        expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible()
-        shown.press("F5")
-        expect(shown.state("followBall").and_(shown.page.locator(".active"))).to_be_visible()
-        with initialize(connect=[endpoint], clock="wall") as communicator:
-            monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
-            watch(shown, monitor)
-            change(shown, monitor)
-        shown.press("Shift+F5")
-        expect(shown.page.locator(".live-status")).to_contain_text("Ended")
-
-
-@contextmanager
-def simulated_robot(endpoint: str) -> Iterator[None]:
-    """Start a simulated robot, once it is needed: it computes at all times."""
-    command = module("naoserver_sim", "--listen", endpoint, "--speed", str(SPEED))
-    with ComponentProcess(command) as server:
-        server.wait_for("ready")
-        yield
 
 
 def draw(shown: EditorPage, wanted: Document, path: Path) -> None:
@@ -201,45 +158,3 @@ def save(shown: EditorPage, path: Path) -> None:
     shown.press("Control+s")
     expect(shown.page.locator(".dirty")).to_have_count(0)
     expect(shown.page.locator("hfsm-status")).to_contain_text("No problems")
-
-
-def watch(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
-    """Check that the root changes after 10 s of the robot's time, and that what it left becomes a ghost."""
-    page = shown.page
-    expect(shown.state("dance").and_(page.locator(".active"))).to_be_visible()
-    root = monitor.getSnapshot().automata[0]
-    assert root.enteredAt >= 9.8
-
-    shown.state("followBall").dblclick()
-    expect(page.locator(".state.ghost")).to_have_count(1)
-    expect(page.locator(".state.active")).to_have_count(0)
-    picture(page, "ghost")
-    shown.press("Backspace")
-    expect(page.locator(".state.active")).to_have_count(1)
-    shown.press("Alt+l")
-    page.get_by_role("tab", name="3D").click()
-    expect(page.locator("hfsm-robot-view canvas")).to_be_visible()
-    eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))
-    page.evaluate("document.querySelector('hfsm-robot-view').drawing.drawn()")
-    picture(page, "running")
-
-
-def change(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
-    """Change the code of a state while it runs; after the reload the new code runs, and nothing restarted."""
-    page = shown.page
-    shown.state("dance").click()
-    shown.press("Shift+Enter")
-    page.get_by_role("textbox", name="Code of the state dance").click()
-    shown.type("print('dancing at', round(self.clock.now()))")
-    shown.press("Escape")
-    expect(page.locator("hfsm-status")).to_contain_text("Edit the code of “dance”")
-    before = monitor.getSnapshot()
-    assert before.generation == 0
-    shown.press("F9")
-    expect(page.get_by_role("status").filter(has_text="Reloaded")).to_be_visible()
-    after = monitor.getSnapshot()
-    assert after.generation == 1
-    assert after.automata[0].enteredAt >= before.automata[0].enteredAt > 0.0
-    shown.press("Alt+o")
-    expect(page.locator("hfsm-output")).to_contain_text("dancing at")
-    picture(page, "changed")

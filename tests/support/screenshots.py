@@ -1,7 +1,6 @@
 """Screenshots of the editor for the documentation, taken by existing tests.
 
-SCREENSHOTS=1 pytest tests/e2e/test_editor_experiment.py tests/e2e/test_docs_first_behavior.py takes them again;
-otherwise nothing is written.
+CONTRIBUTING.md says which: with SCREENSHOTS=1 they take them again; otherwise nothing is written.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The setup of a reader of the tutorial: a simulated robot, and the editor in a browser."""
+"""The setup of a reader of the tutorial: the editor in a browser, and a simulated robot."""
 
 from __future__ import annotations
 
@@ -16,17 +16,21 @@ from tests.support.processes import free_endpoint
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
 
-__all__ = ["page_with_a_simulated_robot"]
+__all__ = ["page_of_a_reader", "start_simulation"]
 
 
 @contextmanager
-def page_with_a_simulated_robot(browser: Browser, folder: Path) -> Iterator[EditorPage]:
-    """Open the page of an editor of a folder, and start a simulated robot there."""
+def page_of_a_reader(browser: Browser, folder: Path) -> Iterator[EditorPage]:
+    """Open the page of an editor of a folder, which can start a robot."""
     settings = Settings(connect=(free_endpoint(),), timeout=CALL_LIMIT)
     with (
         editor(folder, make_services=make_services(settings)) as running,
         editor_page(browser, running, height=720) as shown,
     ):
-        shown.button("No robot: start a simulation").click()
-        expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible()
         yield shown
+
+
+def start_simulation(shown: EditorPage) -> None:
+    """Start a simulated robot."""
+    shown.button("No robot: start a simulation").click()
+    expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible()
