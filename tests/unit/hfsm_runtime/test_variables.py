@@ -7,12 +7,13 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, State
 from hfsm_runtime.variables import assign, short_repr, variables_of
 from interfaces.jderobot import ImageData, ImageDescription, Time
+from tests.support.examples import examples
 from zenoh_ice import Sample
 
 
@@ -70,6 +71,7 @@ def test_a_repr_is_that_of_python_cut_to_120_characters(value: object, text: str
     assert short_repr(value) == text
 
 
+@settings(max_examples=examples(40))
 @given(
     st.recursive(
         st.integers() | st.text() | st.floats() | st.binary() | st.none(),

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.examples import examples
 from tests.support.wire_values import Desk, pack
 from zenoh_ice import MarshalException, ObjectPrx
 from zenoh_ice._codec import Codec
@@ -269,7 +270,7 @@ HOSTILE = st.recursive(
 )
 
 
-@settings(deadline=None)  # the first example builds the decoders
+@settings(max_examples=examples(40), deadline=None)  # the first example builds the decoders
 @given(HOSTILE, st.binary(max_size=6), st.integers(0, 60))
 def test_whatever_arrives_is_taken_or_refused_with_our_exception(value: Any, noise: bytes, at: int) -> None:
     sound = {"@type": "::zoo::Dog", "name": "a", "legs": 4}

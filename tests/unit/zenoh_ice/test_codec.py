@@ -9,10 +9,11 @@ from typing import Any
 import msgpack
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.calculator import Node
+from tests.support.examples import examples
 from tests.support.wire_values import pack
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec, encode
@@ -77,6 +78,7 @@ everything = st.builds(
 codec = Codec(Everything)
 
 
+@settings(max_examples=examples(40))
 @given(everything)
 def test_what_is_packed_is_unpacked(value: Everything) -> None:
     unpacked = codec.unpack(pack(codec, tuple_of(value), "x"), "x")
@@ -84,6 +86,7 @@ def test_what_is_packed_is_unpacked(value: Everything) -> None:
     assert codec.unpack(packed, "x") == value
 
 
+@settings(max_examples=examples(40))
 @given(everything)
 def test_payload_is_a_map_by_parameter_name(value: Everything) -> None:
     read = msgpack.unpackb(pack(codec, tuple_of(value), "x"))
@@ -97,6 +100,7 @@ def test_any_bytes_unpack_or_are_refused(payload: bytes) -> None:
     unpack_or_refuse(payload)
 
 
+@settings(max_examples=examples(60))
 @given(everything, st.data())
 def test_cut_and_changed_payloads_unpack_or_are_refused(value: Everything, data: st.DataObject) -> None:
     payload = bytearray(pack(codec, tuple_of(value), "x"))

@@ -6,10 +6,11 @@ from typing import Any
 
 import msgpack
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.calculator import CalculatorError, DivisionByZero, OtherError
+from tests.support.examples import examples
 from tests.support.wire_values import Desk
 from zenoh_ice import (
     BusyException,
@@ -183,6 +184,7 @@ def test_any_bytes_make_an_exception(data: bytes) -> None:
     assert isinstance(decode_error(data, (CalculatorError,), "call"), ZenohIceError)
 
 
+@settings(max_examples=examples(40))
 @given(
     st.dictionaries(
         st.sampled_from(["exception", "bases", "members", "message", "path", "member"]),

@@ -20,6 +20,7 @@ import interfaces.nao
 from deploy.nao import NaoError
 from deploy.nao.dynamic import Types
 from deploy.nao.values import FromJson, to_json
+from tests.support.examples import examples
 from tests.support.generated_types import interfaces_of
 from tests.support.places import DATA
 from tests.support.slice_compiler import imported
@@ -229,6 +230,7 @@ def test_a_schema_that_makes_no_sense_is_refused(text: str, message: str) -> Non
     assert str(caught.value).isprintable()
 
 
+@settings(max_examples=examples(50))
 @given(data=st.data())
 def test_a_damaged_schema_is_a_schema_or_refused(data: st.DataObject) -> None:
     text = schema_of(data.draw(st.sampled_from(OURS))).as_json()

@@ -8,13 +8,14 @@ import time
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
 from deploy.nao.images import png
 from deploy.nao.output import count_text, duration_text, pretty, span_text
 from deploy.nao.watch import StreamStatistics
+from tests.support.examples import examples
 from zenoh_ice import Sample
 
 VALUES: st.SearchStrategy[Any] = st.recursive(
@@ -24,11 +25,13 @@ VALUES: st.SearchStrategy[Any] = st.recursive(
 )
 
 
+@settings(max_examples=examples(30))
 @given(VALUES, st.integers(20, 120))
 def test_the_whole_of_a_value_is_json_again(value: Any, columns: int) -> None:
     assert json.loads(pretty(value, columns, whole=True)) == value
 
 
+@settings(max_examples=examples(30))
 @given(
     st.recursive(
         st.integers(-9, 9), lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from("abc"), inner)
