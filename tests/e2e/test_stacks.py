@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.processes import ComponentProcess, assert_gone, free_endpoint, module
 from tests.support.security import Keys
 
 pytestmark = pytest.mark.slow
@@ -48,8 +48,11 @@ def test_a_killed_ball_is_back_while_the_robot_runs_on(tmp_path: Path) -> None:
             time.sleep(0.05)
         assert robot.is_running()
         assert {each.name for each in (tmp_path / "sim/logs").iterdir()} >= {"naoserver.log"}
+        running = psutil.Process(stack.process.pid).children(recursive=True)
         stack.process.send_signal(signal.SIGINT)
         assert stack.wait(END_LIMIT) == 130
+        assert_gone(running)
+        assert "Traceback" not in stack.output
 
 
 def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:

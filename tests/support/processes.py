@@ -15,9 +15,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import psutil
+
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 
-__all__ = ["ComponentProcess", "announced", "free_endpoint", "module"]
+__all__ = ["ComponentProcess", "announced", "assert_gone", "free_endpoint", "module"]
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -50,6 +52,14 @@ def free_endpoint() -> str:
             except OSError:
                 continue
             return f"tcp/127.0.0.1:{port}"
+
+
+def assert_gone(processes: list[psutil.Process]) -> None:
+    """Fail if some of these processes do not end."""
+    _, alive = psutil.wait_procs(processes, timeout=END_LIMIT)
+    assert [
+        " ".join(process.cmdline()) for process in alive if process.status() != psutil.STATUS_ZOMBIE
+    ] == []
 
 
 class ComponentProcess:
