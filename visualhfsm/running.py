@@ -128,10 +128,11 @@ class RunningComponents:
 
 @dataclass(frozen=True, slots=True)
 class _Generated:
-    """A component that was written: its file, and its source map."""
+    """A component that was written: its file, its source map, and whether it has unsaved changes."""
 
     component: Path
     origins: Origins | None
+    unsaved: bool
 
 
 class _Run:
@@ -155,8 +156,11 @@ class _Run:
 
     @property
     def origins(self) -> Origins | None:
-        """The source map of the running component; None while none runs."""
-        return self._generated.origins if self._generated and self._process.is_running else None
+        """The source map of what runs, or of what ran last if it was generated from unsaved changes."""
+        generated = self._generated
+        if generated is None or not (self._process.is_running or generated.unsaved):
+            return None
+        return generated.origins
 
     async def generate(self, source: Source) -> _Generated:
         """Write the component, for a start or for a reload of the one that runs. Raises VisualHfsmError.
@@ -274,7 +278,7 @@ class _Directory:
         if component is None:
             raise VisualHfsmError(_summary(diagnostics))
         self._target = target
-        return _Generated(component, read_origins(file, component))
+        return _Generated(component, read_origins(file, component), unsaved=file != path)
 
     def close(self) -> None:
         """Delete the temporary files."""

@@ -56,68 +56,58 @@ def notice(shown: EditorPage, text: str) -> None:
     expect(shown.page.locator(".notice").filter(has_text=text)).to_be_visible()
 
 
+def open_document(shown: EditorPage, name: str) -> None:
+    """Open another document of the folder."""
+    shown.press("Control+o")
+    shown.page.get_by_role("option", name=f"{name}.xml").dblclick()
+    show_document(shown, name)
+
+
+def show_document(shown: EditorPage, name: str) -> None:
+    """Show an open document, and wait until it is there."""
+    tab = re.compile(f"^{name}( |$)")
+    shown.page.get_by_role("tab", name=tab).click()
+    shown.page.get_by_role("tab", name=tab, selected=True).wait_for()
+
+
+def send(shown: EditorPage, event: str) -> None:
+    """Send an event to the component."""
+    shown.press("Alt+e")
+    shown.page.get_by_label("Event", exact=True).fill(event)
+    shown.press("Enter")
+    notice(shown, f"Sent {event}.")
+
+
+def force_late(shown: EditorPage) -> None:
+    """Fire the transition from `wait` to `go`."""
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+
+
+def toggle_breakpoint(shown: EditorPage, state: str) -> None:
+    """Set or remove the breakpoint of a state."""
+    shown.state(state).locator(".body").click()
+    shown.press("b")
+
+
+def expect_breakpoint(shown: EditorPage, state: str, words: str = "breakpoint") -> None:
+    """Wait until a state is described so."""
+    expect(shown.state(state)).to_have_attribute("aria-label", re.compile(words))
+
+
 # ------------------------------------------------------------------------------------------------ canvas
 
 
-def test_f5_runs_the_component_and_shows_what_it_does(shown: EditorPage) -> None:
+def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: EditorPage) -> None:
+    rows = shown.page.get_by_role("treeitem")
+    tooltip = shown.page.get_by_role("tooltip")
     run(shown)
     expect_current(shown, "wait")
     expect(shown.transition("late")).to_have_class(re.compile(r"\bwaiting\b"))
     expect(shown.transition("many")).to_have_attribute("aria-label", re.compile("condition false"))
-    shown.state("wait").focus()
-    shown.press("Control+Enter")
-    expect_current(shown, "look")
+    expect(rows.filter(has_text="look")).to_have_attribute("data-live", "active")
 
-
-def test_forced_transition_is_fired_and_leaves_a_trail_and_a_ghost(shown: EditorPage) -> None:
-    run(shown)
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
-    expect_current(shown, "go")
-    expect(shown.state("wait")).to_have_class(re.compile(r"\btrail\b"))
-    expect(shown.transition("late")).to_have_class(re.compile(r"\bfired\b"))
-    shown.state("wait").focus()
-    shown.press("Control+Enter")
-    expect(shown.state("look")).to_have_class(re.compile(r"\bghost\b"))
-
-
-def test_finished_automaton_is_marked(shown: EditorPage) -> None:
-    run(shown)
-    shown.press("Alt+e")
-    shown.page.get_by_label("Event", exact=True).fill("ball")
-    shown.press("Enter")
-    notice(shown, "Sent ball.")
-    shown.state("wait").focus()
-    shown.press("Control+Enter")
-    expect_current(shown, "found", "finished")
-
-
-def test_component_is_started_from_the_selected_state(shown: EditorPage) -> None:
-    shown.state("go").locator(".body").click()
-    shown.press("Alt+F5")
-    expect_current(shown, "go")
-    expect(shown.page.locator(".transition.fired")).to_have_count(0)
-
-
-def test_imported_automaton_is_followed_where_it_is_imported(shown: EditorPage, path: Path) -> None:
-    stub = '<SubAutomata id="2" idFather="1"><import automaton="2">walk.xml</import></SubAutomata>'
-    document = path.read_text()
-    kept = document[: document.index('<SubAutomata id="2"')]
-    path.with_name("guide.xml").write_text(f"{kept}{stub}</VisualHFSM>")
-    shown.press("Control+o")
-    shown.page.get_by_role("option", name="guide.xml").dblclick()
-    shown.page.get_by_role("tab", name=re.compile("guide"), selected=True).wait_for()
-    run(shown)
-    shown.state("wait").focus()
-    shown.press("Control+Enter")
-    expect_current(shown, "look")
-    expect(shown.page.locator("hfsm-status")).to_contain_text("from walk.xml")
-
-
-def test_why_not_is_shown_for_pointer_and_key(shown: EditorPage) -> None:
-    run(shown)
-    shown.state("wait").locator(".body").hover()
-    tooltip = shown.page.get_by_role("tooltip")
+    shown.state("wait").locator(".body").hover()  # why not
     expect(tooltip).to_contain_text("many")
     shown.page.mouse.move(5, 5)
     expect(tooltip).to_have_count(0)
@@ -127,73 +117,35 @@ def test_why_not_is_shown_for_pointer_and_key(shown: EditorPage) -> None:
     shown.press("Escape")
     expect(tooltip).to_have_count(0)
 
-
-def test_tree_shows_what_is_current_and_what_is_a_ghost(shown: EditorPage) -> None:
-    run(shown)
-    rows = shown.page.get_by_role("treeitem")
-    expect(rows.filter(has_text="look")).to_have_attribute("data-live", "active")
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
-    expect(rows.filter(has_text="go")).to_have_attribute("aria-current", "true")
-    expect(rows.filter(has_text="look")).to_have_attribute("data-live", "ghost")
-
-
-def test_sub_automaton_is_opened_as_it_becomes_active(shown: EditorPage) -> None:
-    run(shown)
-    shown.press("g")
+    shown.press("g")  # follow what is active deepest
     expect_current(shown, "look")
     shown.press("g", "Backspace")
     expect_current(shown, "wait")
 
+    force_late(shown)
+    expect_current(shown, "go")
+    expect(shown.state("wait")).to_have_class(re.compile(r"\btrail\b"))
+    expect(shown.transition("late")).to_have_class(re.compile(r"\bfired\b"))
+    expect(rows.filter(has_text="go")).to_have_attribute("aria-current", "true")
+    expect(rows.filter(has_text="look")).to_have_attribute("data-live", "ghost")
+    shown.state("wait").focus()
+    shown.press("Control+Enter")
+    expect(shown.state("look")).to_have_class(re.compile(r"\bghost\b"))
+    send(shown, "home")
+    expect_current(shown, "look")
+    send(shown, "ball")
+    expect_current(shown, "found", "finished")
 
-def test_lost_component_is_grey_with_its_time_and_found_again(
-    shown: EditorPage, robot: ServedRobot, path: Path
-) -> None:
-    with started_elsewhere(robot, path):
-        follow(shown, "walk")
-    expect(status(shown)).to_contain_text("Gone since")
-    expect(shown.page.locator("hfsm-canvas")).to_have_class(re.compile(r"\bstale\b"))
-    with started_elsewhere(robot, path):
-        expect(status(shown)).to_have_text("Running")
-        expect(shown.page.locator("hfsm-canvas")).not_to_have_class(re.compile(r"\bstale\b"))
+    shown.state("look").focus()
+    shown.press("Backspace")
+    expect_current(shown, "wait")
+    shown.press("Alt+l")
+    for name, value, text in (("speed", "0.5", "0.5"), ("count", "2000000", "2000000")):
+        shown.page.get_by_role("textbox", name=name, exact=True).fill(value)
+        shown.press("Enter")
+        notice(shown, f"Set {name} to {text}.")
+    expect_current(shown, "go")  # through `many`
 
-
-# ------------------------------------------------------------------------------------------------ steering
-
-
-def test_component_started_elsewhere_is_only_watched_by_default(
-    shown: EditorPage, robot: ServedRobot, path: Path
-) -> None:
-    with started_elsewhere(robot, path) as process:
-        follow(shown, "walk")
-        expect(shown.button("Pause")).to_be_disabled()
-        shown.press("F8")
-        shown.page.get_by_role("switch", name="Only watching").click()
-        shown.press("F8")
-        expect(status(shown)).to_have_text("Paused")
-        shown.press("F8")
-        expect(status(shown)).to_have_text("Running")
-        shown.button("Stop").click()
-        assert process.wait() == 0
-    expect(status(shown)).to_have_text("Ended: stopped")
-
-
-def test_a_run_that_this_window_did_not_start_is_only_watched(
-    shown: EditorPage, robot: ServedRobot, path: Path
-) -> None:
-    run(shown)
-    shown.press("Shift+F5")
-    expect(status(shown)).to_have_text("Ended: stopped")
-    with started_elsewhere(robot, path):
-        notice(shown, "Another run of walk has begun, which this window did not start")
-        expect(shown.page.get_by_role("switch", name="Only watching")).to_be_visible()
-        shown.press("F8")
-        expect(shown.button("Pause")).to_be_disabled()
-        expect(status(shown)).to_have_text("Running")
-
-
-def test_the_output_says_when_the_component_is_paused(shown: EditorPage) -> None:
-    run(shown)
     shown.press("Alt+o")
     output = shown.page.locator("hfsm-output").get_by_role("status")
     expect(output).to_have_text("Running")
@@ -203,35 +155,70 @@ def test_the_output_says_when_the_component_is_paused(shown: EditorPage) -> None
     expect(output).to_have_text("Running")
 
 
-def test_breakpoint_pauses_and_the_component_is_stepped_on(shown: EditorPage) -> None:
+def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
+    shown: EditorPage, path: Path
+) -> None:
+    document = path.read_text()
+    beginning, _, _ = document.partition('<SubAutomata id="2"')
+    stub = '<SubAutomata id="2" idFather="1"><import automaton="2">walk.xml</import></SubAutomata>'
+    path.with_name("guide.xml").write_text(f"{beginning}{stub}</VisualHFSM>")
+    path.with_name("other.xml").write_text(document)
+    timeline = shown.page.get_by_role("slider", name="Moment of the run")
+    open_document(shown, "guide")
     run(shown)
+    shown.state("wait").focus()
+    shown.press("Control+Enter")
+    expect_current(shown, "look")  # where it is imported
+    expect(shown.page.locator("hfsm-status")).to_contain_text("from walk.xml")
+
+    open_document(shown, "other")
+    expect(shown.button("Show guide.xml")).to_be_visible()
+    shown.button("Stop").click()
+    expect(status(shown)).to_have_count(0)
+    expect(timeline).to_have_count(0)
+    show_document(shown, "guide")
+    expect(status(shown)).to_have_text("Ended: stopped")
+    expect(timeline).to_be_visible()
+
+    show_document(shown, "walk")
     shown.state("go").locator(".body").click()
-    shown.press("b")
-    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
+    shown.press("Alt+F5")
+    expect_current(shown, "go")
+    expect(shown.page.locator(".transition.fired")).to_have_count(0)
+
+
+# ------------------------------------------------------------------------------------------------ steering
+
+
+def test_breakpoints_pause_before_the_start_in_other_documents_and_after_a_restart(
+    shown: EditorPage, path: Path
+) -> None:
+    path.with_name("other.xml").write_text(path.read_text())
+    toggle_breakpoint(shown, "wait")
+    expect_breakpoint(shown, "wait")
+    shown.page.reload()
+    expect_breakpoint(shown, "wait")  # the page keeps it
+    shown.press("F5")
     expect(status(shown)).to_have_text("At a breakpoint")
-    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("paused at this breakpoint"))
+    shown.press("Alt+l")
+    expect(shown.page.get_by_role("textbox", name="count", exact=True)).to_have_value("0")  # before it ran
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Running")
+
+    toggle_breakpoint(shown, "go")
+    expect_breakpoint(shown, "go")
+    force_late(shown)
+    expect(status(shown)).to_have_text("At a breakpoint")
+    expect_breakpoint(shown, "go", "paused at this breakpoint")
     shown.press("F10")
     expect(status(shown)).to_have_text("Paused")
     shown.press("F8")
     expect(status(shown)).to_have_text("Running")
 
-
-def test_breakpoint_in_another_document_is_gone_to(shown: EditorPage, path: Path) -> None:
-    path.with_name("other.xml").write_text(path.read_text())
-    run(shown)
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
-    expect_current(shown, "go")
     shown.state("wait").locator(".body").click()
-    shown.press("b")
-    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("breakpoint"))
     shown.press("Control+Enter")  # into its sub-automaton
     shown.state("look").wait_for()
-    shown.press("Control+o")
-    shown.page.get_by_role("option", name="other.xml").dblclick()
-    shown.page.get_by_role("tab", name=re.compile("other"), selected=True).wait_for()
+    open_document(shown, "other")
     shown.press("Alt+e")
     shown.page.get_by_label("Event", exact=True).fill("home")
     shown.button("Send").click()
@@ -240,129 +227,64 @@ def test_breakpoint_in_another_document_is_gone_to(shown: EditorPage, path: Path
     shown.page.get_by_role("tab", name=re.compile("walk"), selected=True).wait_for()
     expect(shown.page.locator("hfsm-status").get_by_text("State wait", exact=True)).to_be_visible()
 
-
-def test_the_end_of_a_run_is_shown_beside_its_own_document_alone(shown: EditorPage, path: Path) -> None:
-    path.with_name("other.xml").write_text(path.read_text())
-    timeline = shown.page.get_by_role("slider", name="Moment of the run")
-    run(shown)
-    shown.press("Control+o")
-    shown.page.get_by_role("option", name="other.xml").dblclick()
-    expect(shown.button("Show walk.xml")).to_be_visible()
-    shown.button("Stop").click()
-    expect(status(shown)).to_have_count(0)
-    expect(timeline).to_have_count(0)
-    shown.page.get_by_role("tab", name=re.compile("walk")).first.click()
-    expect(status(shown)).to_have_text("Ended: stopped")
-    expect(timeline).to_be_visible()
-
-
-def test_breakpoint_is_kept_when_the_component_is_restarted(shown: EditorPage) -> None:
-    run(shown)
-    shown.state("go").locator(".body").click()
-    shown.press("b")
-    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
+    toggle_breakpoint(shown, "wait")
+    expect(shown.state("wait")).not_to_have_attribute("aria-label", re.compile("breakpoint"))
     run_again(shown)
-    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
+    expect_breakpoint(shown, "go")
+    force_late(shown)
     expect(status(shown)).to_have_text("At a breakpoint")
+    expect_breakpoint(shown, "go", "paused at this breakpoint")
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Running")
 
-
-def test_breakpoint_is_set_before_the_start_and_kept_by_the_page(shown: EditorPage) -> None:
-    shown.state("wait").locator(".body").click()
-    shown.press("b")
-    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("breakpoint"))
-    shown.page.reload()
-    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("breakpoint"))
-    shown.press("F5")
-    expect(status(shown)).to_have_text("At a breakpoint")
-    shown.press("Alt+l")
-    expect(shown.page.get_by_role("textbox", name="count", exact=True)).to_have_value("0")  # before it ran
-
-
-def test_condition_of_a_breakpoint_counts(shown: EditorPage) -> None:
-    run(shown)
     shown.state("go").locator(".body").click(button="right")
     shown.page.get_by_role("menuitem", name="Breakpoint with a condition").click()
     shown.page.get_by_role("textbox").filter(visible=True).last.fill("count < 0")
     shown.press("Enter")
-    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("with a condition"))
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
+    expect_breakpoint(shown, "go", "with a condition")
+    send(shown, "home")
+    expect_current(shown, "wait")
+    force_late(shown)
     expect_current(shown, "go")
     expect(status(shown)).to_have_text("Running")
 
 
-def test_variable_and_parameter_are_set(shown: EditorPage) -> None:
-    run(shown)
-    shown.press("Alt+l")
-    for name, value, text in (("count", "2000000", "2000000"), ("speed", "0.5", "0.5")):
-        shown.page.get_by_role("textbox", name=name, exact=True).fill(value)
-        shown.press("Enter")
-        notice(shown, f"Set {name} to {text}.")
-    expect_current(shown, "go")
-
-
-def test_reload_goes_on_with_the_changed_code(shown: EditorPage) -> None:
+def test_reload_goes_on_with_the_changed_code_and_reports_what_was_not_kept(shown: EditorPage) -> None:
     run(shown)
     shown.state("wait").locator(".body").click()
     shown.press("Shift+Enter")
     expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_be_focused()
     shown.press("Control+End")
     expect(shown.button("Changed: reload")).to_have_count(0)
-    shown.type("\ncount += 2000000")
+    shown.insert("\ncount += 2000000")
     expect(shown.button("Changed: reload")).to_be_visible()
     shown.press("F9")
     notice(shown, "Reloaded.")
     expect(shown.button("Changed: reload")).to_have_count(0)
     expect_current(shown, "go")
 
-
-def test_reload_reports_what_was_not_kept(shown: EditorPage) -> None:
-    run(shown)
-    expect_current(shown, "wait")
     shown.state("go").locator(".body").click()
-    shown.press("i")
-    expect(shown.state("go")).to_have_attribute("aria-label", re.compile("initial"))
-    shown.state("wait").locator(".body").click()
     shown.press("Delete")
-    expect(shown.state("wait")).to_have_count(0)
+    expect(shown.state("go")).to_have_count(0)
     shown.press("F9")
-    expect(shown.page.get_by_role("dialog")).to_contain_text("wait")
+    expect(shown.page.get_by_role("dialog")).to_contain_text("go")
     shown.press("Escape")
-    expect_current(shown, "go")
+    expect_current(shown, "wait")  # the initial state
 
 
-def test_a_run_that_is_refused_leads_to_the_errors(shown: EditorPage) -> None:
+def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) -> None:
     shown.state("go").locator(".body").click()
     shown.press("Shift+Enter")
-    expect(shown.page.get_by_role("textbox", name="Code of the state go")).to_be_focused()
-    shown.type("if x y")
+    code = shown.page.get_by_role("textbox", name="Code of the state go")
+    expect(code).to_be_focused()
+    shown.insert("if x y")
     shown.press("F5")
     notice(shown, "nothing was generated")
     expect(shown.page.get_by_role("tab", name="Problems")).to_have_attribute("aria-selected", "true")
     expect(shown.page.get_by_role("list", name="Problems")).to_contain_text("invalid syntax")
 
-
-@pytest.mark.parametrize("key", [True, False], ids=["key", "button"])
-def test_stop_ends_the_component_even_while_only_watching_it(
-    shown: EditorPage, robot: ServedRobot, path: Path, key: bool
-) -> None:
-    with started_elsewhere(robot, path) as process:
-        follow(shown, "walk")
-        shown.press("F1")
-        expect(shown.page.get_by_role("dialog")).to_be_visible()
-        if key:
-            shown.press("Control+Shift+Space")
-        else:  # behind the dialog, which lets no element take the click
-            shown.page.locator(".stop-button").click(force=True)
-        assert process.wait() == 0
-        notice(shown, "Stopped: Body, Head, Motors, walk.")
-    expect(status(shown)).to_have_text("Ended: stopped by STOP")
-    expect(shown.page.locator("hfsm-canvas")).not_to_have_class(re.compile(r"\b(stale|live)\b"))
-
-
-def test_error_leads_to_the_code_that_failed(shown: EditorPage) -> None:
+    code.focus()
+    shown.press("Control+a", "Delete")
     run(shown)
     shown.press("Alt+l")
     shown.page.get_by_role("textbox", name="count", exact=True).fill("null")
@@ -374,22 +296,80 @@ def test_error_leads_to_the_code_that_failed(shown: EditorPage) -> None:
     expect(shown.page.get_by_label("Name of the transition")).to_have_value("many")
 
 
+def test_a_component_started_elsewhere_is_watched_found_again_and_stopped(
+    shown: EditorPage, robot: ServedRobot, path: Path
+) -> None:
+    steering = shown.page.get_by_role("switch", name="Only watching")
+    canvas = shown.page.locator("hfsm-canvas")
+    with started_elsewhere(robot, path) as process:
+        follow(shown, "walk")
+        expect(shown.button("Pause")).to_be_disabled()
+        shown.press("F8")
+        steering.click()
+        shown.press("F8")
+        expect(status(shown)).to_have_text("Paused")
+        shown.press("F8")
+        expect(status(shown)).to_have_text("Running")
+        shown.button("Stop").click()
+        assert process.wait() == 0
+    expect(status(shown)).to_have_text("Ended: stopped")
+
+    run(shown)
+    shown.press("Shift+F5")
+    expect(status(shown)).to_have_text("Ended: stopped")
+    with started_elsewhere(robot, path):
+        notice(shown, "Another run of walk has begun, which this window did not start")
+        expect(steering).to_be_visible()
+        shown.press("F8")
+        expect(shown.button("Pause")).to_be_disabled()
+        expect(status(shown)).to_have_text("Running")
+    expect(status(shown)).to_contain_text("Gone since")
+    expect(canvas).to_have_class(re.compile(r"\bstale\b"))
+
+    stopped = shown.page.locator(".notice").filter(has_text="Stopped: Body, Head, Motors, walk.")
+    for by_key in (True, False):
+        with started_elsewhere(robot, path) as process:
+            expect(status(shown)).to_have_text("Running")
+            expect(canvas).not_to_have_class(re.compile(r"\bstale\b"))
+            shown.press("F1")
+            expect(shown.page.get_by_role("dialog")).to_be_visible()
+            if by_key:
+                shown.press("Control+Shift+Space")
+            else:  # behind the dialog, which lets no element take the click
+                shown.page.locator(".stop-button").click(force=True)
+            assert process.wait() == 0
+            expect(stopped).to_be_visible()
+        expect(status(shown)).to_have_text("Ended: stopped by STOP")
+        expect(canvas).not_to_have_class(re.compile(r"\b(stale|live)\b"))
+        shown.press("Escape")
+        stopped.get_by_role("button", name="Dismiss").click()
+
+
 # ------------------------------------------------------------------------------------------------ time
 
 
-def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> None:
+def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had(
+    shown: EditorPage, path: Path
+) -> None:
+    moment = shown.page.get_by_role("slider", name="Moment of the run")
+    shown.press("Control+k")
+    shown.type("pictures in rec")
+    shown.press("Enter")
+    shown.button("30").click()
     run(shown)
+    shown.button("Record").click()
+    expect(shown.button("End the recording")).to_contain_text("0:01")
     expect_current(shown, "wait")
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
+    force_late(shown)
     expect_current(shown, "go")
+
     gone_on = """async () => {
       const entry = document.querySelector('script[src$="/app.js"]').src;
       const {past} = (await import(entry.replace('app.js', 'monitor/monitor.js'))).monitor;
       return past.end - past.changes.at(-1).time > 1;
     }"""
     comes_true(shown, gone_on)  # what was just now counts as now
-    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    moment.focus()
     shown.press("PageDown", "ArrowLeft", "ArrowLeft")
     expect(status(shown)).to_have_text("Looking back")
     expect_current(shown, "wait")
@@ -398,24 +378,12 @@ def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> Non
     expect(status(shown)).to_have_text("Running")
     expect_current(shown, "go")
 
-
-def test_a_part_of_a_run_is_recorded_with_pictures_and_played(shown: EditorPage, path: Path) -> None:
-    shown.press("Control+k")
-    shown.type("pictures in rec")
-    shown.press("Enter")
-    shown.button("30").click()
-    run(shown)
-    shown.button("Record").click()
-    expect(shown.button("End the recording")).to_contain_text("0:01")
-    shown.transition("late").locator(".handle").click()
-    shown.press("Alt+Enter")
-    expect_current(shown, "go")
     shown.button("End the recording").click()
     expect(shown.button("Record")).to_be_visible()
     shown.button("Play it").click()
     expect(status(shown)).to_have_text("Recording")
     expect_current(shown, "wait")
-    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    moment.focus()
     shown.press("End")
     expect_current(shown, "go")
     (recording,) = (path.parent / "recordings").glob("walk-*.mcap")
@@ -423,37 +391,29 @@ def test_a_part_of_a_run_is_recorded_with_pictures_and_played(shown: EditorPage,
     assert kinds.count("/images/Camera") > 10
     assert {"/snapshots", "/robot", "/actions"} <= set(kinds)
 
-
-def test_recording_is_played_on_the_document_that_it_contains(
-    shown: EditorPage, robot: ServedRobot, path: Path
-) -> None:
-    with started_elsewhere(robot, path, "--record", str(path.with_name("walk.mcap"))):
-        follow(shown, "walk")
-        shown.page.get_by_role("switch").click()
-        shown.transition("late").locator(".handle").click()
-        shown.press("Alt+Enter")
-        expect_current(shown, "go")
-    expect(status(shown)).to_contain_text("Gone since")
+    show_document(shown, "walk")
     shown.state("go").click()
     shown.press("Delete")
     expect(shown.state("go")).to_have_count(0)
     shown.press("Alt+r")
-    shown.page.get_by_role("option", name="walk.mcap").dblclick()
+    shown.page.get_by_role("option", name="recordings").dblclick()
+    shown.page.get_by_role("option", name=recording.name).dblclick()
+    expect(shown.page.get_by_role("tab", name=recording.name)).to_have_attribute("aria-selected", "true")
     expect(status(shown)).to_have_text("Recording")
-    expect(shown.page.get_by_role("tab", name="walk.mcap")).to_have_attribute("aria-selected", "true")
     expect_current(shown, "wait")
     shown.state("go").click()
     shown.press("Delete")
-    expect(shown.page.get_by_role("alert")).to_contain_text("walk.mcap cannot be changed")
+    expect(shown.page.get_by_role("alert")).to_contain_text(f"{recording.name} cannot be changed")
     shown.button("Compare with walk.xml").click()
     legend = shown.page.get_by_role("region", name="Comparison")
     expect(legend).to_contain_text("Compared with walk.xml: 4 added")
     legend.get_by_role("button", name="Done").click()
     expect(shown.state("go")).to_be_visible()
+
     shown.press("Alt+l")
     shown.page.get_by_role("tab", name="Cameras").last.click()
-    camera = shown.page.locator("hfsm-camera")
-    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    camera = shown.page.locator("hfsm-camera").filter(has_text="Top camera")
+    moment.focus()
     shown.press("Home")
     expect(camera).to_be_visible()
 
@@ -462,7 +422,7 @@ def test_recording_is_played_on_the_document_that_it_contains(
         return "red spot 80, 60" in camera.inner_text()
 
     eventually(shows_the_mark_a_step_later)  # on a busy machine the first picture came after the first cycles
-    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    moment.focus()
     shown.press("End")
     expect_current(shown, "go")
     shown.button("STOP the robot and all that runs").click()  # the robot may move meanwhile
@@ -470,9 +430,11 @@ def test_recording_is_played_on_the_document_that_it_contains(
 
     shown.press("Control+k")
     with shown.page.expect_download() as found:
-        shown.page.keyboard.type("export as a page")
+        shown.type("export as a page")
         shown.press("Enter")
-    assert found.value.suggested_filename == "walk.html"
+    assert found.value.suggested_filename == f"{recording.stem}.html"
     exported, _ = content(found.value.path().read_text("utf-8"))
     assert exported["document"]["automata"][0]["states"][0]["name"] == "wait"
-    expect(shown.page.locator(".notice", has_text="walk.html was exported")).to_contain_text("MB")
+    expect(shown.page.locator(".notice", has_text=f"{recording.stem}.html was exported")).to_contain_text(
+        "MB"
+    )

@@ -14,8 +14,6 @@ from tests.support.editor import Editor
 from tests.support.monitor import monitor_page, robot_and_editor, run, status
 from tests.support.robot_server import eventually
 
-TABS = ("Variables", "Plots", "Cameras", "Joints", "3D", "Cycles", "Errors")
-
 
 @pytest.fixture
 def running(tmp_path: Path) -> Iterator[Editor]:
@@ -23,14 +21,6 @@ def running(tmp_path: Path) -> Iterator[Editor]:
     root.mkdir()
     with robot_and_editor(root / "walk.xml") as (_, running):
         yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with monitor_page(browser, running) as shown:
-        run(shown)
-        shown.press("Alt+l")
-        yield shown
 
 
 def choose(shown: EditorPage, tab: str) -> None:
@@ -60,78 +50,6 @@ def painted(shown: EditorPage, selector: str) -> bool:
     return found
 
 
-def test_libraries_are_loaded_when_they_are_first_needed(browser: Browser, running: Editor) -> None:
-    with monitor_page(browser, running, cached=False) as shown:
-        run(shown)
-        shown.press("Alt+l")
-        assert not loaded(shown, "uplot")
-        assert not loaded(shown, "three")
-        choose(shown, "Plots")
-        expect(shown.page.locator(".uplot")).to_be_visible()
-        choose(shown, "3D")
-        expect(shown.page.get_by_role("img", name="The robot in 3D")).to_be_visible()
-        eventually(lambda: loaded(shown, "uplot") and loaded(shown, "three"))
-
-
-def test_a_run_with_parameters_has_their_values_and_asks_for_them_again(
-    browser: Browser, running: Editor
-) -> None:
-    with monitor_page(browser, running) as shown:
-        speed = shown.page.get_by_label("speed", exact=True)
-        shown.button("Other ways to run").click()
-        shown.page.get_by_role("menuitem", name="Run with parameters").click()
-        expect(speed).to_have_attribute("placeholder", "0.3")
-        assert shown.violations("dialog") == []
-        speed.fill("-0.7")
-        shown.press("Enter")
-        expect(status(shown)).to_have_text("Running")
-        shown.press("Alt+l")
-        choose(shown, "Variables")
-        expect(shown.page.locator("#live-panel")).to_contain_text("speed")
-        expect(shown.page.locator("#live-panel").get_by_label("speed")).to_have_value("-0.7")
-        shown.press("Alt+Shift+F5")
-        expect(speed.and_(shown.page.locator("dialog input"))).to_have_value("-0.7")
-
-
-def test_numbers_are_plotted_as_they_change(shown: EditorPage) -> None:
-    choose(shown, "Plots")
-    expect(shown.page.locator("output[data-name='1.count']")).to_have_text(re.compile(r"\d+"))
-    shown.page.get_by_label("Add a number to plot 1").select_option("joint.HeadYaw")
-    expect(shown.page.locator("output[data-name='joint.HeadYaw']")).to_have_text(re.compile(r"-?\d"))
-    shown.button("Add a plot").click()
-    expect(shown.page.get_by_role("region", name=re.compile("Plot \\d"))).to_have_count(2)
-
-
-def test_cameras_joints_and_cycles_are_shown(shown: EditorPage) -> None:
-    choose(shown, "Cameras")
-    expect(shown.page.get_by_role("img", name="Top camera")).to_be_visible()
-    expect(shown.page.get_by_role("img", name="Bottom camera")).to_be_visible()
-    shown.page.wait_for_function(
-        "() => document.querySelector('hfsm-camera .rate')?.textContent.includes('images/s')"
-    )
-    eventually(lambda: painted(shown, "hfsm-camera canvas"))
-    shown.button("Larger: Bottom camera").click()
-    widths = "[...document.querySelectorAll('hfsm-camera canvas')].map(each => each.clientWidth)"
-    eventually(lambda: shown.page.evaluate(f"(([top, bottom]) => bottom > 3 * top)({widths})"))
-    choose(shown, "Joints")
-    expect(shown.page.get_by_role("row", name=re.compile("HeadYaw.*°"))).to_be_visible()
-    choose(shown, "Cycles")
-    expect(shown.page.get_by_role("row", name=re.compile("^look|^wait|^walk")).first).to_contain_text("/ 100")
-
-
-def test_marks_are_drawn_on_the_picture_of_their_camera(shown: EditorPage) -> None:
-    choose(shown, "Cameras")
-    top, bottom = (shown.page.locator("hfsm-camera").nth(number) for number in (0, 1))
-    expect(top).to_contain_text("red spot 80, 60")
-    expect(bottom).not_to_contain_text("red spot")
-
-    def is_red() -> bool:
-        red, green, *_ = pixel(shown, 80, 60)
-        return red > 200 and green < 100
-
-    eventually(is_red)
-
-
 def pixel(shown: EditorPage, u: int, v: int) -> list[int]:
     """Return red, green and blue of a pixel of the first camera's picture."""
     found: list[int] = shown.page.evaluate(
@@ -142,59 +60,6 @@ def pixel(shown: EditorPage, u: int, v: int) -> list[int]:
         [u, v],
     )
     return found
-
-
-def test_axe_finds_nothing_wrong(shown: EditorPage) -> None:
-    found = shown.violations()
-    for tab in TABS:
-        choose(shown, tab)
-        expect(shown.page.locator("#live-panel > *")).to_be_visible()
-        found += shown.violations("hfsm-monitor-panel")  # nothing else has changed
-    assert not found
-
-
-def test_axe_finds_nothing_wrong_with_what_comes_and_goes(shown: EditorPage) -> None:
-    shown.button("1 running").click()
-    expect(shown.page.get_by_role("menuitem", name="walk", exact=False).first).to_be_visible()
-    found = shown.violations("header", ".menu")
-    shown.press("Escape")
-    shown.button("Other ways to run").click()
-    expect(shown.page.get_by_role("menu", name="Run")).to_be_visible()
-    found += shown.violations("header", ".menu")
-    shown.press("Escape")
-    shown.press("Alt+b")
-    robot = shown.page.get_by_role("dialog", name="Robot")
-    expect(robot.locator(":focus")).to_have_count(1)
-    found += shown.violations("header", ".menu")
-    shown.press("Escape")
-    expect(robot).to_have_count(0)
-    shown.state("wait").focus()
-    shown.press("w")
-    expect(shown.page.get_by_role("tooltip")).to_be_visible()
-    found += shown.violations("hfsm-canvas")
-    shown.page.get_by_role("slider", name="Moment of the run").focus()
-    shown.press("Home")
-    expect(status(shown)).to_have_text("Looking back")
-    shown.press("Alt+o")
-    shown.page.get_by_role("tab", name="Timeline").click()
-    expect(shown.page.locator(".change-list")).to_be_visible()
-    found += shown.violations()
-    assert not found
-
-
-def test_what_is_on_selected_active_and_unsaved_is_seen_in_forced_colors(shown: EditorPage) -> None:
-    shown.transition("many").locator(".handle").click()
-    shown.press("Delete")
-    shown.state("go").locator(".body").click()
-    expect(shown.page.locator(".dirty")).to_be_visible()
-    shown.page.emulate_media(forced_colors="active")
-    differ(shown, ".switch .knob", ".switch", "backgroundColor")
-    differ(shown, ".dirty", ".tab.chosen", "backgroundColor")
-    differ(shown, ".branch[aria-selected=true]", ".branch[aria-selected=false]", "backgroundColor")
-    differ(shown, ".branch[data-live=active] .dot", ".branch.root .dot", "backgroundColor")
-    for tabs in (".panel-tabs", ".inner-tabs"):
-        differ(shown, f"{tabs} [aria-selected=true]", f"{tabs} [aria-selected=false]", "borderBottomColor")
-    assert shown.violations() == []
 
 
 def differ(shown: EditorPage, one: str, other: str, what: str) -> None:
@@ -209,21 +74,124 @@ def differ(shown: EditorPage, one: str, other: str, what: str) -> None:
     assert found[0] != found[1], f"{one} and {other}: {found}"
 
 
-WRITTEN = [
-        ("3", 3), ("-0.5", -0.5), ('"a \'text\'"', "a 'text'"), ("'it\\'s'", "it's"), ("True", True), ("None", None),
-        ("[1, 2.5]", [1, 2.5]), ("(1, 2,)", [1, 2]), ("{'a': (True, None)}", {"a": [True, None]}),
-        ("'True, (1)'", "True, (1)"), ("nothing", "refused"), ("1 + 1", "refused"), ("", "refused"), ("'", "refused"),
-]  # fmt: skip
+def test_each_tab_shows_its_values_and_loads_its_library(browser: Browser, running: Editor) -> None:
+    with monitor_page(browser, running, cached=False) as shown:
+        page = shown.page
+        run(shown)
+        shown.press("Alt+l")
+        choose(shown, "Variables")
+        expect(page.locator("hfsm-live-variables")).to_be_visible()
+        found = shown.violations("header", ".live-bar", ".side")
+        assert not loaded(shown, "uplot")
+        assert not loaded(shown, "three")
 
+        choose(shown, "Plots")
+        expect(page.locator(".uplot")).to_be_visible()
+        expect(page.locator("output[data-name='1.count']")).to_have_text(re.compile(r"\d+"))
+        page.get_by_label("Add a number to plot 1").select_option("joint.HeadYaw")
+        expect(page.locator("output[data-name='joint.HeadYaw']")).to_have_text(re.compile(r"-?\d"))
+        shown.button("Add a plot").click()
+        expect(page.get_by_role("region", name=re.compile("Plot \\d"))).to_have_count(2)
+        found += shown.violations("hfsm-monitor-panel")  # nothing else has changed
 
-def test_values_are_read_as_python_or_json_write_them(browser: Browser, running: Editor) -> None:
-    with monitor_page(browser, running) as shown:
-        found = shown.page.evaluate(
-            """async (all) => {
-              const entry = document.querySelector('script[src$="/app.js"]').src;
-              const {valueIn} = await import(entry.replace('app.js', 'monitor/values.js'));
-              return all.map((written) => (valueIn(written) === undefined ? 'refused' : valueIn(written)));
-            }""",
-            [written for written, _ in WRITTEN],
+        choose(shown, "Cameras")
+        expect(page.get_by_role("img", name="Top camera")).to_be_visible()
+        expect(page.get_by_role("img", name="Bottom camera")).to_be_visible()
+        page.wait_for_function(
+            "() => document.querySelector('hfsm-camera .rate')?.textContent.includes('images/s')"
         )
-    assert found == [value for _, value in WRITTEN]
+        eventually(lambda: painted(shown, "hfsm-camera canvas"))
+        top, bottom = (page.locator("hfsm-camera").nth(number) for number in (0, 1))
+        expect(top).to_contain_text("red spot 80, 60")
+        expect(bottom).not_to_contain_text("red spot")
+
+        def is_red() -> bool:
+            red, green, *_ = pixel(shown, 80, 60)
+            return red > 200 and green < 100
+
+        eventually(is_red)
+        found += shown.violations("hfsm-monitor-panel")
+        shown.button("Larger: Bottom camera").click()
+        widths = "[...document.querySelectorAll('hfsm-camera canvas')].map(each => each.clientWidth)"
+        eventually(lambda: page.evaluate(f"(([top, bottom]) => bottom > 3 * top)({widths})"))
+
+        choose(shown, "Joints")
+        expect(page.get_by_role("row", name=re.compile("HeadYaw.*°"))).to_be_visible()
+        found += shown.violations("hfsm-monitor-panel")
+
+        choose(shown, "3D")
+        expect(page.get_by_role("img", name="The robot in 3D")).to_be_visible()
+        eventually(lambda: loaded(shown, "uplot") and loaded(shown, "three"))
+        found += shown.violations("hfsm-monitor-panel")
+
+        choose(shown, "Cycles")
+        expect(page.get_by_role("row", name=re.compile("^look|^wait|^walk")).first).to_contain_text("/ 100")
+        found += shown.violations("hfsm-monitor-panel")
+
+        choose(shown, "Errors")
+        expect(page.locator("#live-panel > *")).to_be_visible()
+        found += shown.violations("hfsm-monitor-panel")
+        assert not found
+
+
+def test_what_comes_and_goes_with_a_run_is_accessible_and_seen_in_forced_colors(
+    browser: Browser, running: Editor
+) -> None:
+    with monitor_page(browser, running) as shown:
+        page = shown.page
+        speed = page.get_by_label("speed", exact=True)
+        shown.button("Other ways to run").click()
+        expect(page.get_by_role("menu", name="Run")).to_be_visible()
+        found = shown.violations("header", ".menu")
+        page.get_by_role("menuitem", name="Run with parameters").click()
+        expect(speed).to_have_attribute("placeholder", "0.3")
+        found += shown.violations("dialog")
+        speed.fill("-0.7")
+        shown.press("Enter")
+        expect(status(shown)).to_have_text("Running")
+        shown.press("Alt+l")
+        choose(shown, "Variables")
+        expect(page.locator("#live-panel").get_by_label("speed")).to_have_value("-0.7")
+        shown.press("Alt+Shift+F5")
+        expect(speed.and_(page.locator("dialog input"))).to_have_value("-0.7")
+        shown.press("Escape")
+
+        shown.button("1 running").click()
+        expect(page.get_by_role("menuitem", name="walk", exact=False).first).to_be_visible()
+        found += shown.violations("header", ".menu")
+        shown.press("Escape")
+        shown.press("Alt+b")
+        robot = page.get_by_role("dialog", name="Robot")
+        expect(robot.locator(":focus")).to_have_count(1)
+        found += shown.violations("header", ".menu")
+        shown.press("Escape")
+        expect(robot).to_have_count(0)
+        shown.state("wait").focus()
+        shown.press("w")
+        expect(page.get_by_role("tooltip")).to_be_visible()
+        found += shown.violations("hfsm-canvas")
+        page.get_by_role("slider", name="Moment of the run").focus()
+        shown.press("Home")
+        expect(status(shown)).to_have_text("Looking back")
+        shown.press("Alt+o")
+        page.get_by_role("tab", name="Timeline").click()
+        expect(page.locator(".change-list")).to_be_visible()
+        found += shown.violations()
+
+        shown.button("Back to now").click()
+        expect(status(shown)).to_have_text("Running")
+        shown.transition("many").locator(".handle").click()
+        shown.press("Delete")
+        shown.state("go").locator(".body").click()
+        expect(page.locator(".dirty")).to_be_visible()
+        page.emulate_media(forced_colors="active")
+        differ(shown, ".switch .knob", ".switch", "backgroundColor")
+        differ(shown, ".dirty", ".tab.chosen", "backgroundColor")
+        differ(shown, ".branch[aria-selected=true]", ".branch[aria-selected=false]", "backgroundColor")
+        differ(shown, ".branch[data-live=active] .dot", ".branch.root .dot", "backgroundColor")
+        for tabs in (".panel-tabs", ".inner-tabs"):
+            differ(
+                shown, f"{tabs} [aria-selected=true]", f"{tabs} [aria-selected=false]", "borderBottomColor"
+            )
+        found += shown.violations()
+        assert not found
