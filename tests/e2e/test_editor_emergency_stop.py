@@ -10,7 +10,6 @@ from playwright.sync_api import Browser, expect
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from tests.support.monitor import (
     DOCUMENT,
-    expect_current,
     follow,
     monitor_page,
     robot_and_editor,
@@ -20,42 +19,10 @@ from tests.support.monitor import (
 )
 
 
-def test_the_robot_that_was_stopped_is_reset_in_every_window(browser: Browser, tmp_path: Path) -> None:
-    path = tmp_path / "walk.xml"
-    with robot_and_editor(path) as (robot, editor), robot.client() as client:
-        safety = client.proxy(SafetyPrx, "Safety")
-        with monitor_page(browser, editor) as shown, monitor_page(browser, editor) as other:
-            banners = [
-                each.page.get_by_role("alert").filter(has_text="The robot is stopped")
-                for each in (shown, other)
-            ]
-            with started_elsewhere(robot, path) as process:
-                follow(shown, "walk")
-                shown.press("Control+Shift+Space")
-                assert process.wait() == 0
-            expect(status(shown)).to_contain_text("Ended")
-            for banner in banners:
-                expect(banner).to_contain_text("STOP was pressed in the editor")
-            assert safety.getSafetyState().stopped
-            banners[1].get_by_role("button", name="Reset the emergency stop").click()
-            for banner in banners:
-                expect(banner).to_have_count(0)
-            client.proxy(PoseHeadPrx, "Head").setPose(0.5, 0.0, 0.5)
-
-
-def test_the_robot_is_stopped_also_when_nothing_is_followed(browser: Browser, tmp_path: Path) -> None:
-    with (
-        robot_and_editor(tmp_path / "walk.xml") as (robot, editor),
-        robot.client() as client,
-        monitor_page(browser, editor) as shown,
-    ):
-        shown.press("Control+Shift+Space")
-        expect(shown.page.get_by_role("alert").filter(has_text="The robot is stopped")).to_be_visible()
-        assert client.proxy(SafetyPrx, "Safety").getSafetyState().stopped
-
-
-def test_a_component_that_the_stop_pauses_says_so_and_goes_on(browser: Browser, tmp_path: Path) -> None:
-    path = tmp_path / "walk.xml"
+def test_the_robot_is_stopped_and_reset_in_every_window_and_its_component_pauses(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "follow me.xml"
     head = "<nameinterface>head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
     commanding = DOCUMENT.replace("count += 1", "self.head.setPose(0.1, 0.0, 0.5)").replace(
         "</VisualHFSM>", f"<config><iceinterface>{head}</iceinterface></config></VisualHFSM>"
@@ -64,33 +31,41 @@ def test_a_component_that_the_stop_pauses_says_so_and_goes_on(browser: Browser, 
         robot_and_editor(path, commanding) as (robot, editor),
         robot.client() as client,
         monitor_page(browser, editor) as shown,
-        started_elsewhere(robot, path),
+        monitor_page(browser, editor) as other,
     ):
         safety = client.proxy(SafetyPrx, "Safety")
-        follow(shown, "walk")
-        safety.emergencyStop("a hand in the way")
-        expect(status(shown)).to_have_text("Paused: command refused")
-        expect(status(shown)).to_have_attribute(
-            "title", re.compile("the robot is stopped: a hand in the way")
-        )
-        safety.resetEmergencyStop()
-        expect(status(shown)).to_have_text("Running")
+        banners = [
+            each.page.get_by_role("alert").filter(has_text="The robot is stopped") for each in (shown, other)
+        ]
+        shown.press("Control+Shift+Space")  # nothing is followed
+        for banner in banners:
+            expect(banner).to_contain_text("STOP was pressed in the editor")
+        assert safety.getSafetyState().stopped
+        banners[1].get_by_role("button", name="Reset the emergency stop").click()
+        for banner in banners:
+            expect(banner).to_have_count(0)
+        client.proxy(PoseHeadPrx, "Head").setPose(0.5, 0.0, 0.5)
 
+        with started_elsewhere(robot, path) as process:
+            follow(shown, "follow_me")
+            safety.emergencyStop("a hand in the way")
+            expect(status(shown)).to_have_text("Paused: command refused")
+            expect(status(shown)).to_have_attribute(
+                "title", re.compile("the robot is stopped: a hand in the way")
+            )
+            safety.resetEmergencyStop()
+            expect(status(shown)).to_have_text("Running")
 
-def test_all_that_runs_is_stopped_under_any_name_with_a_menu_open(browser: Browser, tmp_path: Path) -> None:
-    path = tmp_path / "follow me.xml"
-    with robot_and_editor(path) as (_, editor), monitor_page(browser, editor) as shown:
-        run(shown)
-        expect_current(shown, "wait")
-        shown.press("Alt+Shift+a")
-        expect(status(shown)).to_have_count(0)
-        shown.button("1 running").click()
-        expect(shown.page.get_by_role("menuitem", name="follow_me")).to_be_focused()
-        assert shown.page.evaluate(STOP_AREA)[0] >= shown.page.evaluate(
-            "() => document.querySelector('.menu').getBoundingClientRect().right"
-        ), "a part of the menu lies under STOP"
-        shown.press("Control+Shift+Space")
-        expect(shown.page.locator(".notice").filter(has_text="Stopped: ")).to_contain_text("follow_me")
+            shown.press("Alt+Shift+a")
+            expect(status(shown)).to_have_count(0)
+            shown.button("1 running").click()
+            expect(shown.page.get_by_role("menuitem", name="follow_me")).to_be_focused()
+            assert shown.page.evaluate(STOP_AREA)[0] >= shown.page.evaluate(
+                "() => document.querySelector('.menu').getBoundingClientRect().right"
+            ), "a part of the menu lies under STOP"
+            shown.press("Control+Shift+Space")
+            expect(shown.page.locator(".notice").filter(has_text="follow_me")).to_contain_text("Stopped: ")
+            assert process.wait() == 0
         expect(shown.button("Nothing runs")).to_be_visible()
         expect(shown.button("STOP the robot and all that runs")).to_be_visible()
 
@@ -100,7 +75,8 @@ STOP_AREA = """() => {
   const {left, right, top, bottom} = button.getBoundingClientRect();
   return [left, right, top, document.elementFromPoint(left + 3, (top + bottom) / 2) === button];
 }"""
-WIDTHS = (320, 390, 480, 560, 640, 683, 768, 800, 860, 900, 960, 1018, 1100, 1280, 1440, 1920)
+WIDTHS = (320, 421, 561, 641, 721, 861, 1101, 1701)
+"""The narrowest windows of each layout in styles/*.css."""
 
 
 def test_stop_is_inside_the_window_in_every_width_and_state(browser: Browser, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, expect
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.browser import EditorPage
-from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
+from tests.support.monitor import comes_true, monitor_page, robot_and_editor, status
 from tests.support.robot_server import ServedRobot, eventually
 
 pytestmark = pytest.mark.sim
@@ -46,10 +46,14 @@ def world(tmp_path: Path, browser: Browser) -> Iterator[tuple[ServedRobot, Edito
         yield robot, shown
 
 
-def test_the_robot_is_shown_while_nothing_is_followed(world: tuple[ServedRobot, EditorPage]) -> None:
-    _, shown = world
+def test_the_world_is_shown_and_recorded_and_a_ball_is_carried_in_it(
+    world: tuple[ServedRobot, EditorPage],
+) -> None:
+    robot, shown = world
+    stage = robot.robot.stage
+    assert stage is not None
     page = shown.page
-    expect(page.get_by_role("button", name="Simulated Nao")).to_be_visible()
+    expect(page.get_by_role("button", name="Simulated Nao")).to_be_visible()  # nothing is followed
     shown.press("Alt+l")
     expect(page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
     expect(page.get_by_role("tab", name="Variables")).to_have_count(0)
@@ -57,16 +61,11 @@ def test_the_robot_is_shown_while_nothing_is_followed(world: tuple[ServedRobot, 
     page.get_by_role("tab", name="Cameras").click()
     expect(page.locator("hfsm-camera").first).to_contain_text("camera")
 
-
-def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[ServedRobot, EditorPage]) -> None:
-    robot, shown = world
-    stage = robot.robot.stage
-    assert stage is not None
-    page = shown.page
-    run(shown)
-    shown.press("Alt+l")
+    shown.press("Alt+Shift+r")
+    expect(status(shown)).to_have_text("Running")
     page.get_by_role("tab", name="3D").click()
     comes_true(shown, BALL)
+    comes_true(shown, f"async () => await ({NOW})() > 1")  # by then it is written where the ball is
     page.locator(".view-tools").get_by_role("button", name="Top").click()
     comes_true(shown, "() => document.querySelector('hfsm-robot-view').grabbing.enabled")
 
@@ -91,23 +90,9 @@ def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[Serv
     assert stage.truth().objects["Ball"].position[1] < start[1] - 0.1
     assert not page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled")
 
-
-def test_a_run_is_recorded_and_played_with_its_own_world(world: tuple[ServedRobot, EditorPage]) -> None:
-    robot, shown = world
-    stage = robot.robot.stage
-    assert stage is not None
-    page = shown.page
-    shown.press("Alt+Shift+r")
-    expect(status(shown)).to_have_text("Running")
-    shown.press("Alt+l")
-    page.get_by_role("tab", name="3D").click()
-    comes_true(shown, BALL)
-    start = page.evaluate(BALL)[2:]
-    comes_true(shown, f"async () => await ({NOW})() > 1")  # by then it is written where the ball is
     shown.press("Shift+F5")
     shown.button("Play it").click()
     expect(status(shown)).to_have_text("Recording")
-
     stage.place_object("Ball", (0.5, -1.0, 0.05))
     page.evaluate(LOOK_BACK, 0.9)
     eventually(lambda: (page.evaluate(BALL) or [])[2:] == pytest.approx(start, abs=0.02))
