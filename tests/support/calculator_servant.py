@@ -106,8 +106,9 @@ class CalculatorI(Scientific):
         return result
 
 
-def drains(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Note for how many s at most the calls of each servant that is withdrawn are waited for."""
+def drains(monkeypatch: pytest.MonkeyPatch, *, limit: float) -> list[float]:
+    """Wait for running calls for some s at most; note for how many s those of each servant are waited for."""
+    monkeypatch.setattr("zenoh_ice.servant._DRAIN_LIMIT", limit)
     noted: list[float] = []
     drain = ServedObject.drain
 

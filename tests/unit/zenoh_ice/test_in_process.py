@@ -168,7 +168,9 @@ def test_the_end_of_its_communicator_ends_a_call_that_runs(communicator: Communi
     calling = threading.Thread(target=call)
     calling.start()
     assert servant.entered.wait(EVENT_LIMIT)
-    communicator.destroy()
+    ending = threading.Thread(target=communicator.destroy)
+    ending.start()
     calling.join(EVENT_LIMIT)
-    servant.leave.set()
     assert len(outcomes) == 1
+    servant.leave.set()
+    ending.join(EVENT_LIMIT)
