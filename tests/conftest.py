@@ -32,7 +32,7 @@ settings.register_profile(
     settings(),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
-    max_examples=examples(100),
+    max_examples=examples(50),
     derandomize=not more_asked_for(),
     database=None,
 )

@@ -60,7 +60,6 @@ CLEAN: Final = (
     "naoserver_ros2",
     "naoserver_sim",
     "ros2",
-    "naoserver_ros2",
     "soccer_field",
     "tests",
     "visualhfsm",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,7 @@ pytestmark = pytest.mark.skipif(not MANIFEST.exists(), reason="the collected doc
 every_file = pytest.mark.parametrize("row", _rows(), ids=lambda row: row["file"])
 
 
+@cache
 def _convert(path: Path) -> str:
     diagnostics = Diagnostics()
     text = convert_document(path, diagnostics)

@@ -135,15 +135,22 @@ def checks():
     process.close()
 
 
-def test_a_process_beside_finds_the_same(checks: CheckProcess) -> None:
+def test_a_process_beside_finds_the_same_and_is_started_again_if_it_dies(
+    checks: CheckProcess, tmp_path: Path
+) -> None:
     document = SetStateCode(automaton=1, state=2, part="code", text="undefined_name + 1").apply(clean())
     assert checks.find_problems(document, None) == find_problems(written(document), None) != []
     assert checks.find_problems(clean(), None) == []
+    assert_a_broken_description_is_a_problem_with_its_file(checks, tmp_path)
+    (process,) = checkers()
+    process.kill()
+    process.wait(END_LIMIT)
+    assert checks.find_problems(clean(), None) == []
+    (other,) = checkers()
+    assert other != process
 
 
-def test_a_broken_description_of_interfaces_is_a_problem_with_its_file(
-    checks: CheckProcess, tmp_path: Path
-) -> None:
+def assert_a_broken_description_is_a_problem_with_its_file(checks: CheckProcess, tmp_path: Path) -> None:
     (tmp_path / "lab").mkdir()
     (tmp_path / "lab" / "__init__.py").write_text("")
     (tmp_path / "lab" / "lamp.py").write_text("class LampPrx(ObjectPrx):\n    pass\n")
@@ -164,16 +171,6 @@ def checkers() -> list[psutil.Process]:
     return found
 
 
-def test_a_process_that_dies_is_started_again(checks: CheckProcess) -> None:
-    checks.find_problems(clean(), None)
-    (process,) = checkers()
-    process.kill()
-    process.wait(END_LIMIT)
-    assert checks.find_problems(clean(), None) == []
-    (other,) = checkers()
-    assert other != process
-
-
 def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks: CheckProcess) -> None:
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(checks.find_problems, clean(), None)
@@ -185,7 +182,7 @@ def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks:
     assert (problem.severity, "by the model checker" in problem.message) == ("warning", True)
 
 
-def test_a_check_that_takes_too_long_is_reported(checks: CheckProcess) -> None:
+def test_a_check_that_takes_too_long_is_reported() -> None:
     impatient = CheckProcess(patience=0.0)
     (problem,) = impatient.find_problems(clean(), None)
     assert "not checked" in problem.message
