@@ -50,29 +50,8 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
         yield shown
 
 
-# --------------------------------------------------------------------------------------------- drawing
-
-
-def test_a_state_is_drawn_where_it_is_clicked_and_named_at_once(shown: EditorPage, root: Path) -> None:
-    x, y = shown.middle_of("followBall")
-    shown.button("State").click()
-    shown.page.mouse.click(x, y + 180)
-    shown.name("rest")
-    shown.expect_states("followBall", "dance", "rest")
-    shown.expect_at("rest", (x, y + 180))
-    document = saved(shown, root / "dance_and_follow.xml")
-    assert document.root is not None
-    assert [state.name for state in document.root.states] == ["followBall", "dance", "rest"]
-
-
-def test_a_double_click_on_the_ground_draws_a_state(shown: EditorPage) -> None:
-    x, y = shown.middle_of("dance")
-    shown.page.mouse.dblclick(x, y + 200)
-    shown.name("here")
-    shown.expect_states("followBall", "dance", "here")
-
-
-def test_dragging_from_a_rim_connects_and_from_the_middle_moves(shown: EditorPage) -> None:
+def test_states_and_transitions_are_drawn_moved_and_bent(shown: EditorPage, root: Path) -> None:
+    # Dragging from the rim connects, and from the middle moves.
     before = shown.middle_of("dance")
     shown.connect("dance", "followBall")
     shown.name("back")
@@ -87,24 +66,60 @@ def test_dragging_from_a_rim_connects_and_from_the_middle_moves(shown: EditorPag
     expect(shown.page.locator(".last-step")).to_have_text("Rename “transition 3”")
     shown.expect_at("dance", before, within=0.1)
 
+    # A state is drawn where it is clicked, and named at once.
+    x, y = shown.middle_of("followBall")
+    shown.button("State").click()
+    shown.page.mouse.click(x, y + 180)
+    shown.name("rest")
+    shown.expect_states("followBall", "dance", "rest")
+    shown.expect_at("rest", (x, y + 180))
+    document = saved(shown, root / "dance_and_follow.xml")
+    assert document.root is not None
+    assert [state.name for state in document.root.states] == ["followBall", "dance", "rest"]
+    x, y = shown.middle_of("dance")
+    shown.page.mouse.dblclick(x, y + 200)
+    shown.name("here")
+    shown.expect_states("followBall", "dance", "rest", "here")
 
-def test_a_transition_to_itself_and_another_between_the_same_states_have_arcs_of_their_own(
-    shown: EditorPage,
-) -> None:
+    # A transition to itself and others between the same states have arcs of their own.
     shown.connect("followBall", "dance")
     shown.name("third")
     shown.state("dance").click(button="right")
     shown.page.get_by_role("menuitem", name="Transition to itself").click()
     shown.name("again")
     expect(shown.transition("again")).to_have_count(1)
-    expect(shown.page.locator(".transition[data-key]")).to_have_count(4)
+    expect(shown.page.locator(".transition[data-key]")).to_have_count(5)
     handles = [shown.middle(each) for each in shown.page.locator(".transition .knob").all()]
     for index, one in enumerate(handles):
         for other in handles[index + 1 :]:
             assert abs(one[0] - other[0]) + abs(one[1] - other[1]) > 25
 
+    # A handle bends its arc, and a key resets it.
+    knob = shown.transition("enough").locator(".knob")
+    x, y = shown.middle(knob)
+    shown.drag((x, y), (x + 20, y - 80))
+    expect(shown.page.locator(".last-step")).to_have_text("Move “enough”")
+    shown.expect_at(knob, (x + 20, y - 80))
+    x, y = shown.middle(knob)
+    shown.press("r")
+    expect(shown.page.locator(".last-step")).to_have_text("Reset the handle of “enough”")
+    assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
 
-def test_the_selected_states_are_grouped_and_what_is_typed_at_once_is_the_name(shown: EditorPage) -> None:
+
+def test_what_is_selected_is_deleted_grouped_aligned_and_renamed(shown: EditorPage) -> None:
+    shown.state("dance").click()
+    shown.press("Delete")
+    shown.expect_states("followBall")
+    assert shown.arcs() == []
+    shown.press("Control+z")
+    shown.expect_states("followBall", "dance")
+    assert len(shown.arcs()) == 2
+    shown.press("Control+y")
+    shown.expect_states("followBall")
+    shown.press("Control+z")
+    shown.expect_states("followBall", "dance")
+
+    # What is typed at once after grouping is the name.
     shown.state("dance").locator(".body").click()
     shown.press("Control+g")
     shown.type("move")
@@ -118,31 +133,7 @@ def test_the_selected_states_are_grouped_and_what_is_typed_at_once_is_the_name(s
     expect(shown.state("dance")).to_be_visible()
     shown.expect_states("followBall", "dance")
 
-
-def test_a_handle_bends_its_arc_and_a_key_resets_it(shown: EditorPage) -> None:
-    knob = shown.transition("enough").locator(".knob")
-    x, y = shown.middle(knob)
-    shown.drag((x, y), (x + 20, y - 80))
-    expect(shown.page.locator(".last-step")).to_have_text("Move “enough”")
-    shown.expect_at(knob, (x + 20, y - 80))
-    x, y = shown.middle(knob)
-    shown.press("r")
-    expect(shown.page.locator(".last-step")).to_have_text("Reset the handle of “enough”")
-    assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
-
-
-def test_a_double_click_on_a_name_renames_and_escape_leaves_it(shown: EditorPage) -> None:
-    label = shown.page.locator(".label .title", has_text="enough")
-    label.dblclick()
-    shown.page.locator(".rename").fill("other")
-    shown.press("Escape")
-    expect(shown.transition("enough")).to_have_count(1)
-    label.dblclick()
-    shown.name("had enough")
-    expect(shown.transition("had enough")).to_have_count(1)
-
-
-def test_the_box_and_shift_select_several_which_move_and_align_together(shown: EditorPage) -> None:
+    # The box and Shift select several.
     (x, y), (far_x, far_y) = shown.middle_of("followBall"), shown.middle_of("dance")
     shown.drag((x - 80, y - 130), (far_x + 80, far_y + 130))
     expect(shown.page.locator(".state.selected")).to_have_count(2)
@@ -155,8 +146,28 @@ def test_the_box_and_shift_select_several_which_move_and_align_together(shown: E
     expect(shown.page.locator(".last-step")).to_have_text("Align 2 states: top")
     assert shown.middle_of("followBall")[1] == pytest.approx(shown.middle_of("dance")[1], abs=0.1)
 
+    # A double click on a name renames, and Escape leaves it.
+    label = shown.page.locator(".label .title", has_text="enough")
+    label.dblclick()
+    shown.page.locator(".rename").fill("other")
+    shown.press("Escape")
+    expect(shown.transition("enough")).to_have_count(1)
+    label.dblclick()
+    shown.name("had enough")
+    expect(shown.transition("had enough")).to_have_count(1)
 
-def test_the_wheel_zooms_at_the_cursor_and_space_pans(shown: EditorPage) -> None:
+    # An automaton that is undone is left.
+    shown.button("State").click()
+    expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New state")
+    shown.press("Enter")
+    shown.name("deep")
+    shown.press("Control+Enter")
+    expect(shown.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text("deep")
+    shown.press("Control+z")
+    shown.expect_states("followBall", "dance", "deep")
+
+
+def test_the_view_zooms_pans_and_goes_down_and_up(shown: EditorPage) -> None:
     x, y = shown.middle_of("dance")
     radius = shown.radius_of("dance")
     # What is drawn stays as it is: a new layout of every text would make large automata slow.
@@ -173,11 +184,119 @@ def test_the_wheel_zooms_at_the_cursor_and_space_pans(shown: EditorPage) -> None
     shown.page.keyboard.up("Space")
     shown.expect_at("dance", (x - 50, y - 30), within=1.0)
 
+    # Going up and down loses nothing.
+    shown.state("followBall").dblclick()
+    shown.expect_states("red", "green")
+    shown.state("red").click()
+    shown.press("F2")
+    shown.page.locator(".rename").fill("scarlet")
+    shown.button("Up").click()  # while the name is still being typed
+    shown.expect_states("followBall", "dance")
+    shown.state("followBall").dblclick()
+    shown.expect_states("scarlet", "green")
+    shown.press("Control+z")
+    shown.expect_states("red", "green")
+    shown.page.locator("hfsm-breadcrumbs").get_by_role("button", name="dance_and_follow").click()
+    shown.expect_states("followBall", "dance")
 
-# --------------------------------------------------------------------------------------------- keyboard
+    # A drawing that is seen whole is so beside a panel too.
+    shown.page.set_viewport_size({"width": 1000, "height": 800})
+    shown.button("Fit").click()
+    zoom = shown.page.locator(".zoom")
+    before = zoom.inner_text()
+    shown.state("dance").click()
+    shown.press("Shift+Enter")
+    expect(zoom).not_to_have_text(before)
+    expect(shown.page.get_by_role("textbox", name="Code of the state dance")).to_be_focused()
+    edge = shown.page.locator("hfsm-canvas").bounding_box()
+    assert edge is not None
+    for name in ("followBall", "dance"):
+        assert edge["x"] < shown.middle_of(name)[0] - shown.radius_of(name)
+        assert shown.middle_of(name)[0] + shown.radius_of(name) < edge["x"] + edge["width"]
+    shown.button("Close the panel").click()
+    expect(zoom).to_have_text(before)
+
+    # A double click on a state without sub-automaton opens its code.
+    for name in ("followBall", "red", "follow"):
+        shown.state(name).dblclick()
+    expect(shown.page.get_by_role("textbox", name="Code of the state follow")).to_be_focused()
+    shown.expect_states("follow", "search")
 
 
-def test_all_is_drawn_with_the_keyboard_alone(shown: EditorPage, root: Path) -> None:
+def test_copies_carry_their_sub_tree_into_another_automaton_and_editor_and_broken_ones_are_refused(
+    browser: Browser, shown: EditorPage, root: Path, tmp_path: Path
+) -> None:
+    shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    shown.state("followBall").click()
+    shown.press("Control+c")
+    shown.page.wait_for_function("async () => /<VisualHFSM/.test(await navigator.clipboard.readText())")
+    shown.page.get_by_role("treeitem", name="dance", exact=True).dblclick()
+    shown.expect_states("right", "left")
+    shown.page.locator("hfsm-canvas > .surface").click(position={"x": 15, "y": 100})
+    shown.press("Control+v")
+    shown.expect_states("right", "left", "followBall")
+    shown.press("Control+Enter")
+    shown.expect_states("red", "green")
+    shown.state("green").click()
+    shown.press("Control+Enter")
+    shown.expect_states("follow", "search")
+    assert shown.page.locator("hfsm-breadcrumbs li").all_inner_texts() == [
+        "dance_and_follow",
+        "dance",
+        "followBall",
+        "green",
+    ]
+
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "follow_ball.xml").write_bytes((root / "follow_ball.xml").read_bytes())
+    with editor(elsewhere, elsewhere / "follow_ball.xml") as second, editor_page(browser, second) as other:
+        other.state("search").wait_for()
+        other.press("Control+v")
+        other.expect_states("follow", "search", "followBall")
+        other.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        other.page.evaluate("navigator.clipboard.writeText('<VisualHFSM><SubAutomata')")
+        other.press("Control+v")
+        expect(other.page.get_by_role("alert").filter(has_text="Cannot paste")).to_contain_text("line 1")
+        other.expect_states("follow", "search", "followBall")
+
+
+def test_all_is_done_with_the_keyboard_alone(
+    shown: EditorPage, root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Arrows move what is selected as one step.
+    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
+    shown.state("dance").focus()
+    before = shown.middle_of("dance")
+    for _ in range(3):
+        shown.press("ArrowDown")
+    expect(shown.page.locator(".last-step")).to_have_text("Move “dance”")
+    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,190)")
+    shown.press("Control+z")
+    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,160)")
+    expect(shown.button("Undo")).to_be_disabled()
+    shown.expect_at("dance", before, within=0.1)
+
+    # The tree is walked with arrows, also before it is drawn again, and opens with Enter.
+    root_item, red_item = (
+        shown.page.get_by_role("treeitem", name=name) for name in ("dance_and_follow", "red")
+    )
+    root_item.focus()
+    shown.press("ArrowDown", "ArrowDown")
+    expect(red_item).to_be_focused()
+    root_item.focus()
+    shown.page.evaluate(
+        """() => { for (const key of ["ArrowDown", "ArrowDown"]) document.activeElement.dispatchEvent(
+            new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true})); }"""
+    )
+    expect(red_item).to_be_focused()
+    shown.expect_states("red", "green")
+    shown.press("Enter")
+    shown.expect_states("follow", "search")
+    shown.press("ArrowLeft", "ArrowLeft")
+    expect(shown.page.get_by_role("treeitem", name="follow", exact=False).first).to_be_visible()
+
+    # A new document is drawn.
     shown.press("Alt+n")
     expect(shown.page.locator("hfsm-canvas .empty")).to_be_visible()
     for name in ("wait", "go"):
@@ -221,146 +340,3 @@ def test_all_is_drawn_with_the_keyboard_alone(shown: EditorPage, root: Path) -> 
         ("wait", False, False),
         ("go", True, True),
     ]
-
-
-def test_arrows_move_what_is_selected_as_one_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
-    shown.state("dance").focus()
-    before = shown.middle_of("dance")
-    for _ in range(3):
-        shown.press("ArrowDown")
-    expect(shown.page.locator(".last-step")).to_have_text("Move “dance”")
-    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,190)")
-    shown.press("Control+z")
-    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,160)")
-    expect(shown.button("Undo")).to_be_disabled()
-    shown.expect_at("dance", before, within=0.1)
-
-
-def test_the_tree_is_walked_with_arrows_and_opens_with_enter(shown: EditorPage) -> None:
-    shown.page.get_by_role("treeitem", name="dance_and_follow").focus()
-    shown.press("ArrowDown", "ArrowDown")
-    expect(shown.page.get_by_role("treeitem", name="red")).to_be_focused()
-    shown.expect_states("red", "green")
-    shown.press("Enter")
-    shown.expect_states("follow", "search")
-    shown.press("ArrowLeft", "ArrowLeft")
-    expect(shown.page.get_by_role("treeitem", name="follow", exact=False).first).to_be_visible()
-
-
-def test_keys_in_the_tree_that_come_before_it_is_drawn_again_are_obeyed(shown: EditorPage) -> None:
-    shown.page.get_by_role("treeitem", name="dance_and_follow").focus()
-    shown.page.evaluate(
-        """() => { for (const key of ["ArrowDown", "ArrowDown"]) document.activeElement.dispatchEvent(
-            new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true})); }"""
-    )
-    expect(shown.page.get_by_role("treeitem", name="red")).to_be_focused()
-
-
-# --------------------------------------------------------------------------------------- copy, navigate
-
-
-def test_copies_carry_their_whole_sub_tree_into_another_automaton(shown: EditorPage) -> None:
-    shown.state("followBall").click()
-    shown.press("Control+c")
-    shown.page.get_by_role("treeitem", name="dance", exact=True).dblclick()
-    shown.expect_states("right", "left")
-    shown.page.locator("hfsm-canvas > .surface").click(position={"x": 15, "y": 100})
-    shown.press("Control+v")
-    shown.expect_states("right", "left", "followBall")
-    shown.press("Control+Enter")
-    shown.expect_states("red", "green")
-    shown.state("green").click()
-    shown.press("Control+Enter")
-    shown.expect_states("follow", "search")
-    assert shown.page.locator("hfsm-breadcrumbs li").all_inner_texts() == [
-        "dance_and_follow",
-        "dance",
-        "followBall",
-        "green",
-    ]
-
-
-def test_copies_go_to_another_editor_and_broken_ones_are_refused(
-    browser: Browser, shown: EditorPage, root: Path, tmp_path: Path
-) -> None:
-    shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    shown.state("followBall").click()
-    shown.press("Control+c")
-    shown.page.wait_for_function("async () => /<VisualHFSM/.test(await navigator.clipboard.readText())")
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    (elsewhere / "follow_ball.xml").write_bytes((root / "follow_ball.xml").read_bytes())
-    with editor(elsewhere, elsewhere / "follow_ball.xml") as second, editor_page(browser, second) as other:
-        other.state("search").wait_for()
-        other.press("Control+v")
-        other.expect_states("follow", "search", "followBall")
-        other.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        other.page.evaluate("navigator.clipboard.writeText('<VisualHFSM><SubAutomata')")
-        other.press("Control+v")
-        expect(other.page.get_by_role("alert").filter(has_text="Cannot paste")).to_contain_text("line 1")
-        other.expect_states("follow", "search", "followBall")
-
-
-def test_going_up_and_down_loses_nothing(shown: EditorPage) -> None:
-    shown.state("followBall").dblclick()
-    shown.expect_states("red", "green")
-    shown.state("red").click()
-    shown.press("F2")
-    shown.page.locator(".rename").fill("scarlet")
-    shown.button("Up").click()  # while the name is still being typed
-    shown.expect_states("followBall", "dance")
-    shown.state("followBall").dblclick()
-    shown.expect_states("scarlet", "green")
-    shown.press("Control+z")
-    shown.expect_states("red", "green")
-    shown.page.locator("hfsm-breadcrumbs").get_by_role("button", name="dance_and_follow").click()
-    shown.expect_states("followBall", "dance")
-
-
-def test_a_double_click_on_a_state_without_sub_automaton_opens_its_code(shown: EditorPage) -> None:
-    for name in ("followBall", "red", "follow"):
-        shown.state(name).dblclick()
-    expect(shown.page.get_by_role("textbox", name="Code of the state follow")).to_be_focused()
-    shown.expect_states("follow", "search")
-
-
-def test_a_drawing_that_is_seen_whole_is_so_beside_a_panel_too(shown: EditorPage) -> None:
-    shown.page.set_viewport_size({"width": 1000, "height": 800})
-    shown.button("Fit").click()
-    zoom = shown.page.locator(".zoom")
-    before = zoom.inner_text()
-    shown.state("dance").click()
-    shown.press("Shift+Enter")
-    expect(zoom).not_to_have_text(before)
-    expect(shown.page.get_by_role("textbox", name="Code of the state dance")).to_be_focused()
-    edge = shown.page.locator("hfsm-canvas").bounding_box()
-    assert edge is not None
-    for name in ("followBall", "dance"):
-        assert edge["x"] < shown.middle_of(name)[0] - shown.radius_of(name)
-        assert shown.middle_of(name)[0] + shown.radius_of(name) < edge["x"] + edge["width"]
-    shown.button("Close the panel").click()
-    expect(zoom).to_have_text(before)
-
-
-def test_deleting_is_undone_and_done_again(shown: EditorPage) -> None:
-    shown.state("dance").click()
-    shown.press("Delete")
-    shown.expect_states("followBall")
-    assert shown.arcs() == []
-    shown.press("Control+z")
-    shown.expect_states("followBall", "dance")
-    assert len(shown.arcs()) == 2
-    shown.press("Control+y")
-    shown.expect_states("followBall")
-
-
-def test_an_automaton_that_is_undone_is_left(shown: EditorPage) -> None:
-    shown.button("State").click()
-    expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New state")
-    shown.press("Enter")
-    shown.name("deep")
-    shown.press("Control+Enter")
-    expect(shown.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text("deep")
-    shown.press("Control+z")
-    shown.expect_states("followBall", "dance", "deep")
