@@ -76,8 +76,7 @@ def open_file(shown: EditorPage, name: str) -> None:
     shown.page.get_by_role("option", name=name).dblclick()
 
 
-def test_the_start_page_offers_the_behaviors_of_the_paper_and_nothing(shown: EditorPage) -> None:
-    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
+def test_documents_come_from_the_start_page_and_from_dropped_files(shown: EditorPage, root: Path) -> None:
     shown.page.get_by_role("button", name=re.compile("^Follow the ball")).click()
     shown.expect_states("follow", "search")
     shown.page.get_by_role("button", name="Start page").click()
@@ -85,9 +84,7 @@ def test_the_start_page_offers_the_behaviors_of_the_paper_and_nothing(shown: Edi
     shown.expect_states()
     expect(shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab")).to_have_count(2)
 
-
-def test_a_dropped_file_opens_and_what_is_none_is_refused(shown: EditorPage, root: Path) -> None:
-    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
+    # What is no document is refused.
     drop(shown, "picture.xml", "<svg><script>alert(1)</script></svg>")
     expect(shown.page.get_by_role("alert")).to_contain_text("picture.xml")
     drop(shown, "walk.mcap", "a recording")
@@ -98,50 +95,25 @@ def test_a_dropped_file_opens_and_what_is_none_is_refused(shown: EditorPage, roo
     shown.expect_states("up", "out", "front", "low")
     expect(tab(shown, "dance")).to_have_attribute("aria-selected", "true")
 
-
-def test_an_error_stays_until_it_is_dismissed(shown: EditorPage) -> None:
-    shown.page.clock.install()
-    for number in range(6):
-        drop(shown, f"picture{number}.xml", "<svg/>")
-        expect(shown.page.locator(".notice.error")).to_have_count(number + 1)
-    drop(
-        shown,
-        "door.scxml",
-        "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'/></scxml>",
-    )
-    expect(shown.page.locator(".notice.info")).to_have_count(1)
-    shown.page.clock.fast_forward("10:00")
-    expect(shown.page.locator(".notice.info")).to_have_count(0)
-    expect(shown.page.locator(".notice.error")).to_have_count(6)
-    shown.button("3 older errors").click()
-    first = shown.page.get_by_role("alert").filter(has_text="picture0.xml")
-    first.get_by_role("button", name="Dismiss").click()
-    expect(first).to_have_count(0)
-
-
-def test_scxml_that_is_dropped_becomes_a_new_document(shown: EditorPage) -> None:
+    # SCXML becomes a new document.
     drop(shown, "door.scxml", SCXML)
     shown.expect_states("open", "shut")
     expect(tab(shown, "door").get_by_role("img", name="not saved")).to_be_visible()
     expect(shown.page.get_by_role("status").filter(has_text="as a new document")).to_be_visible()
 
-
-def test_unsaved_changes_show_a_dot_and_are_asked_about_before_closing(shown: EditorPage, root: Path) -> None:
-    open_file(shown, "dance.xml")
-    shown.expect_states("up", "out", "front", "low")
-    expect(tab(shown, "dance").get_by_role("img", name="not saved")).to_have_count(0)
-    add_state(shown, "bow")
-    expect(tab(shown, "dance").get_by_role("img", name="not saved")).to_be_visible()
-    tab(shown, "dance").locator("xpath=..").locator(".close-tab").click()
-    shown.page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
-    expect(shown.state("bow")).to_be_visible()
-    tab(shown, "dance").locator("xpath=..").locator(".close-tab").click()
-    shown.page.get_by_role("dialog").get_by_role("button", name="Save", exact=True).click()
-    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
-    assert "<name>bow</name>" in (root / "dance.xml").read_text()
+    # A folder that cannot be listed is reported.
+    (root / "folder").mkdir()
+    shown.press("Control+o")
+    folder = shown.page.get_by_role("option", name="folder")
+    expect(folder).to_be_visible()
+    (root / "folder").rmdir()
+    folder.dblclick()
+    expect(shown.page.get_by_role("dialog").get_by_role("alert")).to_contain_text("folder is not a directory")
+    expect(folder).to_have_count(0)
+    expect(shown.page.get_by_role("option", name="dance.xml")).to_be_visible()
 
 
-def test_each_tab_keeps_its_place_and_its_selection(shown: EditorPage) -> None:
+def test_each_tab_keeps_its_place_and_its_selection_also_while_the_server_is_away(shown: EditorPage) -> None:
     open_file(shown, "dance.xml")
     shown.expect_states("up", "out", "front", "low")
     open_file(shown, "dance_and_follow.xml")
@@ -156,42 +128,23 @@ def test_each_tab_keeps_its_place_and_its_selection(shown: EditorPage) -> None:
     shown.expect_states("red", "green")
     expect(shown.page.locator(".state.selected")).to_have_attribute("aria-label", re.compile("^State green"))
 
-
-def test_a_file_that_another_program_changed_is_merged(shown: EditorPage, root: Path) -> None:
-    open_file(shown, "dance.xml")
-    shown.expect_states("up", "out", "front", "low")
-    add_state(shown, "bow")
-    path = root / "dance.xml"
-    path.write_text(path.read_text().replace("<name>front</name>", "<name>forward</name>"))
-    banner = shown.page.get_by_role("alert").filter(has_text="Another program changed the file")
-    banner.get_by_role("button", name="Merge both").click()
-    shown.expect_states("up", "out", "forward", "low", "bow")
-    expect(banner).to_have_count(0)
-
-
-def test_a_merge_names_what_both_changed_and_shows_what_no_longer_fits(shown: EditorPage, root: Path) -> None:
-    open_file(shown, "dance.xml")
+    tab(shown, "dance").first.click()
     shown.state("front").click()
-    shown.press("F2")
-    shown.page.locator(".rename").fill("mine")
-    shown.press("Enter")
-    shown.state("out").click()
+    shown.connections.cut()
+    banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
+    expect(banner).to_be_visible()
     shown.press("Delete")
-    shown.expect_states("up", "mine", "low")
-    path = root / "dance.xml"
-    text = path.read_text().replace("<name>front</name>", "<name>theirs</name>")
-    path.write_text(text.replace("<name>there</name>", "<name>to out</name>", 1))
-    shown.page.get_by_role("alert").get_by_role("button", name="Merge both").click()
-    notice = shown.page.locator(".notice").filter(has_text="Merged. Both sides had changed")
-    expect(notice).to_contain_text("state “mine” (name): yours stays")
-    expect(notice).to_contain_text("transition “to out” (deleted on one side): it stays")
-    shown.expect_states("up", "mine", "low")
-    shown.page.get_by_role("button", name=re.compile("^1 error")).wait_for()
+    expect(shown.page.get_by_role("alert").filter(has_text="connects again by itself").last).to_be_visible()
+    expect(shown.state("front")).to_have_count(1)
+    shown.connections.restore()
+    expect(banner).to_have_count(0)
+    expect(shown.page.locator(".state.selected")).to_have_attribute("aria-label", re.compile("^State front"))
+    shown.press("Delete")
+    shown.expect_states("up", "out", "low")
 
 
-def test_the_save_dialog_keeps_the_name_after_an_error_and_makes_folders(
-    shown: EditorPage, root: Path
-) -> None:
+def test_documents_are_saved_under_names_that_are_free(shown: EditorPage, root: Path) -> None:
+    # The dialog keeps the name after an error, and makes folders.
     open_file(shown, "dance.xml")
     shown.expect_states("up", "out", "front", "low")
     shown.press("Control+Shift+s")
@@ -207,34 +160,7 @@ def test_the_save_dialog_keeps_the_name_after_an_error_and_makes_folders(
     expect(dialog).to_have_count(0)
     assert (root / "mine" / "deep" / "dance.xml").is_file()
 
-
-def test_saving_over_a_file_that_changed_offers_what_is_possible(shown: EditorPage, root: Path) -> None:
-    open_file(shown, "dance.xml")
-    shown.expect_states("up", "out", "front", "low")
-    shown.state("up").click()
-    shown.press("F2")
-    shown.name("mine")
-    shown.expect_states("mine", "out", "front", "low")  # else the file is read again, as nothing was edited
-    path = root / "dance.xml"
-    path.write_text(path.read_text().replace("<name>front</name>", "<name>theirs</name>"))
-    shown.page.get_by_role("alert").filter(has_text="changed the file").wait_for()
-    shown.press("Control+s")
-    shown.page.get_by_role("dialog").get_by_role("button", name="Merge both").click()
-    shown.page.get_by_role("status").filter(has_text="Saved dance.xml").wait_for()
-    assert {"<name>mine</name>", "<name>theirs</name>"} <= set(path.read_text().split())
-    shown.state("mine").click()
-    shown.press("F2")
-    shown.name("again")
-    shown.expect_states("again", "out", "theirs", "low")
-    path.unlink()
-    shown.page.get_by_role("alert").filter(has_text="deleted the file").wait_for()
-    shown.press("Control+s")
-    shown.page.get_by_role("dialog").get_by_role("button", name="Write it again").click()
-    expect(shown.page.get_by_role("alert").filter(has_text="deleted the file")).to_have_count(0)
-    assert "<name>again</name>" in path.read_text()
-
-
-def test_a_sub_automaton_is_moved_to_a_file_once_its_name_is_free(shown: EditorPage, root: Path) -> None:
+    # A sub-automaton is moved to a file once its name is free.
     (root / "main.xml").write_text(PANELS_DOCUMENT)
     open_file(shown, "main.xml")
     shown.state("wait").click()
@@ -253,10 +179,37 @@ def test_a_sub_automaton_is_moved_to_a_file_once_its_name_is_free(shown: EditorP
     ).to_be_visible()
     assert "<name>look</name>" in (root / "look.xml").read_text()
 
+    # A document of an older format is replaced only after a question.
+    path = root / "old.xml"
+    path.write_text(SPANISH)
+    open_file(shown, "old.xml")
+    shown.expect_states("uno")
+    add_state(shown, "dos")
+    question = shown.page.get_by_role("dialog").filter(has_text="Spanish (2013)")
+    shown.press("Control+s")
+    question.get_by_role("button", name="Cancel").click()
+    assert path.read_text() == SPANISH
+    shown.press("Control+s")
+    question.get_by_role("button", name="Overwrite").click()
+    shown.page.get_by_role("status").filter(has_text="Saved old.xml").wait_for()
+    assert "<name>uno</name>" in path.read_text()
 
-def test_an_import_leads_to_its_file_and_documents_of_one_name_to_their_folders(
-    shown: EditorPage, root: Path
-) -> None:
+
+def test_unsaved_changes_show_a_dot_and_are_asked_about_before_closing(shown: EditorPage, root: Path) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    expect(tab(shown, "dance").get_by_role("img", name="not saved")).to_have_count(0)
+    add_state(shown, "bow")
+    expect(tab(shown, "dance").get_by_role("img", name="not saved")).to_be_visible()
+    tab(shown, "dance").locator("xpath=..").locator(".close-tab").click()
+    shown.page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    expect(shown.state("bow")).to_be_visible()
+    tab(shown, "dance").locator("xpath=..").locator(".close-tab").click()
+    shown.page.get_by_role("dialog").get_by_role("button", name="Save", exact=True).click()
+    shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
+    assert "<name>bow</name>" in (root / "dance.xml").read_text()
+
+    # An import leads to its file, and documents of one name to their folders.
     (root / "other").mkdir()
     (root / "other" / "dance.xml").write_text((root / "dance.xml").read_text())
     file = root / "main.xml"
@@ -279,27 +232,75 @@ def test_an_import_leads_to_its_file_and_documents_of_one_name_to_their_folders(
     expect(chosen).to_have_text(re.compile(r"dance\s+other"))
 
 
-def test_a_document_of_an_older_format_is_replaced_only_after_a_question(
-    shown: EditorPage, root: Path
-) -> None:
-    path = root / "old.xml"
-    path.write_text(SPANISH)
-    open_file(shown, "old.xml")
-    shown.expect_states("uno")
-    add_state(shown, "dos")
-    question = shown.page.get_by_role("dialog").filter(has_text="Spanish (2013)")
-    shown.press("Control+s")
-    question.get_by_role("button", name="Cancel").click()
-    assert path.read_text() == SPANISH
-    shown.press("Control+s")
-    question.get_by_role("button", name="Overwrite").click()
-    shown.page.get_by_role("status").filter(has_text="Saved old.xml").wait_for()
-    assert "<name>uno</name>" in path.read_text()
-
-
-def test_a_comparison_marks_what_differs_and_draws_what_is_gone(shown: EditorPage) -> None:
+def test_what_another_program_wrote_is_merged(shown: EditorPage, root: Path) -> None:
+    path = root / "dance.xml"
+    banner = shown.page.get_by_role("alert").filter(has_text="Another program changed the file")
     open_file(shown, "dance.xml")
     shown.expect_states("up", "out", "front", "low")
+    add_state(shown, "bow")
+    path.write_text(path.read_text().replace("<name>front</name>", "<name>forward</name>"))
+    banner.get_by_role("button", name="Merge both").click()
+    shown.expect_states("up", "out", "forward", "low", "bow")
+    expect(banner).to_have_count(0)
+
+    # Saving over a file that changed offers what is possible.
+    path.write_text(path.read_text().replace("<name>low</name>", "<name>theirs</name>"))
+    banner.wait_for()
+    shown.press("Control+s")
+    shown.page.get_by_role("dialog").get_by_role("button", name="Merge both").click()
+    shown.page.get_by_role("status").filter(has_text="Saved dance.xml").wait_for()
+    assert {"<name>bow</name>", "<name>theirs</name>"} <= set(path.read_text().split())
+    shown.state("bow").click()
+    shown.press("F2")
+    shown.name("again")
+    shown.expect_states("up", "out", "forward", "theirs", "again")
+    path.unlink()
+    deleted = shown.page.get_by_role("alert").filter(has_text="deleted the file")
+    deleted.wait_for()
+    shown.press("Control+s")
+    shown.page.get_by_role("dialog").get_by_role("button", name="Write it again").click()
+    expect(deleted).to_have_count(0)
+    assert "<name>again</name>" in path.read_text()
+
+    # A merge names what both changed, and shows what no longer fits.
+    shown.state("forward").click()
+    shown.press("F2")
+    shown.page.locator(".rename").fill("mine")
+    shown.press("Enter")
+    shown.state("out").click()
+    shown.press("Delete")
+    shown.expect_states("up", "mine", "theirs", "again")
+    text = path.read_text().replace("<name>forward</name>", "<name>other</name>")
+    path.write_text(text.replace("<name>there</name>", "<name>to out</name>", 1))
+    banner.get_by_role("button", name="Merge both").click()
+    notice = shown.page.locator(".notice").filter(has_text="Merged. Both sides had changed")
+    expect(notice).to_contain_text("state “mine” (name): yours stays")
+    expect(notice).to_contain_text("transition “to out” (deleted on one side): it stays")
+    shown.expect_states("up", "mine", "theirs", "again")
+    shown.page.get_by_role("button", name=re.compile("^1 error")).wait_for()
+
+
+def test_a_comparison_shows_lines_that_differ_marks_what_is_new_and_draws_what_is_gone(
+    shown: EditorPage, running: Editor
+) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    with running.window() as window:
+        (number,) = window.documents
+        state = next(
+            each for each in window.documents[number]["automata"][0]["states"] if each["name"] == "up"
+        )
+        command = {"command": "setStateCode", "automaton": 1, "state": state["id"], "part": "code"}
+        window.ask("do", tab=number, command={**command, "text": f"{state['code']}\nlast = 1"})
+    shown.choose_in("File", "Compare")
+    shown.page.get_by_role("button", name="The saved version").click()
+    shown.button("Next").click()
+    expect(shown.page.get_by_role("region", name="Comparison")).to_contain_text("state up: code")
+    lines = shown.page.get_by_role("list", name="Lines that differ").get_by_role("listitem")
+    expect(lines.filter(has_text="last = 1")).to_have_class("added")
+    assert lines.count() < 5
+    shown.page.get_by_role("region", name="Comparison").get_by_role("button", name="Done").click()
+
     shown.state("out").click()
     shown.press("Delete")
     shown.expect_states("up", "front", "low")
@@ -308,7 +309,7 @@ def test_a_comparison_marks_what_differs_and_draws_what_is_gone(shown: EditorPag
     shown.page.get_by_role("button", name="The saved version").click()
     legend = shown.page.get_by_role("region", name="Comparison")
     expect(legend).to_contain_text("1 added")
-    for name, mark in (("bow", "added"), ("out", "removed"), ("up", "")):
+    for name, mark in (("bow", "added"), ("out", "removed"), ("up", "changed"), ("low", "")):
         marked = re.compile(rf"\bis-{mark}")
         (expect(shown.state(name)).to_have_class if mark else expect(shown.state(name)).not_to_have_class)(
             marked
@@ -324,24 +325,26 @@ def test_a_comparison_marks_what_differs_and_draws_what_is_gone(shown: EditorPag
     shown.expect_states("up", "front", "low", "bow")
 
 
-def test_a_comparison_shows_the_lines_that_differ(shown: EditorPage, running: Editor) -> None:
-    open_file(shown, "dance.xml")
-    shown.expect_states("up", "out", "front", "low")
-    with running.window() as window:
-        (tab,) = window.documents
-        state = next(each for each in window.documents[tab]["automata"][0]["states"] if each["name"] == "up")
-        command = {"command": "setStateCode", "automaton": 1, "state": state["id"], "part": "code"}
-        window.ask("do", tab=tab, command={**command, "text": f"{state['code']}\nlast = 1"})
-    shown.choose_in("File", "Compare")
-    shown.page.get_by_role("button", name="The saved version").click()
-    shown.button("Next").click()
-    expect(shown.page.get_by_role("region", name="Comparison")).to_contain_text("state up: code")
-    lines = shown.page.get_by_role("list", name="Lines that differ").get_by_role("listitem")
-    expect(lines.filter(has_text="last = 1")).to_have_class("added")
-    assert lines.count() < 5
+def test_documents_are_exported_and_printed(shown: EditorPage, tmp_path: Path) -> None:
+    # A document without automata can be selected in, and has no picture.
+    drop(shown, "nothing.xml", "<VisualHFSM></VisualHFSM>")
+    expect(tab(shown, "nothing")).to_have_attribute("aria-selected", "true")
+    shown.page.locator("hfsm-canvas [role=application]").click()
+    shown.press("Control+a")
+    x, y = shown.middle(shown.page.locator("hfsm-canvas"))
+    shown.page.mouse.move(x, y)
+    shown.page.mouse.down()
+    shown.page.mouse.move(x + 60, y + 40, steps=3)
+    shown.page.mouse.up()
+    shown.press("Control+e")
+    dialog = shown.page.get_by_role("dialog", name="Export")
+    expect(dialog.get_by_role("button", name="Picture")).to_have_count(0)
+    with shown.page.expect_download() as download:
+        dialog.get_by_role("button", name="The document (XML)").click()
+    shutil.copy(download.value.path(), tmp_path / "nothing.xml")
+    assert ElementTree.parse(tmp_path / "nothing.xml").getroot().tag == "VisualHFSM"
+    expect(shown.page.get_by_role("alert")).to_have_count(0)
 
-
-def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Path) -> None:
     open_file(shown, "dance.xml")
     shown.expect_states("up", "out", "front", "low")
     for choice, name in (
@@ -362,8 +365,7 @@ def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Pa
     width, height = struct.unpack(">II", content[16:24])
     assert (width, height) == (2 * float(picture.attrib["width"]), 2 * float(picture.attrib["height"]))
 
-
-def test_the_whole_component_is_printed_and_nothing_else(shown: EditorPage) -> None:
+    # The whole component is printed, and nothing else.
     open_file(shown, "dance_and_follow.xml")
     shown.expect_states("followBall", "dance")
     shown.page.evaluate("window.print = () => {}")  # the dialog of the browser stays open
@@ -380,53 +382,3 @@ def test_the_whole_component_is_printed_and_nothing_else(shown: EditorPage) -> N
     shown.page.evaluate("dispatchEvent(new Event('afterprint'))")
     expect(pages).to_have_count(0)
     expect(shown.page.locator("hfsm-app")).to_be_visible()
-
-
-def test_a_document_without_automata_can_be_selected_in_and_exported(
-    shown: EditorPage, tmp_path: Path
-) -> None:
-    drop(shown, "nothing.xml", "<VisualHFSM></VisualHFSM>")
-    expect(tab(shown, "nothing")).to_have_attribute("aria-selected", "true")
-    shown.page.locator("hfsm-canvas [role=application]").click()
-    shown.press("Control+a")
-    x, y = shown.middle(shown.page.locator("hfsm-canvas"))
-    shown.page.mouse.move(x, y)
-    shown.page.mouse.down()
-    shown.page.mouse.move(x + 60, y + 40, steps=3)
-    shown.page.mouse.up()
-    shown.press("Control+e")
-    dialog = shown.page.get_by_role("dialog", name="Export")
-    expect(dialog.get_by_role("button", name="Picture")).to_have_count(0)
-    with shown.page.expect_download() as download:
-        dialog.get_by_role("button", name="The document (XML)").click()
-    shutil.copy(download.value.path(), tmp_path / "nothing.xml")
-    assert ElementTree.parse(tmp_path / "nothing.xml").getroot().tag == "VisualHFSM"
-    expect(shown.page.get_by_role("alert")).to_have_count(0)
-
-
-def test_a_folder_that_cannot_be_listed_is_reported(shown: EditorPage, root: Path) -> None:
-    (root / "folder").mkdir()
-    shown.press("Control+o")
-    folder = shown.page.get_by_role("option", name="folder")
-    expect(folder).to_be_visible()
-    (root / "folder").rmdir()
-    folder.dblclick()
-    expect(shown.page.get_by_role("dialog").get_by_role("alert")).to_contain_text("folder is not a directory")
-    expect(folder).to_have_count(0)
-    expect(shown.page.get_by_role("option", name="dance.xml")).to_be_visible()
-
-
-def test_the_page_says_that_the_server_is_away_and_goes_on_when_it_is_back(shown: EditorPage) -> None:
-    open_file(shown, "dance.xml")
-    shown.state("front").click()
-    shown.connections.cut()
-    banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
-    expect(banner).to_be_visible()
-    shown.press("Delete")
-    expect(shown.page.get_by_role("alert").filter(has_text="connects again by itself").last).to_be_visible()
-    expect(shown.state("front")).to_have_count(1)
-    shown.connections.restore()
-    expect(banner).to_have_count(0)
-    expect(shown.page.locator(".state.selected")).to_have_attribute("aria-label", re.compile("^State front"))
-    shown.press("Delete")
-    shown.expect_states("up", "out", "low")
