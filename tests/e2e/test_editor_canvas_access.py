@@ -12,6 +12,15 @@ from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
+FOCUSABLE = "a, button, input, select, summary, textarea, [tabindex]"
+# What had the focus outside a dialog since this ran last.
+FOCUSED_OUTSIDE = """() => {
+  const outside = window.outside ?? [];
+  if (!window.outside)
+    addEventListener("focusin", ({target}) => target.closest("dialog") || window.outside.push(target.outerHTML));
+  window.outside = [];
+  return outside;
+}"""
 
 
 @pytest.fixture
@@ -35,68 +44,8 @@ def open_example(shown: EditorPage) -> None:
     shown.state("followBall").wait_for()
 
 
-def test_axe_finds_nothing_on_the_start_page_and_the_canvas(shown: EditorPage) -> None:
+def test_the_start_page_and_the_canvas_are_accessible(shown: EditorPage) -> None:
     assert shown.violations() == []
-    open_example(shown)
-    shown.state("followBall").click()
-    assert shown.violations() == []
-
-
-FOCUSABLE = "a, button, input, select, summary, textarea, [tabindex]"
-# What had the focus outside a dialog since this ran last.
-FOCUSED_OUTSIDE = """() => {
-  const outside = window.outside ?? [];
-  if (!window.outside)
-    addEventListener("focusin", ({target}) => target.closest("dialog") || window.outside.push(target.outerHTML));
-  window.outside = [];
-  return outside;
-}"""
-
-
-def test_axe_finds_nothing_in_dialogs_which_hold_the_focus(shown: EditorPage) -> None:
-    open_example(shown)
-    shown.state("dance").click()
-    dialog = shown.page.get_by_role("dialog")
-    for key in (
-        "Control+o",
-        "Control+Shift+S",
-        "Control+e",
-        "Control+k",
-        "?",
-    ):  # in one page, which takes longest to open
-        shown.press(key)
-        dialog.wait_for()
-        assert shown.violations("dialog") == [], key
-        shown.page.evaluate(FOCUSED_OUTSIDE)
-        for _ in range(dialog.locator(FOCUSABLE).count() + 2):
-            shown.press("Tab")
-        assert shown.page.evaluate(FOCUSED_OUTSIDE) == [], key
-        shown.press("Escape")
-        expect(dialog).to_have_count(0)
-        expect(shown.state("dance")).to_be_focused()
-
-
-def test_axe_finds_nothing_in_the_menu_and_the_tour(shown: EditorPage) -> None:
-    open_example(shown)
-    shown.state("dance").click(button="right")
-    shown.page.get_by_role("menu").wait_for()
-    assert shown.violations(".menu") == []
-    shown.press("ArrowDown", "Escape")
-    expect(shown.page.get_by_role("menu")).to_have_count(0)
-    expect(shown.state("dance")).to_be_focused()
-    shown.press("?")
-    shown.page.get_by_role("button", name="Take the tour").click()
-    tour = shown.page.locator(".tour")
-    tour.wait_for()
-    assert shown.violations(".tour") == []
-    for _ in range(6):
-        shown.press("ArrowRight")
-    expect(tour).to_contain_text("7 of 10")  # the next step runs the example
-    shown.press("Escape")
-    expect(tour).to_have_count(0)
-
-
-def test_screen_readers_get_the_name_of_each_thing(shown: EditorPage) -> None:
     open_example(shown)
     expect(shown.page.get_by_role("application")).to_have_attribute(
         "aria-label", "Automaton dance_and_follow"
@@ -108,9 +57,7 @@ def test_screen_readers_get_the_name_of_each_thing(shown: EditorPage) -> None:
         "aria-label", "Transition enough from followBall to dance, after a time"
     )
 
-
-def test_tab_reaches_every_area_in_the_order_in_which_they_stand(shown: EditorPage) -> None:
-    open_example(shown)
+    # Tab reaches every area in the order in which they stand.
     areas: list[str] = []
     for _ in range(100):
         shown.press("Tab")
@@ -126,3 +73,44 @@ def test_tab_reaches_every_area_in_the_order_in_which_they_stand(shown: EditorPa
     found = [area for area in areas if area in order]
     start = found.index("left")
     assert found[start : start + len(order)] == order
+    shown.state("followBall").click()
+    assert shown.violations() == []
+
+
+def test_menus_dialogs_and_the_tour_are_accessible_and_hold_the_focus(shown: EditorPage) -> None:
+    open_example(shown)
+    shown.state("dance").click(button="right")
+    shown.page.get_by_role("menu").wait_for()
+    assert shown.violations(".menu") == []
+    shown.press("ArrowDown", "Escape")
+    expect(shown.page.get_by_role("menu")).to_have_count(0)
+    expect(shown.state("dance")).to_be_focused()
+    dialog = shown.page.get_by_role("dialog")
+    for key in (
+        "Control+o",
+        "Control+Shift+S",
+        "Control+e",
+        "Control+k",
+        "?",
+    ):
+        shown.press(key)
+        dialog.wait_for()
+        assert shown.violations("dialog") == [], key
+        shown.page.evaluate(FOCUSED_OUTSIDE)
+        for _ in range(dialog.locator(FOCUSABLE).count() + 2):
+            shown.press("Tab")
+        assert shown.page.evaluate(FOCUSED_OUTSIDE) == [], key
+        shown.press("Escape")
+        expect(dialog).to_have_count(0)
+        expect(shown.state("dance")).to_be_focused()
+
+    shown.press("?")
+    shown.page.get_by_role("button", name="Take the tour").click()
+    tour = shown.page.locator(".tour")
+    tour.wait_for()
+    assert shown.violations(".tour") == []
+    for _ in range(6):
+        shown.press("ArrowRight")
+    expect(tour).to_contain_text("7 of 10")  # the next step runs the example
+    shown.press("Escape")
+    expect(tour).to_have_count(0)

@@ -31,7 +31,23 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
         yield page
 
 
-def test_the_middle_of_the_view_is_kept_and_a_drawing_outside_can_be_shown(shown: EditorPage) -> None:
+def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_shown(
+    shown: EditorPage,
+) -> None:
+    # Keys that come before the list is there go into its field.
+    shown.press("Control+k")
+    shown.type("zoom")
+    dialog = shown.page.get_by_role("dialog", name="All actions")
+    options = dialog.get_by_role("option")
+    expect(options).to_have_count(3)
+    expect(options.first).to_have_attribute("aria-selected", "true")
+    assert shown.violations("dialog") == []
+    radius = shown.radius_of("level1")
+    shown.press("ArrowDown", "Enter")
+    expect(dialog).to_have_count(0)
+    assert shown.radius_of("level1") < radius
+    shown.expect_states("level1")
+
     page = shown.page
     outside = page.get_by_role("button", name="Everything is outside")
     page.mouse.move(*shown.middle_of("level1"))
@@ -54,25 +70,7 @@ def test_the_middle_of_the_view_is_kept_and_a_drawing_outside_can_be_shown(shown
     expect(outside).to_be_hidden()
     shown.expect_at("level1", (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), within=8)
 
-
-def test_an_action_is_found_by_its_name(shown: EditorPage) -> None:
-    # Keys that come before the list is there go into its field.
-    shown.press("Control+k")
-    shown.type("zoom")
-    dialog = shown.page.get_by_role("dialog", name="All actions")
-    options = dialog.get_by_role("option")
-    expect(options).to_have_count(3)
-    expect(options.first).to_have_attribute("aria-selected", "true")
-    assert shown.violations() == []
-    radius = shown.radius_of("level1")
-    shown.press("ArrowDown", "Enter")
-    expect(dialog).to_have_count(0)
-    assert shown.radius_of("level1") < radius
-    shown.expect_states("level1")
-
-
-def test_a_long_path_shows_where_it_ends_and_the_tree_scrolls_sideways(shown: EditorPage) -> None:
-    page = shown.page
+    # A long path shows where it ends, and the tree scrolls sideways.
     page.set_viewport_size({"width": 700, "height": 600})
     for number in range(1, LEVELS):
         shown.state(f"level{number}").focus()

@@ -11,7 +11,7 @@ from tests.support.editor import editor
 from tests.support.panels import DOCUMENT
 from tests.support.robot_server import eventually
 
-ROUNDS = 5
+ROUNDS = 3
 
 
 def listeners(shown: EditorPage) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from playwright.sync_api import Locator, expect
 
 from tests.support.browser import EditorPage
@@ -26,7 +28,8 @@ def item(shown: EditorPage, name: str) -> Locator:
     return shown.page.get_by_role("menu").get_by_role("menuitem", name=name)
 
 
-def test_the_menus_are_used_with_keys_alone(shown: EditorPage) -> None:
+def test_the_menus_and_the_tools_are_used_with_mouse_and_keys(shown: EditorPage) -> None:
+    # The menus are used with keys alone.
     title(shown, "File").focus()
     shown.press("ArrowRight")
     expect(title(shown, "Edit")).to_be_focused()
@@ -46,8 +49,7 @@ def test_the_menus_are_used_with_keys_alone(shown: EditorPage) -> None:
     shown.press("Enter")
     expect(shown.button("Add an interface")).to_be_focused()
 
-
-def test_a_title_that_is_clicked_again_closes_its_menu(shown: EditorPage) -> None:
+    # A title that is clicked again closes its menu.
     title(shown, "View").click()
     expect(item(shown, "Problems")).to_be_visible()
     title(shown, "Help").hover()
@@ -55,8 +57,7 @@ def test_a_title_that_is_clicked_again_closes_its_menu(shown: EditorPage) -> Non
     title(shown, "Help").click()
     expect(shown.page.get_by_role("menu")).to_have_count(0)
 
-
-def test_the_tools_stay_in_their_places_and_show_which_is_in_use(shown: EditorPage) -> None:
+    # The tools stay in their places, and show which is in use.
     tools = shown.page.get_by_role("group", name="Drawing tools").get_by_role("button")
     names = ["SelectV", "StateS", "TransitionT", "Actions"]  # each with its key
     expect(tools).to_have_text(names)
@@ -91,14 +92,23 @@ def test_the_page_fits_into_every_width_and_has_few_icons(shown: EditorPage) -> 
     assert outside == []
 
 
-def test_the_newest_errors_are_shown_and_the_others_counted(shown: EditorPage) -> None:
+def test_the_newest_errors_are_shown_until_they_are_dismissed_and_the_others_counted(
+    shown: EditorPage,
+) -> None:
+    shown.page.clock.install()
     shown.page.evaluate(
         """async () => {
             const path = document.querySelector("script[src$='/app.js']").src.replace("app.js", "notices.js");
             const {notify} = await import(path);
             for (let each = 1; each <= 5; each++) notify(`Error ${each}`, "error");
+            notify("Done");
         }"""
     )
+    # An error stays until it is dismissed, unlike what was done.
+    expect(shown.page.locator(".notice.info")).to_have_text(re.compile("^Done"))
+    shown.page.clock.fast_forward("10:00")
+    expect(shown.page.locator(".notice.info")).to_have_count(0)
+    expect(shown.page.locator(".notice.error")).to_have_count(5)
     errors = shown.page.locator(".notice:visible")
     expect(errors).to_contain_text(["Error 3", "Error 4", "Error 5"])
     shown.button("2 older errors").click()

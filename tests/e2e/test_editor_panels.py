@@ -386,6 +386,7 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
     entry.get_by_text("Holds in every run.").wait_for()
     entry.get_by_label("Kind", exact=True).select_option("never")
     entry.get_by_text("Violated.").wait_for()
+    entry.get_by_label("Expression", exact=True).fill("go")
 
     shown.press("Alt+t")
     period = shown.page.get_by_label("Period", exact=True)
@@ -399,10 +400,22 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
     automaton = saved(shown, path).automata[0]
     assert (automaton.iteration_time.text, automaton.variables.text) == ("20", "count = 0\nspeed = 0.0")
 
+    # The counterexample of a property is played on the canvas.
+    shown.press("Control+m")
+    expect(shown.page.get_by_role("button", name=re.compile("`stays` is violated"))).to_be_visible()
+    shown.page.get_by_role("button", name=re.compile(r"Play the \d+ steps")).click()
+    expect(shown.page.locator(".state.active")).to_have_count(1)
+    expect(shown.page.get_by_text("Step 1 of")).to_be_visible()
+    shown.button("Next step").focus()
+    shown.press("End")
+    expect(shown.page.locator('.state.active[aria-label^="State go"]')).to_have_count(1)
+    assert panel_violations(shown) == []
+    shown.button("Stop playing").click()
+    expect(shown.page.locator(".state.active")).to_have_count(0)
+
     shown.press("Alt+p")
     for entry_of_a_list in ("a parameter", "a property", "an interface"):
         shown.button(f"Add {entry_of_a_list}").click()
-    shown.press("Control+m")
     shown.page.get_by_role("list", name="Problems").wait_for()
     assert panel_violations(shown) == []
 

@@ -18,13 +18,6 @@ from visualhfsm.running import RunningComponents
 from visualhfsm.sessions import session
 from zenoh_ice import Settings
 
-NEVER_GOES = """
-  <properties>
-    <property kind="never"><name>stay</name><expression>go</expression></property>
-    <property kind="always"><name>somewhere</name><expression>wait or go</expression></property>
-  </properties>
-"""
-
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
@@ -48,12 +41,21 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
         yield shown
 
 
-def test_a_problem_leads_to_its_line(shown: EditorPage, running: Editor) -> None:
+def test_problems_lead_to_their_lines(shown: EditorPage, running: Editor) -> None:
+    shown.press("Control+m")
+    rows = shown.page.get_by_role("list", name="Problems").locator("button.row")
+    warning = rows.filter(has_text="color")
+    expect(warning).to_have_count(1)
+    warnings = shown.page.get_by_role("button", name="1 Warning", exact=True)
+    warnings.click()
+    expect(warning).to_have_count(0)
+    warnings.click()
+    expect(warning).to_have_count(1)
+
     code = "first = 1\nsecond = 2\nif count\nthird = 3"
     with running.window() as other:
         command = {"command": "setStateCode", "automaton": 2, "state": 1, "part": "exit", "text": code}
         other.ask("do", tab=1, command=command)
-    shown.press("Control+m")
     problem = shown.page.get_by_role("button", name=re.compile("not valid Python"))
     expect(problem).to_contain_text("wait › look › exit code › line 3")
     expect(shown.page.get_by_role("button", name="1 Error", exact=True)).to_have_attribute(
@@ -67,44 +69,15 @@ def test_a_problem_leads_to_its_line(shown: EditorPage, running: Editor) -> None
     shown.type("0")
     expect(field.locator(".cm-line").nth(2)).to_contain_text("0")
 
-
-def test_a_run_of_a_document_with_errors_leads_to_the_first_one(shown: EditorPage) -> None:
-    edit(shown, "go")
-    shown.insert("if count")
-    shown.press("F5")
+    # A run of a document with errors leads to the first one.
+    shown.press("Escape", "F5")
     error = shown.page.get_by_role("button", name=re.compile("^error: .*not valid Python"))
     expect(error).to_be_focused()
     shown.press("Enter")
-    expect(shown.page.get_by_role("textbox", name="Code of the state go")).to_be_focused()
+    expect(field).to_be_focused()
 
 
-def test_problems_of_a_severity_are_left_out(shown: EditorPage) -> None:
-    shown.press("Control+m")
-    rows = shown.page.get_by_role("list", name="Problems").locator("button.row")
-    warning = rows.filter(has_text="color")
-    expect(warning).to_have_count(1)
-    shown.page.get_by_role("button", name="1 Warning", exact=True).click()
-    expect(warning).to_have_count(0)
-
-
-def test_a_violated_property_is_played_on_the_canvas(browser: Browser, path: Path) -> None:
-    path.write_text(DOCUMENT.replace("<VisualHFSM>", "<VisualHFSM>" + NEVER_GOES))
-    with editor(path.parent, path) as running, editor_page(browser, running) as shown:
-        shown.state("wait").wait_for()
-        shown.press("Control+m")
-        expect(shown.page.get_by_role("button", name=re.compile("`stay` is violated"))).to_be_visible()
-        shown.page.get_by_role("button", name=re.compile(r"Play the \d+ steps")).click()
-        expect(shown.page.locator(".state.active")).to_have_count(1)
-        expect(shown.page.get_by_text("Step 1 of")).to_be_visible()
-        shown.button("Next step").focus()
-        shown.press("End")
-        expect(shown.page.locator('.state.active[aria-label^="State go"]')).to_have_count(1)
-        assert panel_violations(shown) == []
-        shown.button("Stop playing").click()
-        expect(shown.page.locator(".state.active")).to_have_count(0)
-
-
-def test_search_finds_names_and_all_code_and_leads_there(shown: EditorPage) -> None:
+def test_search_finds_names_and_all_code_and_replaces_in_one_step(shown: EditorPage) -> None:
     shown.press("Control+f")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()
     shown.type("COUNT")
@@ -117,29 +90,25 @@ def test_search_finds_names_and_all_code_and_leads_there(shown: EditorPage) -> N
     shown.press("ArrowDown", "Enter")
     expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_be_focused()
 
-
-def test_a_line_with_two_hits_is_listed_once_with_both_marked(shown: EditorPage) -> None:
+    # It follows what is typed; a line with two hits is listed once, with both marked.
+    shown.choose_in("Edit", "Search")
+    search = shown.page.get_by_role("searchbox")
+    expect(search).to_be_focused()
+    search.fill("needle")
+    shown.page.get_by_text("Nothing has “needle” in it.").wait_for()
     edit(shown, "go")
     shown.insert("needle = needle + 1")
-    shown.choose_in("Edit", "Search")
-    expect(shown.page.get_by_role("searchbox")).to_be_focused()
-    shown.type("needle")
-    row = shown.page.get_by_role("list", name="Found").locator("button.row")
-    expect(row).to_have_count(1)
-    expect(row.locator("mark")).to_have_count(2)
-    expect(row.locator("code")).to_have_text("needle = needle + 1")
+    expect(rows).to_have_count(1)
+    expect(rows.locator("mark")).to_have_count(2)
+    expect(rows.locator("code")).to_have_text("needle = needle + 1")
     expect(shown.page.get_by_text("2 found")).to_be_visible()
 
-
-def test_what_is_found_is_replaced_in_one_line_and_in_all_code_as_one_step(shown: EditorPage) -> None:
-    edit(shown, "go")
+    # What is found is replaced in one line, and in all code as one step.
+    shown.press("Control+a")
     shown.insert("Count = count\ncounts = count")
-    shown.choose_in("Edit", "Search")
-    expect(shown.page.get_by_role("searchbox")).to_be_focused()
-    shown.insert("count")
+    search.fill("count")
     shown.page.get_by_role("checkbox", name="Whole word, same case").check()
     shown.page.get_by_role("textbox", name="Replace by").fill("n")
-    rows = shown.page.get_by_role("list", name="Found").locator("button.row")
     expect(rows).to_have_count(5)
     shown.page.get_by_role("button", name="Replace in walk › go › code:2").click()
     code = shown.page.get_by_role("textbox", name="Code of the state go").locator(".cm-line")
@@ -156,19 +125,10 @@ def test_what_is_found_is_replaced_in_one_line_and_in_all_code_as_one_step(shown
     assert panel_violations(shown) == []
 
 
-def test_search_follows_what_is_typed(shown: EditorPage) -> None:
-    shown.press("Control+f")
-    expect(shown.page.get_by_role("searchbox")).to_be_focused()
-    shown.insert("novelty")
-    shown.page.get_by_text("Nothing has “novelty” in it.").wait_for()
-    edit(shown, "wait")
-    shown.insert("\nnovelty = 1")
-    expect(shown.page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)
-
-
-def test_a_click_on_an_undo_step_goes_back_to_that_point(
-    shown: EditorPage, monkeypatch: pytest.MonkeyPatch
+def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_meanwhile(
+    shown: EditorPage, running: Editor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # A click on an undo step goes back to that point.
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     edit(shown, "wait")
     shown.insert("\nspeed = 1")
@@ -187,15 +147,14 @@ def test_a_click_on_an_undo_step_goes_back_to_that_point(
     assert len(undo_names(shown)) == 3
     rows.nth(3).click()
     expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_have_text("count += 1")
+    below = shown.page.get_by_role("region", name="Panel below the canvas")
+    beside = shown.page.get_by_role("region", name="Panel beside the canvas")
+    for panel in (below, beside):
+        panel.get_by_role("button", name="Close the panel").click()
 
-
-def test_every_panel_that_was_hidden_shows_what_changed_meanwhile(
-    shown: EditorPage, running: Editor, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    # Every panel that was hidden shows what changed meanwhile.
     monkeypatch.setattr(session, "MERGE_WITHIN", 0.0)
     page = shown.page
-    below = page.get_by_role("region", name="Panel below the canvas")
-    beside = page.get_by_role("region", name="Panel beside the canvas")
     shown.press("Control+m")
     expect(below).to_contain_text("1 Warning")
     shown.press("Alt+h")

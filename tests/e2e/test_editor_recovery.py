@@ -13,27 +13,6 @@ from tests.support.panels import edit
 from tests.support.processes import free_endpoint
 
 
-def test_unsaved_changes_are_recovered_in_the_place_of_their_file(browser: Browser, tmp_path: Path) -> None:
-    root = tmp_path / "root"
-    root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
-    with editor(root, file) as running, editor_page(browser, running) as shown:
-        shown.state("go").click()
-        shown.press("Delete")
-        shown.expect_states("wait")
-
-    with editor(root, file) as running, editor_page(browser, running) as shown:
-        shown.expect_states("wait", "go")
-        offer = shown.page.get_by_role("alert").filter(has_text="were not saved")
-        offer.get_by_role("button", name="Recover them").click()
-        shown.expect_states("wait")
-        expect(offer).to_have_count(0)
-        expect(shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab")).to_have_count(1)
-        shown.press("Control+z")
-        shown.expect_states("wait", "go")
-
-
 def test_a_page_says_what_to_do_when_the_editor_was_restarted(browser: Browser, tmp_path: Path) -> None:
     root = tmp_path / "root"
     root.mkdir()
@@ -55,7 +34,7 @@ def test_a_page_says_what_to_do_when_the_editor_was_restarted(browser: Browser, 
         shown.mishaps.clear()  # Chromium logs each request that is refused
 
 
-def test_a_page_connects_again_when_the_editor_was_restarted_on_its_port(
+def test_a_page_connects_again_and_recovers_what_was_not_saved_when_the_editor_was_restarted(
     browser: Browser, tmp_path: Path
 ) -> None:
     root = tmp_path / "root"
@@ -66,9 +45,12 @@ def test_a_page_connects_again_when_the_editor_was_restarted_on_its_port(
     with contextlib.ExitStack() as first:
         former = first.enter_context(editor(root, file, port=port))
         shown = first.enter_context(editor_page(browser, former))
-        edit(shown, "go")
+        shown.state("go").click()
+        shown.press("Delete")
+        shown.expect_states("wait")
+        edit(shown, "wait")
         shown.type("1")
-        expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “go”")
+        expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “wait”")
         former.server.stop()
         offline = shown.page.get_by_role("alert").filter(has_text="No connection since")
         expect(offline).to_contain_text(f"when it runs on port {port}")
@@ -80,15 +62,20 @@ def test_a_page_connects_again_when_the_editor_was_restarted_on_its_port(
             recover = shown.page.get_by_role("alert").filter(has_text="were not saved")
             unsent = shown.page.get_by_role("alert").filter(has_text="did not reach a document")
             expect(unsent).to_contain_text("pass12")
+            shown.expect_states("wait", "go")
             recover.get_by_role("button", name="Recover them").click()
+            shown.expect_states("wait")
             expect(recover).to_have_count(0)
-            expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “go”")
+            expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “wait”")
             expect(shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab")).to_have_count(
                 1
             )
-            expect(edit(shown, "go")).to_have_text("pass1")
+            expect(edit(shown, "wait")).to_have_text("pass1")
             unsent.get_by_role("button", name="Discard it").click()
             expect(unsent).to_have_count(0)
             shown.page.reload()
-            shown.state("go").wait_for()
+            shown.expect_states("wait")
+            shown.state("wait").click()
+            shown.press("Control+z", "Control+z")
+            shown.expect_states("wait", "go")
         shown.mishaps.clear()  # Chromium logs each request that is refused

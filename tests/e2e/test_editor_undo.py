@@ -14,12 +14,39 @@ from tests.support.panels import edit, undo_names
 from visualhfsm.sessions import session
 
 
-def test_undo_and_redo_show_the_automaton_that_they_change(browser: Browser, tmp_path: Path) -> None:
+def test_undo_and_redo_show_what_they_change(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     root = tmp_path / "root"
     root.mkdir()
     file = root / "walk.xml"
     file.write_text(DOCUMENT, "utf-8")
     with editor(root, file) as running, editor_page(browser, running) as shown:
+        # In a code field they say so, if it is elsewhere.
+        there = edit(shown, "wait")
+        shown.type("1")
+        here = edit(shown, "go")
+        shown.type("2")
+        expect(here).to_have_text("pass2")
+        notice = shown.page.get_by_role("status").filter(has_text="one:")
+        shown.press("Control+z")
+        expect(here).to_have_text("pass")
+        expect(notice).to_have_count(0)
+        shown.press("Control+z")
+        expect(notice).to_contain_text("Undone: Edit the code of “wait”.")
+        expect(there).to_be_focused()
+        expect(there).to_have_text("pass")
+
+        for _ in range(5):  # quickly: the page does not know yet of the step before
+            shown.press("Control+y", "Control+z")
+        shown.press("Control+y", "Control+y")
+        notice.filter(has_text="Redone: Edit the code of “go”.").wait_for()
+        expect(here).to_be_focused()
+        expect(here).to_have_text("pass2")
+        assert undo_names(shown) == ["Edit the code of “go”", "Edit the code of “wait”"]
+
+        # They show the automaton.
         shown.state("go").click()
         shown.press("Control+Enter")
         here = shown.page.locator("hfsm-breadcrumbs [aria-current]")
@@ -38,35 +65,3 @@ def test_undo_and_redo_show_the_automaton_that_they_change(browser: Browser, tmp
         shown.press("Backspace", "Control+y")
         expect(here).to_have_text("go")
         shown.expect_states("left")
-
-
-def test_undo_in_a_code_field_says_and_shows_what_it_changes_elsewhere(
-    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
-    root = tmp_path / "root"
-    root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
-    with editor(root, file) as running, editor_page(browser, running) as shown:
-        there = edit(shown, "wait")
-        shown.type("1")
-        here = edit(shown, "go")
-        shown.type("2")
-        expect(here).to_have_text("pass2")
-        notice = shown.page.get_by_role("status").filter(has_text="one:")
-        shown.press("Control+z")
-        expect(here).to_have_text("pass")
-        expect(notice).to_have_count(0)
-        shown.press("Control+z")
-        expect(notice).to_contain_text("Undone: Edit the code of “wait”.")
-        expect(there).to_be_focused()
-        expect(there).to_have_text("pass")
-
-        for _ in range(10):  # quickly: the page does not know yet of the step before
-            shown.press("Control+y", "Control+z")
-        shown.press("Control+y", "Control+y")
-        notice.filter(has_text="Redone: Edit the code of “go”.").wait_for()
-        expect(here).to_be_focused()
-        expect(here).to_have_text("pass2")
-        assert undo_names(shown) == ["Edit the code of “go”", "Edit the code of “wait”"]

@@ -26,34 +26,26 @@ def plant(shown: EditorPage, handler: str) -> None:
     shown.choose_in("View", "Light or dark")
 
 
-@pytest.mark.parametrize("handler", ["() => missing()", "async () => missing()"], ids=["error", "rejection"])
-def test_an_unexpected_error_is_shown_and_the_page_can_be_loaded_again(
-    shown: EditorPage, handler: str
-) -> None:
-    plant(shown, handler)
-    expect(alert(shown)).to_contain_text("ReferenceError: missing is not defined (actions.js:")
-    expect(alert(shown)).to_contain_text("Your changes are kept by the server. Reload the page")
-    alert(shown).get_by_role("button", name="Reload the page").click()
-    expect(alert(shown)).to_have_count(0)
-    shown.expect_states("wait", "go")
-
-
-def test_an_error_that_comes_again_is_shown_once(shown: EditorPage) -> None:
-    plant(shown, "() => missing()")
-    expect(alert(shown)).to_have_count(1)
-    alert(shown).evaluate("alert => alert.dataset.first = ''")
-    shown.choose_in("View", "Light or dark")
-    expect(alert(shown)).to_have_count(1)
-    expect(alert(shown)).to_have_attribute("data-first", "")
-
-
-def test_a_script_that_cannot_be_loaded_is_shown(shown: EditorPage) -> None:
-    shown.page.route("**/app.js", lambda route: route.abort())
-    shown.page.reload()
-    expect(alert(shown)).to_contain_text("app.js could not be loaded")
-
-
-def test_a_refusal_that_nothing_catches_is_shown_as_it_is(shown: EditorPage) -> None:
+def test_an_unexpected_error_is_shown_once_and_the_page_can_be_loaded_again(shown: EditorPage) -> None:
+    # A refusal that nothing catches is shown as it is.
     plant(shown, "async () => { throw Object.assign(new Error('the server is away'), {kind: 'offline'}); }")
     expect(shown.page.get_by_role("alert").filter(has_text="the server is away")).to_have_count(1)
     expect(alert(shown)).to_have_count(0)
+
+    for handler in ("() => missing()", "async () => missing()"):
+        plant(shown, handler)
+        expect(alert(shown)).to_contain_text("ReferenceError: missing is not defined (actions.js:")
+        expect(alert(shown)).to_contain_text("Your changes are kept by the server. Reload the page")
+        expect(alert(shown)).to_have_count(1)
+        alert(shown).evaluate("alert => alert.dataset.first = ''")
+        shown.choose_in("View", "Light or dark")
+        expect(alert(shown)).to_have_count(1)
+        expect(alert(shown)).to_have_attribute("data-first", "")
+        alert(shown).get_by_role("button", name="Reload the page").click()
+        expect(alert(shown)).to_have_count(0)
+        shown.expect_states("wait", "go")
+
+    # So is a script that cannot be loaded.
+    shown.page.route("**/app.js", lambda route: route.abort())
+    shown.page.reload()
+    expect(alert(shown)).to_contain_text("app.js could not be loaded")
