@@ -273,7 +273,7 @@ class _Directory:
             include = interface_directories(path or Path.cwd() / file.name, include)
         target = self._target or (path.parent if beside and path else file.parent)
         if path is not None and self._aside is not None and target == Path(self._aside.name):
-            _copy_extension(path, file)
+            _copy_extension(path, target / file.name)
         component = generate_component(file, target, diagnostics, include)
         if component is None:
             raise VisualHfsmError(_summary(diagnostics))

@@ -13,6 +13,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
+from codegen.hfsm.code.names import component_name
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
@@ -81,37 +82,71 @@ def edited(before: Source, code: str) -> Source:
     return Source(before.tab, before.revision + 1, changed, before.path, True)
 
 
-def test_a_saved_document_runs_beside_its_file(tmp_path: Path) -> None:
+def test_a_saved_document_runs_beside_its_file_and_running_again_stops_the_former_process(
+    tmp_path: Path,
+) -> None:
     async def go() -> None:
         pushes = ReceivedPushes()
         async with running(pushes) as service:
-            await service.run(source(tmp_path / "walk.xml", text("print('walking')")), [])
-            await pushes.line("walking")
+            document = source(tmp_path / "walk.xml", text("import os; print('pid', os.getpid())"))
+            await service.run(document, [])
+            first = (await pushes.line("pid")).text
             assert (tmp_path / "walk.py").is_file()
+            await service.run(document, [])
+            await pushes.until(
+                lambda: [line for line in pushes.lines if "pid" in line.text and line.text != first]
+            )
+            statuses = [change.status for change in pushes.changes]
+            assert statuses.count("ended") == 1
+            again = statuses.index("ended") + 1
+            assert again < len(statuses) - 2
             await service.stop(1)
-            end = await pushes.end()
+            end = await pushes.until(
+                lambda: next((each for each in pushes.changes[again:] if each.status == "ended"), None)
+            )
         assert (end.exit_code, end.message) == (130, "it was stopped")
-        statuses = [change.status for change in pushes.changes]
+        statuses = [change.status for change in pushes.changes[again:]]
         assert statuses == ["generating", "starting", "running", "stopping", "ended"]
 
     asyncio.run(go())
 
 
-@pytest.mark.parametrize(("title", "name"), [("walk_2", "walk_2.py"), ("untitled 2", "untitled_2.py")])
-def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(
-    tmp_path: Path, title: str, name: str
-) -> None:
+def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(tmp_path: Path) -> None:
     async def go() -> str:
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             shown = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
-            await service.run(replace(shown, title=title), [])
+            await service.run(replace(shown, title="untitled 2"), [])
             return (await pushes.line("at /")).text.removeprefix("at ")
 
     component = Path(asyncio.run(go()))
-    assert component.name == name
+    assert component.name == "untitled_2.py"
     assert not component.parent.exists()
     assert not list(tmp_path.iterdir())
+
+
+def test_what_runs_aside_is_generated_again_there_and_closing_its_tab_leaves_neither_process_nor_file(
+    tmp_path: Path,
+) -> None:
+    async def go() -> None:
+        pushes = ReceivedPushes()
+        async with running(pushes) as service:
+            code = text("import os; print('at', __file__); print('pid', os.getpid())")
+            document = replace(source(tmp_path / "new.xml", code, saved=False), title="walk_2")
+            await service.run(document, [])
+            component = Path((await pushes.line("at /")).text.removeprefix("at "))
+            assert component.name == "walk_2.py"
+            await service.generate(replace(edited(document, "print('edited')"), title="walk_2"))
+            assert "print('edited')" in component.read_text()
+
+            process = psutil.Process(int((await pushes.line("pid")).text.removeprefix("pid ")))
+            await service.forget(1)
+            assert not process.is_running()
+            assert not component.parent.exists()
+            await service.forget(1)
+        assert not list(tmp_path.iterdir())
+
+    asyncio.run(go())
 
 
 @pytest.mark.parametrize(
@@ -124,14 +159,20 @@ def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(
         ("球", "component"),
     ],
 )
-def test_a_component_is_announced_under_the_name_that_it_serves(tmp_path: Path, file: str, name: str) -> None:
+def test_a_component_is_announced_under_a_name_of_letters_digits_and_underscores(
+    file: str, name: str
+) -> None:
+    assert component_name(file) == name
+
+
+def test_a_component_is_announced_under_the_name_that_it_serves(tmp_path: Path) -> None:
     async def go() -> None:
         pushes = ReceivedPushes()
         async with running(pushes) as service:
-            shown = source(tmp_path / f"{file}.xml", text("print('I am', self.automaton().name)"))
-            assert await service.run(shown, []) == {"component": name}
-            await pushes.line(f"I am {name}")
-        assert {push.component for push in pushes.changes} == {name}
+            shown = source(tmp_path / "2 baile-español.xml", text("print('I am', self.automaton().name)"))
+            assert await service.run(shown, []) == {"component": "component_2_baile_espanol"}
+            await pushes.line("I am component_2_baile_espanol")
+        assert {push.component for push in pushes.changes} == {"component_2_baile_espanol"}
 
     asyncio.run(go())
 
@@ -150,19 +191,6 @@ def test_a_second_component_of_a_name_is_refused_in_words(tmp_path: Path) -> Non
             await service.stop_all()
             assert (await pushes.end()).tab == 1
             await service.run(second, [])
-
-    asyncio.run(go())
-
-
-def test_changes_that_are_not_saved_run_and_do_not_touch_the_component_beside(tmp_path: Path) -> None:
-    async def go() -> None:
-        pushes = ReceivedPushes()
-        saved = source(tmp_path / "walk.xml", text("print('old')"))
-        (tmp_path / "walk_ext.py").write_text("class WalkExtension:\n    greeting = 'from the extension'\n")
-        async with running(pushes) as service:
-            await service.run(edited(saved, "print('new', self.greeting)"), [])
-            await pushes.line("new from the extension")
-        assert not (tmp_path / "walk.py").exists()
 
     asyncio.run(go())
 
@@ -200,24 +228,6 @@ def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
     asyncio.run(go())
 
 
-def test_running_again_stops_the_former_process(tmp_path: Path) -> None:
-    async def go() -> None:
-        pushes = ReceivedPushes()
-        async with running(pushes) as service:
-            document = source(tmp_path / "walk.xml", text("import os; print('pid', os.getpid())"))
-            await service.run(document, [])
-            first = (await pushes.line("pid")).text
-            await service.run(document, [])
-            await pushes.until(
-                lambda: [line for line in pushes.lines if "pid" in line.text and line.text != first]
-            )
-            statuses = [change.status for change in pushes.changes]
-            assert statuses.count("ended") == 1
-            assert statuses.index("ended") < len(statuses) - 3
-
-    asyncio.run(go())
-
-
 def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
     async def go() -> None:
         pushes = ReceivedPushes()
@@ -243,27 +253,19 @@ def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) 
     asyncio.run(go())
 
 
-def test_what_runs_aside_is_generated_again_where_it_runs(tmp_path: Path) -> None:
-    async def go() -> None:
-        pushes = ReceivedPushes()
-        async with running(pushes) as service:
-            document = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
-            await service.run(document, [])
-            component = Path((await pushes.line("at /")).text.removeprefix("at "))
-            await service.generate(edited(document, "print('edited')"))
-            assert "print('edited')" in component.read_text()
-
-    asyncio.run(go())
-
-
-def test_saving_what_runs_aside_leaves_it_there_until_the_next_run(tmp_path: Path) -> None:
+def test_changes_that_are_not_saved_run_aside_and_saving_leaves_them_there_until_the_next_run(
+    tmp_path: Path,
+) -> None:
     async def go() -> None:
         pushes = ReceivedPushes()
         beside = tmp_path / "walk.py"
+        (tmp_path / "walk_ext.py").write_text("class WalkExtension:\n    greeting = 'from the extension'\n")
         async with running(pushes) as service:
             saved = source(tmp_path / "walk.xml", text("print('at', __file__)"))
-            await service.run(edited(saved, "print('edited at', __file__)"), [])
+            await service.run(edited(saved, "print('new', self.greeting); print('edited at', __file__)"), [])
+            await pushes.line("new from the extension")
             component = Path((await pushes.line("edited at /")).text.removeprefix("edited at "))
+            assert not beside.exists()
             await service.generate(saved)
             assert not beside.exists()
             assert "print('at', __file__)" in component.read_text()
@@ -287,22 +289,6 @@ def test_a_report_of_a_component_that_runs_elsewhere_is_located_in_its_document(
             assert await service.locate(replace(known, path=None), "walk.py:57 (walk.xml:3)") is None
 
     asyncio.run(scenario())
-
-
-def test_a_tab_that_is_closed_leaves_neither_process_nor_file(tmp_path: Path) -> None:
-    async def go() -> None:
-        pushes = ReceivedPushes()
-        async with running(pushes) as service:
-            code = text("import os; print('at', __file__); print('pid', os.getpid())")
-            await service.run(source(tmp_path / "new.xml", code, saved=False), [])
-            component = Path((await pushes.line("at /")).text.removeprefix("at "))
-            process = psutil.Process(int((await pushes.line("pid")).text.removeprefix("pid ")))
-            await service.forget(1)
-            assert not process.is_running()
-            assert not component.parent.exists()
-            await service.forget(1)
-
-    asyncio.run(go())
 
 
 def test_a_start_goes_on_when_the_window_that_asked_for_it_goes_away(tmp_path: Path) -> None:
