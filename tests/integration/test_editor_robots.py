@@ -79,7 +79,9 @@ def opened(
     assert not children("ballmover")
 
 
-def test_a_simulation_is_started_with_moving_balls_and_ended(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_simulation_is_started_with_moving_balls_killed_started_again_and_ended(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     async def go(page: Page) -> None:
         assert page.robots.state.status == "none"
         await page.robots.simulate(Simulation(speed="2", balls=True, body="H21"))
@@ -94,13 +96,26 @@ def test_a_simulation_is_started_with_moving_balls_and_ended(caplog: pytest.LogC
         await page.live.control("", "standRobot", {})
         await page.robots.move_balls(moving=False)
         assert not children("ballmover")
+        assert "lost" not in [robot.status for robot in page.pushes.of(Robot)]
+
+        simulation.send_signal(signal.SIGKILL)
+        lost = await page.until(lambda robot: robot.status == "lost" and robot.trouble)
+        assert lost.since > 0
+        assert lost.trouble == "The simulation has ended: it was terminated by SIGKILL"
+        assert lost.started == ""
+        await page.robots.simulate(Simulation(world="empty"))
+        again = await page.until(lambda robot: robot.status == "present")
+        assert (again.since, again.trouble) == (0.0, "")
+
+        before = len(page.pushes.of(Robot))
         await page.robots.end()
         robot = await page.until(lambda robot: robot.status == "none")
         assert robot.started == ""
-        assert "lost" not in [robot.status for robot in page.pushes.of(Robot)]
+        assert "lost" not in [robot.status for robot in page.pushes.of(Robot)[before:]]
 
     opened(go)
-    assert [record.message for record in caplog.records if record.levelname == "WARNING"] == []
+    warnings = [record.message for record in caplog.records if record.levelname == "WARNING"]
+    assert warnings == ["the robot is lost; it may come back"]
 
 
 def test_a_client_of_a_router_starts_a_simulation_with_moving_balls_and_ends_it() -> None:
@@ -137,27 +152,6 @@ def test_a_robot_that_a_user_of_the_router_may_not_serve_is_reported(
     keys = Keys(tmp_path / "keys")
     with routing(keys.settings("router")):
         opened(go, settings=keys.settings("operator", timeout=CALL_LIMIT))
-
-
-def test_a_simulation_that_is_killed_is_lost_and_can_be_started_again(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    async def go(page: Page) -> None:
-        await page.robots.simulate(Simulation(world="empty"))
-        await page.until(lambda robot: robot.status == "present")
-        (child,) = children("naoserver_sim")
-        child.send_signal(signal.SIGKILL)
-        lost = await page.until(lambda robot: robot.status == "lost" and robot.trouble)
-        assert lost.since > 0
-        assert lost.trouble == "The simulation has ended: it was terminated by SIGKILL"
-        assert lost.started == ""
-        await page.robots.simulate(Simulation(world="empty"))
-        again = await page.until(lambda robot: robot.status == "present")
-        assert (again.since, again.trouble) == (0.0, "")
-
-    opened(go)
-    warnings = [record.message for record in caplog.records if record.levelname == "WARNING"]
-    assert warnings == ["the robot is lost; it may come back"]
 
 
 def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -> None:

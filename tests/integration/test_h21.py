@@ -15,7 +15,6 @@ from naoserver.motions.postures import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.motion_rig import MotionRig
-from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import served_to_client, wait_for
 from zenoh_ice import ObjectNotExistException, VirtualClock
 
@@ -26,7 +25,7 @@ FIXED = {"LWristYaw", "RWristYaw", "LHand", "RHand"}
 
 @pytest.fixture(scope="module")
 def nao():
-    with served_to_client(SimulatedRobot(body=H21, speed=3.0)) as nao:
+    with served_to_client(SimulatedRobot(body=H21)) as nao:
         yield nao
 
 
@@ -85,43 +84,6 @@ def test_it_gets_up():
     assert rig.stance is Stance.BELLY
     assert rig.go("Stand").status is ActionStatus.Done
     assert rig.posture == "Stand"
-
-
-def test_a_program_for_naoqi_runs_on_it_and_learns_that_it_has_no_hands():
-    pytest.importorskip("qi")
-    from tests.support.naoqi import connected
-
-    options = ("--body", "H21", "--listen", free_endpoint(), "--no-skin", "--speed", "3")
-    with ComponentProcess(module("naoserver_sim", *options, "--qi", "tcp://127.0.0.1:0")) as process:
-        url = process.wait_for(r"^NAOqi: (\S+)")[1]
-        process.wait_for("^ready")
-        with connected(url) as session:
-            motion, memory = session.service("ALMotion"), session.service("ALMemory")
-            assert motion.getBodyNames("Body") == list(H21.joint_names)
-            config = dict(zip(*motion.getRobotConfig(), strict=True))
-            assert (config["Model Type"], config["Number of Hands"]) == ("naoH21", 0)
-            motion.wakeUp()
-            arm = motion.getBodyNames("LArm")
-            assert arm == ["LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
-            motion.angleInterpolation("LArm", [1.0, 0.3, -1.0, -0.5], 1.0, True)
-            assert motion.getAngles("LArm", True) == pytest.approx([1.0, 0.3, -1.0, -0.5], abs=0.1)
-            before = motion.getPosition("LArm", 0, False)
-            motion.positionInterpolation("LArm", 0, [*before[:2], before[2] + 0.02, 0, 0, 0], 7, 0.5)
-            assert motion.getPosition("LArm", 0, False)[2] == pytest.approx(before[2] + 0.02, abs=0.003)
-            assert motion.getMass("LArm") == pytest.approx(sum(arm_masses()))
-            for wrong in (lambda: motion.openHand("LHand"), lambda: motion.getPosition("LWristYaw", 0, True)):
-                with pytest.raises(RuntimeError, match=r"there is no .*(LHand|LWristYaw)"):
-                    wrong()
-            for key in ("LWristYaw/Position/Sensor/Value", "LHand/Touch/Back/Sensor/Value"):
-                with pytest.raises(RuntimeError, match=key):
-                    memory.getData(f"Device/SubDeviceList/{key}")
-            assert motion.moveTo(0.1, 0.0, 0.0)
-            assert not memory.getData("robotHasFallen")
-
-
-def arm_masses():
-    return [link.mass for link in H25.links if link.parent_joint and link.parent_joint[0] == "L"
-            and link.parent_joint[1:].startswith(("Shoulder", "Elbow", "Wrist"))]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "moved"), [("Walk", 11), ("Reach", 4), ("StandUp", 21)])

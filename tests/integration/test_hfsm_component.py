@@ -1,11 +1,11 @@
-"""A generated component as a process, with a robot server in that of the test, or in another to be killed."""
+"""A generated component, where it has to be ended or followed as a process, with a robot server in that of the test."""
 
 from __future__ import annotations
 
 import re
 import signal
 import sys
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 
 import pytest
@@ -13,9 +13,10 @@ import pytest
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
+from tests.support.commands import run_file_here
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import ComponentProcess, module
+from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, eventually, served
 from zenoh_ice import initialize
 
@@ -29,14 +30,16 @@ def serve(endpoint: str) -> AbstractContextManager[ServedRobot]:
     return served(FakeRobot(), realm="nao", endpoint=endpoint)
 
 
-def serve_apart(endpoint: str) -> ComponentProcess:
-    return ComponentProcess(module("naoserver.fake", "--listen", endpoint))
-
-
 def turning(tmp_path: Path, code: str = "self.head.setSpeed(0.2, 0.0)\nprint('turning', flush=True)") -> Path:
     return compile_to(
         tmp_path, document(sub(1, 0, state(1, "turn", code, initial=True)), config=HEAD), "turner"
     )
+
+
+def run(file: Path, endpoint: str, *arguments: str) -> tuple[int, str]:
+    """Run a component that ends by itself in this process; return its exit code and output."""
+    done = run_file_here(file, "--connect", endpoint, "--clock", "wall", *arguments)
+    return done.returncode, done.stdout
 
 
 def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
@@ -45,31 +48,32 @@ def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
 
 
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path: Path, endpoint: str) -> None:
-    with start(turning(tmp_path), endpoint, "--timeout", "1") as component:
-        assert component.wait(RUN_LIMIT) == 1
-        assert component.output.count("\n") == 1
-        assert endpoint in component.output
-        assert "naoserver-sim" in component.output
+    code, output = run(turning(tmp_path), endpoint, "--timeout", "0.3")
+    assert code == 1
+    assert output.count("\n") == 1
+    assert endpoint in output
+    assert "naoserver-sim" in output
 
 
 def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint: str) -> None:
     with serve(endpoint):
-        with start(turning(tmp_path), endpoint, "--seconds", "1") as component:
-            assert component.wait(RUN_LIMIT) == 0
-            assert "turning" in component.output
+        code, output = run(turning(tmp_path), endpoint, "--seconds", "1")
+        assert code == 0
+        assert "turning" in output
         with initialize(connect=[endpoint], clock="wall") as communicator:
-            pose = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose()
-        assert abs(pose.panSpeed) < 0.05
-        assert pose.pan > 0.0
+            head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+            assert head.getPose().pan > 0.0
+            eventually(lambda: abs(head.getPose().panSpeed) < 0.05)
 
 
 def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> None:
     config = HEAD + HEAD.replace(">Head<", ">Tail<").replace(">head<", ">tail<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
-    with serve(endpoint), start(file, endpoint) as component:
-        assert component.wait(RUN_LIMIT) == 1
-        assert "the component cannot start: self.tail:" in component.output
-        assert "Traceback" not in component.output
+    with serve(endpoint):
+        code, output = run(file, endpoint)
+    assert code == 1
+    assert "the component cannot start: self.tail:" in output
+    assert "Traceback" not in output
 
 
 def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path, endpoint: str) -> None:
@@ -98,10 +102,11 @@ def test_a_document_of_a_foreign_name_can_be_watched(tmp_path: Path, endpoint: s
 def test_a_realm_without_servants_is_reported_once(tmp_path: Path, endpoint: str) -> None:
     config = HEAD + HEAD.replace(">head<", ">other<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
-    with serve(endpoint), start(file, endpoint, "--realm", "elsewhere") as component:
-        assert component.wait(RUN_LIMIT) == 1
-        assert component.output.count("no servants: is --realm right?") == 1
-        assert "Traceback" not in component.output
+    with serve(endpoint):
+        code, output = run(file, endpoint, "--realm", "elsewhere")
+    assert code == 1
+    assert output.count("no servants: is --realm right?") == 1
+    assert "Traceback" not in output
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -120,10 +125,11 @@ def test_a_signal_stops_the_robot_and_ends_it(
 
 def test_an_error_in_user_code_ends_it_with_the_documents_line(tmp_path: Path, endpoint: str) -> None:
     file = turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\nself.nothing()")
-    with serve(endpoint), start(file, endpoint) as component:
-        assert component.wait(RUN_LIMIT) == 1
-        assert "AttributeError" in component.output
-        assert "(turner.xml:4)" in component.output
+    with serve(endpoint):
+        code, output = run(file, endpoint)
+    assert code == 1
+    assert "AttributeError" in output
+    assert "(turner.xml:4)" in output
 
 
 def test_stay_halted_keeps_the_monitor_after_an_error(tmp_path: Path, endpoint: str) -> None:
@@ -150,17 +156,17 @@ def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
         assert frames == [str(file)], "of the code that runs it nothing is shown"
 
 
-def test_a_killed_server_is_reported_once_and_it_goes_on_when_the_server_is_back(
+def test_a_lost_server_is_reported_once_and_it_goes_on_when_the_server_is_back(
     tmp_path: Path, endpoint: str
 ) -> None:
-    with serve_apart(endpoint) as server:
-        server.wait_for("ready")
+    """A server that is killed is lost in `tests/faults/test_commands.py`."""
+    with ExitStack() as first:
+        first.enter_context(serve(endpoint))
         with start(turning(tmp_path), endpoint) as component:
             component.wait_for("turning")
-            server.process.kill()
+            first.close()
             component.wait_for("waiting for the server")
-            with serve_apart(endpoint) as second:
-                second.wait_for("ready")
+            with serve(endpoint):
                 component.wait_for("the server is back")
                 count = component.output.count("turning")
                 eventually(lambda: component.output.count("turning") > count)
@@ -178,8 +184,7 @@ def test_a_component_without_proxies_needs_no_server(tmp_path: Path, endpoint: s
             transition(1, 1, 2, "100", type="time"),
         )
     )
-    with start(compile_to(tmp_path, text, "alone"), endpoint) as component:
-        assert component.wait(RUN_LIMIT) == 0
+    assert run(compile_to(tmp_path, text, "alone"), endpoint)[0] == 0
 
 
 def test_it_begins_in_the_given_state(tmp_path: Path, endpoint: str) -> None:
@@ -191,12 +196,12 @@ def test_it_begins_in_the_given_state(tmp_path: Path, endpoint: str) -> None:
     )
     root = sub(1, 0, state(1, "here", "print('here', flush=True)", initial=True), state(2, "there", child=2))
     file = compile_to(tmp_path, document(root, below), "jumper")
-    with start(file, endpoint, "--begin-at", "2.2", "--seconds", "1") as component:
-        assert component.wait(RUN_LIMIT) == 0
-    assert set(component.output.split("\n")) == {"in b", ""}
-    with start(file, endpoint, "--begin-at", "2.7") as component:
-        assert component.wait(RUN_LIMIT) == 1
-    assert "automaton 2 has no state 7" in component.output
+    code, output = run(file, endpoint, "--begin-at", "2.2", "--seconds", "0.5")
+    assert code == 0
+    assert set(output.split("\n")) == {"in b", ""}
+    code, output = run(file, endpoint, "--begin-at", "2.7")
+    assert code == 1
+    assert "automaton 2 has no state 7" in output
 
 
 def test_it_pauses_at_a_breakpoint_that_was_set_before_its_first_cycle(tmp_path: Path, endpoint: str) -> None:
@@ -215,14 +220,14 @@ def test_it_pauses_at_a_breakpoint_that_was_set_before_its_first_cycle(tmp_path:
         ("1.1:x +", "the condition"),
         ("1", "AUTOMATON.STATE"),
     ):
-        with start(file, endpoint, "--breakpoint", wrong) as component:
-            assert component.wait(RUN_LIMIT) in (1, 2)
-            assert reported in component.output
+        code, output = run(file, endpoint, "--breakpoint", wrong)
+        assert code in (1, 2)
+        assert reported in output
 
 
 def test_help_shows_the_description_and_examples(tmp_path: Path, endpoint: str) -> None:
-    with start(turning(tmp_path), endpoint, "--help") as component:
-        assert component.wait(RUN_LIMIT) == 0
-        assert "The component turner." in component.output
-        assert "--on-error" in component.output
-        assert "python turner.py --seconds 60" in component.output
+    code, output = run(turning(tmp_path), endpoint, "--help")
+    assert code == 0
+    assert "The component turner." in output
+    assert "--on-error" in output
+    assert "python turner.py --seconds 60" in output

@@ -14,9 +14,9 @@ from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
 from tests.support.limits import END_LIMIT
 from tests.support.nao_command import at, nao
-from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.processes import free_endpoint, module
 from tests.support.relay import Relay
-from tests.support.robot_server import RobotClient, eventually, served_to_client
+from tests.support.robot_server import RobotClient, eventually, served, served_to_client
 from tests.support.terminal import read_until
 
 READY = "ready: Enter or space stops the robot"
@@ -81,33 +81,31 @@ def test_without_a_robot_it_says_so() -> None:
     assert (outcome.code, "start a server there" in outcome.err) == (1, True)
 
 
-@pytest.mark.parametrize(("key", "leaves"), [(b"\r", False), (b" ", False), (b"\x03", True)])
-def test_a_key_stops_the_robot(robot: RobotClient, key: bytes, leaves: bool) -> None:
+def test_each_key_stops_the_robot_and_ctrl_c_leaves(robot: RobotClient) -> None:
+    safety = robot.proxy(SafetyPrx, "Safety")
     with ready(robot.endpoint, robot.realm) as terminal:
         terminal.shows(READY)
-        assert not is_stopped(robot)
-        terminal.press(key)
-        terminal.shows("STOPPED after 0.")
-        assert robot.proxy(SafetyPrx, "Safety").getSafetyState().reason == "hands off"
-        if not leaves:
-            terminal.press(b"q")
+        for key in (b"\r", b" ", b"\x03"):
+            assert not is_stopped(robot)
+            terminal.press(key)
+            terminal.shows("STOPPED after 0.")
+            assert safety.getSafetyState().reason == "hands off"
+            safety.resetEmergencyStop()
         assert terminal.process.wait(END_LIMIT) == 0
 
 
-@pytest.mark.parametrize("end", ["q", "SIGTERM"])
-def test_who_leaves_stops_nothing(robot: RobotClient, end: str) -> None:
+def test_who_is_ended_stops_nothing(robot: RobotClient) -> None:
     with ready(robot.endpoint, robot.realm) as terminal:
         terminal.shows(READY)
         terminal.press(b"x\x1b[A")
-        if end == "q":
-            terminal.press(b"q")
-        else:
-            terminal.process.send_signal(signal.SIGTERM)
-        assert terminal.process.wait(END_LIMIT) == (0 if end == "q" else 128 + signal.SIGTERM)
+        terminal.process.send_signal(signal.SIGTERM)
+        assert terminal.process.wait(END_LIMIT) == 128 + signal.SIGTERM
     assert not is_stopped(robot)
 
 
-def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back(robot: RobotClient) -> None:
+def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back_or_reported_to_who_leaves(
+    robot: RobotClient,
+) -> None:
     with Relay(robot.endpoint) as relay, ready(relay.endpoint, robot.realm, "--mode", "client") as terminal:
         terminal.shows(READY)
         relay.cut()
@@ -120,10 +118,6 @@ def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back(robot: Robot
         terminal.shows("STOPPED after ")
         assert is_stopped(robot)
 
-
-def test_who_leaves_after_a_stop_that_failed_is_informed(robot: RobotClient) -> None:
-    with Relay(robot.endpoint) as relay, ready(relay.endpoint, robot.realm, "--mode", "client") as terminal:
-        terminal.shows(READY)
         relay.cut()
         terminal.shows("LOST: ")
         terminal.press(b"\x03")
@@ -137,15 +131,14 @@ def test_it_waits_for_a_robot_that_starts_later() -> None:
     endpoint = free_endpoint()
     with ready(endpoint, "nao") as terminal:
         terminal.shows("not ready: nothing answers at ")
-        with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
-            server.wait_for("^ready")
+        with served(FakeRobot(), realm="nao", endpoint=endpoint):
             terminal.shows(READY)
             terminal.press(b"\r")
             terminal.shows("STOPPED after ")
 
 
-def test_the_terminal_is_left_as_it_was(robot: RobotClient) -> None:
-    script = 'stty -a; "$@"; stty -a; echo end'
+def test_who_leaves_stops_nothing_and_the_terminal_is_left_as_it_was(robot: RobotClient) -> None:
+    script = 'stty -a; "$@"; code=$?; stty -a; echo "end $code"'
     main, terminal = os.openpty()
     command = module("deploy.nao", "stop", "--ready", "--connect", robot.endpoint, "--realm", robot.realm)
     process = subprocess.Popen(
@@ -155,9 +148,11 @@ def test_the_terminal_is_left_as_it_was(robot: RobotClient) -> None:
     os.close(terminal)
     try:
         before = read_until(main, READY)
+        os.write(main, b"x\x1b[A")
         os.write(main, b"q")
-        after = read_until(main, "\nend")
+        after = read_until(main, "\nend 0")
         assert process.wait(END_LIMIT) == 0
+        assert not is_stopped(robot)
     finally:
         if process.poll() is None:
             process.kill()

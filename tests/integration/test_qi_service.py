@@ -15,6 +15,9 @@ pytest.importorskip("qi")
 
 import qi
 
+from naoserver.errors import RobotError
+from naoserver_qi.__main__ import app
+from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import REPOSITORY, ComponentProcess, module
@@ -355,10 +358,10 @@ def test_it_ends_cleanly_at_ctrl_c_while_it_is_used():
 
 
 def test_a_port_that_is_taken(url):
-    with ComponentProcess(module("naoserver_qi", "--qi", url)) as process:
-        assert process.wait() == 1
-        assert f"cannot listen at {url}" in process.output
-        assert "Traceback" not in process.output
+    refused = run_here(app, "naoserver_qi", "--qi", url, expected=(RobotError,))
+    assert refused.returncode == 1
+    assert f"cannot listen at {url}" in refused.stderr
+    assert "Traceback" not in refused.stderr
 
 
 def test_without_qi_it_names_what_to_install():

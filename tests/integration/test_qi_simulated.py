@@ -5,6 +5,7 @@ import pytest
 pytest.importorskip("qi")
 
 from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx
+from naoserver.body import H21, H25
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
@@ -14,9 +15,19 @@ pytestmark = pytest.mark.sim
 
 @pytest.fixture(scope="module")
 def served():
-    """The endpoint of a simulated robot, and its address as a NAOqi."""
+    """The endpoint of a simulated robot, one without hands that move, and its address as a NAOqi."""
     endpoint = free_endpoint()
-    options = ("--listen", endpoint, "--no-skin", "--speed", "2", "--qi", "tcp://127.0.0.1:0")
+    options = (
+        "--listen",
+        endpoint,
+        "--no-skin",
+        "--speed",
+        "2",
+        "--body",
+        "H21",
+        "--qi",
+        "tcp://127.0.0.1:0",
+    )
     with ComponentProcess(module("naoserver_sim", *options)) as process:
         url = process.wait_for(r"^NAOqi: (\S+)")[1]
         process.wait_for("^ready")
@@ -65,10 +76,38 @@ def test_an_emergency_stop_refuses_both(session, proxy):
     motion.setAngles("HeadYaw", 0.0, 0.5)
 
 
+def test_a_program_runs_on_an_h21_and_learns_that_it_has_no_hands(session):
+    motion, memory = session.service("ALMotion"), session.service("ALMemory")
+    assert motion.getBodyNames("Body") == list(H21.joint_names)
+    config = dict(zip(*motion.getRobotConfig(), strict=True))
+    assert (config["Model Type"], config["Number of Hands"]) == ("naoH21", 0)
+    motion.wakeUp()
+    arm = motion.getBodyNames("LArm")
+    assert arm == ["LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
+    motion.angleInterpolation("LArm", [1.0, 0.3, -1.0, -0.5], 1.0, True)
+    assert motion.getAngles("LArm", True) == pytest.approx([1.0, 0.3, -1.0, -0.5], abs=0.1)
+    before = motion.getPosition("LArm", 0, False)
+    motion.positionInterpolation("LArm", 0, [*before[:2], before[2] + 0.02, 0, 0, 0], 7, 0.5)
+    assert motion.getPosition("LArm", 0, False)[2] == pytest.approx(before[2] + 0.02, abs=0.003)
+    assert motion.getMass("LArm") == pytest.approx(sum(arm_masses()))
+    for wrong in (lambda: motion.openHand("LHand"), lambda: motion.getPosition("LWristYaw", 0, True)):
+        with pytest.raises(RuntimeError, match=r"there is no .*(LHand|LWristYaw)"):
+            wrong()
+    for key in ("LWristYaw/Position/Sensor/Value", "LHand/Touch/Back/Sensor/Value"):
+        with pytest.raises(RuntimeError, match=key):
+            memory.getData(f"Device/SubDeviceList/{key}")
+
+
+def arm_masses():
+    return [link.mass for link in H25.links if link.parent_joint and link.parent_joint[0] == "L"
+            and link.parent_joint[1:].startswith(("Shoulder", "Elbow", "Wrist"))]  # fmt: skip
+
+
 def test_it_walks_and_comes_into_a_posture(session):
     motion, posture = session.service("ALMotion"), session.service("ALRobotPosture")
+    x = motion.getRobotPosition(True)[0]
     assert motion.moveTo(0.2, 0.0, 0.0)
-    assert motion.getRobotPosition(True)[0] == pytest.approx(0.2, abs=0.06)
+    assert motion.getRobotPosition(True)[0] == pytest.approx(x + 0.2, abs=0.06)
     assert posture.goToPosture("StandInit", 0.8)
     assert posture.getPosture() == "StandInit"
     assert session.service("ALMemory").getData("robotHasFallen") is False

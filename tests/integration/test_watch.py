@@ -94,30 +94,21 @@ def run(arguments: list[str]) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
-def test_a_component_is_reported_line_by_line_and_summed_up(robot: ServedRobot) -> None:
-    with (
-        component(robot.endpoint, robot.realm),
-        ComponentProcess(watch(robot, "dance_and_follow", "--wait", "60")) as watcher,
-    ):
-        watcher.wait_for("followBall > red > follow.*red ball .12 -3 px.*images/s.*real time")
-        watcher.process.send_signal(signal.SIGINT)
-        code, output = watcher.wait(), watcher.output
-
-    assert code == 130, output
-    assert re.search(r"watched +\d+\.\d s", output)
-    assert re.search(r"real-time factor +\d\.\d", output)
-
-
-def test_the_report_is_the_page_of_the_run(robot: ServedRobot, tmp_path: Path) -> None:
+def test_a_component_is_reported_line_by_line_and_summed_up_and_the_report_is_the_page_of_the_run(
+    robot: ServedRobot, tmp_path: Path
+) -> None:
     path = tmp_path / "report.html"
     with component(robot.endpoint, robot.realm):
         command = watch(robot, "dance_and_follow", "--wait", "60", "--report", str(path))
         with ComponentProcess(command) as watcher:
+            watcher.wait_for("followBall > red > follow.*red ball .12 -3 px.*images/s.*real time")
             eventually(lambda: watcher.output.count("images/s") >= 2)
             watcher.process.send_signal(signal.SIGINT)
             code, output = watcher.wait(), watcher.output
 
     assert code == 130, output
+    assert re.search(r"watched +\d+\.\d s", output)
+    assert re.search(r"real-time factor +\d\.\d", output)
     assert f"Report: {path}" in output.replace("\n", "")
     found, moments = content(path.read_text(encoding="utf-8"))
     assert moments
@@ -187,10 +178,8 @@ def test_without_a_server_the_command_names_the_endpoint_and_how_to_start_one() 
 
 def test_a_lost_server_is_reported_and_found_again(tmp_path: Path) -> None:
     endpoint = free_endpoint()
-    server = module("naoserver.fake", "--listen", endpoint)
-    with ExitStack() as stack:
-        first = stack.enter_context(ComponentProcess(server))
-        first.wait_for("ready")
+    with ExitStack() as stack, ExitStack() as first:
+        first.enter_context(served(FakeRobot(), realm="nao", endpoint=endpoint))
         stack.enter_context(component(endpoint))
         watcher = stack.enter_context(
             ComponentProcess(
@@ -198,11 +187,10 @@ def test_a_lost_server_is_reported_and_found_again(tmp_path: Path) -> None:
             )
         )
         watcher.wait_for("followBall > red")
-        first.process.kill()
+        first.close()
         watcher.wait_for("Robot server lost")
         seen = len(watcher.output)
-        second = stack.enter_context(ComponentProcess(server))
-        second.wait_for("ready")
+        stack.enter_context(served(FakeRobot(), realm="nao", endpoint=endpoint))
         deadline = time.monotonic() + START_LIMIT
         while "images/s" not in watcher.output[seen:]:
             assert time.monotonic() < deadline, watcher.output
@@ -230,17 +218,6 @@ def test_ctrl_c_in_a_terminal_leaves_the_screen_and_sums_up(robot: ServedRobot) 
             os.close(main)
     entered, left = output.index("\x1b[?1049h"), output.index("\x1b[?1049l")
     assert entered < left < output.index("changes of state")
-
-
-def test_sigterm_ends_the_command(robot: ServedRobot) -> None:
-    with (
-        component(robot.endpoint, robot.realm),
-        ComponentProcess(watch(robot, "dance_and_follow", "--wait", "60")) as watcher,
-    ):
-        watcher.wait_for("followBall")
-        watcher.process.send_signal(signal.SIGTERM)
-        assert watcher.wait(END_LIMIT) == 143
-        assert "Traceback" not in watcher.output
 
 
 @contextmanager
