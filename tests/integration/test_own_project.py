@@ -17,11 +17,13 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from naoserver.fake import FakeRobot
 from tests.support.codegen_command import codegen
+from tests.support.commands import run_here
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.command import app
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import find_problems
 from visualhfsm.errors import VisualHfsmError
@@ -29,6 +31,8 @@ from visualhfsm.new import new
 from visualhfsm.running import RunningComponents
 from visualhfsm.services import Output, RunPush, Source
 from zenoh_ice import Settings
+
+pytest_plugins = "pytester"
 
 LEFT = Place(kind="state", automaton=1, id=1, part="entry")
 SOURCES = ("interfaces/lamp.idl", "behaviors/blinker.xml")
@@ -99,13 +103,13 @@ def test_the_component_finds_its_interfaces_wherever_it_is_started(project: Path
     assert "Traceback" not in done.stderr
 
 
-def test_its_test_passes_wherever_pytest_is_started(project: Path) -> None:
+def test_its_test_passes_wherever_pytest_is_started(project: Path, pytester: pytest.Pytester) -> None:
     for folder in (project, project / "tests"):
-        done = run("-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder)
-        assert done.returncode == 0, done.stdout
+        os.chdir(folder)
+        pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", "no:anyio").assert_outcomes(passed=1)
 
 
-def test_packages_of_tests_are_named_by_texts(project: Path) -> None:
+def test_packages_of_tests_are_named_by_texts(project: Path, pytester: pytest.Pytester) -> None:
     (project / "api").mkdir()
     (project / "interfaces" / "home").rename(project / "api" / "home")
     (project / "tests" / "test_blinker.py").write_text(
@@ -117,8 +121,8 @@ def test_packages_of_tests_are_named_by_texts(project: Path) -> None:
         "    with pytest.raises(FileNotFoundError, match='no directory nowhere'):\n"
         "        behavior('behaviors/blinker.xml', include=['nowhere'])\n"
     )
-    done = run("-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=project)
-    assert done.returncode == 0, done.stdout
+    os.chdir(project)
+    pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", "no:anyio").assert_outcomes(passed=1)
 
 
 def test_the_editor_finds_no_problem_with_the_interface(project: Path) -> None:
@@ -199,6 +203,6 @@ def test_a_recording_of_it_is_replayed(project: Path, endpoint: str) -> None:
     done = run("behaviors/blinker.py", *flags, cwd=project)
     assert done.returncode == 0, done.stderr
     for document in ([], ["behaviors/blinker.xml"]):
-        done = run("-P", "-m", "visualhfsm", "replay", "run.mcap", *document, cwd=project)
+        done = run_here(app, "visualhfsm", "replay", "run.mcap", *document, cwd=project)
         assert done.returncode == 0, done.stderr
         assert "identical" in done.stdout
