@@ -162,9 +162,9 @@ class SimulatedRobot(SimulatedDevice):
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
 
-    def read(self) -> JointReading:
-        """Return the newest snapshot of the joints; with noise, at the resolution of encoders."""
-        reading = super().read()
+    def _reading(self, snapshot: Snapshot) -> JointReading:
+        """Return what a snapshot has of the joints; with noise, at the resolution of encoders."""
+        reading = super()._reading(snapshot)
         return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
 
     def state(self) -> BodyState:

@@ -7,6 +7,7 @@ boards with a picture on them: landmarks with a number, and faces.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Final
 
 import mujoco
@@ -158,8 +159,12 @@ _NET_THICKNESS: Final = 0.01
 WHITE: Final = (0.96, 0.96, 0.96)
 
 
+@lru_cache(maxsize=2)
 def draw_field(field: Field) -> NDArray[np.uint8]:
-    """Return a picture of the field with its border: rows from +y to -y, columns from -x to +x, RGB."""
+    """Return a picture of the field with its border: rows from +y to -y, columns from -x to +x, RGB.
+
+    The array, which is kept for the next robot on that field, is read-only.
+    """
     size = (field.length + 2 * field.border, field.width + 2 * field.border)
     scale = min(_METRE, _LARGEST / max(size))
     # It is drawn once for x and y above zero: everything is there four times, mirrored.
@@ -179,7 +184,9 @@ def draw_field(field: Field) -> NDArray[np.uint8]:
     colors = grass + white[..., None] * (np.array(WHITE) - grass)
     quarter = np.asarray(np.round(255 * np.clip(colors, 0, 1)), dtype=np.uint8)
     half = np.concatenate([quarter[:, ::-1], quarter], axis=1)
-    return np.concatenate([half[::-1], half])
+    picture = np.concatenate([half[::-1], half])
+    picture.flags.writeable = False
+    return picture
 
 
 def _add_goals(spec: mujoco.MjSpec, field: Field) -> None:

@@ -260,18 +260,22 @@ class FakeDevice:
 
     def _read(self) -> JointReading:
         self._go_on()
-        motions, now = list(self._motions.values()), self._time
+        motions, now = self._motions.values(), self._time
+        # Lists, as they are made faster than what a generator yields.
+        behind = [motion.setpoint - motion.position for motion in motions]
         return JointReading(
             time=now,
-            positions=tuple(m.position for m in motions),
-            velocities=tuple((m.setpoint - m.position) / LAG for m in motions),
-            commands=tuple(m.setpoint for m in motions),
+            positions=tuple([motion.position for motion in motions]),
+            velocities=tuple([lag / LAG for lag in behind]),
+            commands=tuple([motion.setpoint for motion in motions]),
             torques=tuple(
-                min(max(_STIFFNESS * (m.setpoint - m.position), -j.max_torque), j.max_torque)
-                for m, j in zip(motions, self.joints, strict=True)
+                [
+                    min(max(_STIFFNESS * lag, -joint.max_torque), joint.max_torque) if lag else 0.0
+                    for lag, joint in zip(behind, self.joints, strict=True)
+                ]
             ),
-            stiffnesses=tuple(ramp.at(now) for ramp in self._stiffnesses.values()),
-            temperatures=(_WARM,) * len(motions),
+            stiffnesses=tuple([ramp.at(now) for ramp in self._stiffnesses.values()]),
+            temperatures=(_WARM,) * len(behind),
         )
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
@@ -309,8 +313,7 @@ class FakeDevice:
             return
         now = self._time = self._clock.now()
         for name, ramp in self._stiffnesses.items():
-            limp_since = ramp.start + ramp.seconds
-            if not ramp.after and limp_since <= now:
+            if not ramp.after and (limp_since := ramp.start + ramp.seconds) <= now:
                 stopped = self._motions[name].at(limp_since)
                 self._motions[name] = _Motion(stopped.time, stopped.position, stopped.position)
         self._motions = {name: motion.at(now) for name, motion in self._motions.items()}

@@ -116,9 +116,10 @@ def _cone(angle: float, rays: int) -> Array:
 
 def _turned_to(direction: Array) -> Array:
     """Return a rotation that turns x to a direction."""
-    left = np.cross([0.0, 0.0, 1.0], direction)
-    left /= np.linalg.norm(left)
-    return np.column_stack([direction, left, np.cross(direction, left)])
+    x, y, z = direction.tolist()
+    across = math.hypot(x, y)
+    left_x, left_y = -y / across, x / across
+    return np.array(((x, left_x, -z * left_y), (y, left_y, z * left_x), (z, 0.0, across)))
 
 
 VOLTAGE: Final = 21.6
