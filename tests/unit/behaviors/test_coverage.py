@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
+import shutil
 from pathlib import Path
 
+import numpy  # noqa: F401 - a process loads it once, and pytester lets go of what its runs load
 import pytest
 
-from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 
-FEW = ("again", "searched_and_found", "whose_turn", "turns_of_ten", "ten_positions")
+pytest_plugins = "pytester"
+
+FEW = ("again", "searched_and_found", "turns_of_ten")
 """Parts of the names of tests that are enough: all of them would take longer, and cover no more."""
-TESTS = sorted(Path(__file__).parent.glob("test_[df]*.py"))
+BEHAVIORS = ("dance", "dance_and_follow", "follow_ball")
 
 
 @pytest.mark.slow
-def test_the_behaviors_are_covered_whole() -> None:
-    tests = [
-        sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", " or ".join(FEW), *map(str, TESTS),
-        *(f"--hfsm-cov=behaviors/{name}.xml" for name in ("dance", "dance_and_follow", "follow_ball")),
-        "--hfsm-cov-fail-under=100",
-    ]  # fmt: skip
-    run = subprocess.run(tests, cwd=ROOT, capture_output=True, text=True, timeout=RUN_LIMIT, check=False)
-    assert run.returncode == 0, run.stdout + run.stderr
-    assert re.findall(r"^(\S+\.xml|total) .* (\d+) %$", run.stdout, re.MULTILINE) == [
-        ("behaviors/dance.xml", "100"),
-        ("behaviors/dance_and_follow.xml", "100"),
-        ("behaviors/follow_ball.xml", "100"),
+def test_the_behaviors_are_covered_whole(pytester: pytest.Pytester) -> None:
+    (pytester.path / "behaviors").mkdir()
+    for name in BEHAVIORS:
+        shutil.copy(ROOT / "behaviors" / f"{name}.xml", pytester.path / "behaviors")
+        shutil.copy(Path(__file__).with_name(f"test_{name}.py"), pytester.path)
+    pytester.makeini(
+        "[pytest]\nmarkers =\n    gl\n    sim\n    slow\naddopts = -p no:anyio -p no:hypothesispytest"
+    )
+    documents = [f"--hfsm-cov=behaviors/{name}.xml" for name in BEHAVIORS]
+    run = pytester.runpytest("-q", "-k", " or ".join(FEW), *documents, "--hfsm-cov-fail-under=100")
+    assert run.ret == pytest.ExitCode.OK
+    assert re.findall(r"^(\S+\.xml|total) .* (\d+) %$", run.stdout.str(), re.MULTILINE) == [
+        *((f"behaviors/{name}.xml", "100") for name in BEHAVIORS),
         ("total", "100"),
     ]

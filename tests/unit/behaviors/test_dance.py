@@ -86,12 +86,12 @@ def test_whatever_the_arms_do_one_position_follows_the_other() -> None:
         states = [state for _, state in b.changes("dance")]
         return states == (ORDER * len(states))[: len(states)]
 
-    check_properties(DOCUMENT, in_order)
+    check_properties(DOCUMENT, in_order, examples=30)
 
 
 @pytest.mark.sim
 def test_the_simulated_robot_dances_on_its_feet(behavior: MakeBehavior) -> None:
-    b = behavior(DOCUMENT, robot="sim", camera="drawn")
+    b = behavior(DOCUMENT, robot="sim", world="empty", camera="drawn")
     worst = 0.0
     while len(b.changes("dance")) < 10:
         b.advance(0.1)
@@ -105,7 +105,7 @@ def test_the_simulated_robot_dances_on_its_feet(behavior: MakeBehavior) -> None:
 def test_an_error_in_the_dance_stops_the_arms_of_the_simulated_robot_on_their_way(
     behavior: MakeBehavior,
 ) -> None:
-    b = behavior(DOCUMENT, robot="sim", camera="drawn", on_error="stop")
+    b = behavior(DOCUMENT, robot="sim", world="empty", camera="drawn", on_error="stop")
     joints = [side + name for side in "LR" for name in JOINTS]
 
     def fastest() -> float:

@@ -146,7 +146,7 @@ def test_the_head_never_leaves_its_range_whatever_the_ball_does() -> None:
         abstract=False,
         robot="fake",
         balls=["green"],
-        examples=10,
+        examples=6,
         steps=10,
     )
 
@@ -169,16 +169,6 @@ def test_the_simulated_robot_follows_and_searches_too(behavior: MakeBehavior) ->
 
 @pytest.mark.sim
 @pytest.mark.gl
-def test_it_follows_in_rendered_images(behavior: MakeBehavior) -> None:
-    b = behavior(DOCUMENT, robot="sim", camera="rendered")
-    b.robot.ball("green").place(pan=-0.4)
-    b.advance(3.0)
-    assert b.active == "follow"
-    assert bearing_error(b) < 0.03
-
-
-@pytest.mark.sim
-@pytest.mark.gl
 @pytest.mark.parametrize(
     "light", ["", "[light]\nbrightness = 0.2\nambient = 0.1\n", "[light]\ncolor = [1.0, 0.65, 0.35]\n"]
 )
@@ -190,10 +180,11 @@ def test_it_follows_in_pictures_like_a_cameras_in_any_light(behavior: MakeBehavi
         DOCUMENT, robot="sim", camera="rendered", noise=True, seed=1, world=parse_world(ball + light, "w")
     )
     b.robot.ball("green").place(pan=-0.4)
-    b.advance(2.0)
+    b.advance(1.2)
+    assert bearing_error(b) < 0.03
     b.robot.ball("green").move(pan=0.4, speed=0.3)
     worst = 0.0
-    for _ in range(20):
+    for _ in range(12):
         b.advance(0.1)
         worst = max(worst, bearing_error(b))
     assert worst < 0.15

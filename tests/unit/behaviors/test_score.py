@@ -35,6 +35,24 @@ def truth(b: Behavior) -> Truth:
     return b.robot.device.stage.truth()
 
 
+def test_it_kicks_towards_the_goal_with_the_foot_that_is_nearer_though_it_was_put_down_carelessly(
+    behavior: MakeBehavior,
+) -> None:
+    start = Start(position=(2.6, 0.1), heading=-0.14)
+    b = play(behavior, 3.3, 0.3, start, seed=2, noise=True, parameters={"start_x": 2.7})
+    b.run_until("kick", limit=40.0)
+    kick = b.calls("Motions.play")[-1]
+    assert kick.name == "kick_left"
+    assert b.calls("Walk")[-1].target == "Walk.stop"
+    x, y, _ = truth(b).objects["Ball"].position
+    b.advance(5.0)
+    after = truth(b).objects["Ball"].position
+    assert math.dist((x, y), after[:2]) > 1.0
+    bearing = math.atan2(after[1] - y, after[0] - x) - math.atan2(-y, GOAL_LINE - x)
+    assert abs(bearing) < 0.3
+    assert not b.robot.state.fallen
+
+
 @pytest.mark.parametrize(("x", "y"), [(0.4, 0.5), (-0.4, -0.2), (1.2, -0.3)])
 def test_it_knows_where_the_ball_is_on_the_field(behavior: MakeBehavior, x: float, y: float) -> None:
     b = play(behavior, x, y)
@@ -64,32 +82,16 @@ def test_a_robot_that_was_carried_away_does_not_kick(behavior: MakeBehavior) -> 
     assert not kicks_what_lies_before_its_foot()
 
 
-def test_it_takes_neither_its_toes_nor_the_grass_for_the_ball(behavior: MakeBehavior) -> None:
-    b = play(behavior, -3.0, 0.0)  # behind it
+def test_it_finds_a_ball_behind_it_and_takes_neither_its_toes_nor_the_grass_for_one(
+    behavior: MakeBehavior,
+) -> None:
+    b = play(behavior, -1.7, 0.2)
     b.run_until(lambda: b.robot.head[1] > 0.4, limit=20.0)
     assert b.active == "search"
     pixels = b.robot.look("CameraBottom").pixels.astype(int)
     red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
     assert ((red > 180) & (green < 160) & (blue < 60)).sum() > 100  # the toes are in the picture
     assert b.component.find_ball() is None
-
-
-def test_it_finds_a_ball_behind_it(behavior: MakeBehavior) -> None:
-    b = play(behavior, -1.7, 0.2)
     b.run_until("approach", limit=30.0)
     assert b.calls("Walk.walkTo")
     assert abs(b.variables("score")["ball"] - complex(-1.7, 0.2)) < 0.15
-
-
-def test_it_kicks_towards_the_goal_with_the_foot_that_is_nearer(behavior: MakeBehavior) -> None:
-    b = play(behavior, -0.35, 0.06)
-    b.run_until("kick", limit=40.0)
-    kick = b.calls("Motions.play")[-1]
-    assert kick.name == "kick_left"
-    assert b.calls("Walk")[-1].target == "Walk.stop"
-    x, y, _ = truth(b).objects["Ball"].position
-    b.advance(5.0)
-    after = truth(b).objects["Ball"].position
-    assert math.dist((x, y), after[:2]) > 1.0
-    bearing = math.atan2(after[1] - y, after[0] - x) - math.atan2(-y, GOAL_LINE - x)
-    assert abs(bearing) < 0.3
