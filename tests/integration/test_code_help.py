@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import psutil
 import pytest
@@ -84,7 +84,10 @@ def _at_cursor(text: str) -> tuple[str, int, int]:
     return text.replace("|", ""), before.count("\n") + 1, len(before.rpartition("\n")[2])
 
 
-Type = Callable[[Callable[[Typing], Awaitable[None]]], None]
+class Type(Protocol):
+    """Runs a coroutine function with a user who types into a document, which has a path if it is saved."""
+
+    def __call__(self, go: Callable[[Typing], Awaitable[None]], path: Path | None = None) -> None: ...
 
 
 @pytest.fixture(scope="module")
@@ -101,17 +104,17 @@ def typing() -> Iterator[Type]:
             await asyncio.gather(person.labels(WALK, "self.|"), person.problems(WALK, ""))
 
         runner.run(warm())
-        yield lambda go: runner.run(asyncio.wait_for(go(Typing(helper)), RUN_LIMIT))
+        yield lambda go, path=None: runner.run(asyncio.wait_for(go(Typing(helper, path)), RUN_LIMIT))
         runner.run(helper.close())
 
 
-def alone(go: Callable[[Typing], Awaitable[None]], path: Path | None = None) -> None:
+def alone(go: Callable[[Typing], Awaitable[None]]) -> None:
     """Run a coroutine function with a user who types, and with separate processes."""
 
     async def run() -> None:
         helper = CodeHelper(START_LIMIT)
         try:
-            await go(Typing(helper, path))
+            await go(Typing(helper))
         finally:
             await helper.close()
 
@@ -285,7 +288,7 @@ def test_a_place_without_code_is_refused(typing: Type) -> None:
     typing(go)
 
 
-def test_code_is_read_and_never_run(tmp_path: Path) -> None:
+def test_code_is_read_and_never_run(typing: Type, tmp_path: Path) -> None:
     ran = tmp_path / "ran"
     evil = f"__import__('pathlib').Path({str(ran)!r}).touch()\n"
     (tmp_path / "helpers.py").write_text(f"{evil}\ndef useful():\n    '''Help.'''\n")
@@ -298,12 +301,13 @@ def test_code_is_read_and_never_run(tmp_path: Path) -> None:
         await person.signature(WALK, f"{evil}self.find(|")
         await person.problems(WALK, evil)
 
-    alone(go, tmp_path / "walk.xml")
+    typing(go, tmp_path / "walk.xml")
     assert not ran.exists()
 
 
-def test_code_that_takes_too_long_is_given_up_and_the_next_is_helped() -> None:
+def test_a_process_that_takes_too_long_or_dies_is_replaced_and_the_next_is_helped() -> None:
     async def go(person: Typing) -> None:
+        others = set(psutil.Process().children())
         await person.labels(WALK, "self.|")  # what reads code is loaded
         person.helper._patience = 0.05
         with pytest.raises(VisualHfsmError, match="too long"):
@@ -311,14 +315,7 @@ def test_code_that_takes_too_long_is_given_up_and_the_next_is_helped() -> None:
         person.helper._patience = START_LIMIT
         assert "Head" in await person.labels(WALK, "self.|")
 
-    alone(go)
-
-
-def test_a_process_that_dies_is_restarted() -> None:
-    async def go(person: Typing) -> None:
-        before = set(psutil.Process().children())
-        await person.labels(WALK, "self.|")
-        (child,) = set(psutil.Process().children()) - before
+        (child,) = set(psutil.Process().children()) - others
         child.kill()
         psutil.wait_procs([child], END_LIMIT)
         assert "Head" in await person.labels(WALK, "self.|")
