@@ -59,22 +59,19 @@ def test_values_are_set(served: tuple[Parameters, Node]) -> None:
     assert (parameters["speed"], parameters["ball.color"]) == (0.7, "blue")
 
 
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
+def test_what_does_not_fit_is_refused(served: tuple[Parameters, Node]) -> None:
+    parameters, tool = served
+    for change, why in (
         (setting("speed", 3, double_value=-1.0), "speed: write a speed of at least 0"),
         (setting("speed", 4, string_value="fast"), "speed: a value like 0.5 is expected, not 'fast'"),
         (setting("speed", 0), "a value like 0.5 is expected"),
         (setting("serial", 2, integer_value=8), "serial is read-only"),
         (setting("none", 1, bool_value=True), "there is no parameter 'none'"),
-    ],
-)
-def test_what_does_not_fit_is_refused(served: tuple[Parameters, Node], change: Any, why: str) -> None:
-    parameters, tool = served
-    (result,) = ask(tool, "SetParameters", parameters=[change]).results
-    assert not result.successful
-    assert why in result.reason
-    assert (parameters["speed"], parameters["serial"]) == (0.5, 7)
+    ):
+        (result,) = ask(tool, "SetParameters", parameters=[change]).results
+        assert not result.successful
+        assert why in result.reason
+        assert (parameters["speed"], parameters["serial"]) == (0.5, 7)
 
 
 def test_changes_that_belong_together_are_all_made_or_none(served: tuple[Parameters, Node]) -> None:
