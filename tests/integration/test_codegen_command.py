@@ -318,7 +318,6 @@ def test_completion_for_a_shell(home: Path, shell: str) -> None:
     ("words", "proposals"),
     [
         (["codegen", "--ch"], {"--check"}),
-        (["codegen", "lamp.idl", "--w"], {"--watch"}),
         (["codegen", "--error-format", "g"], {"github"}),
         (["codegen", "la"], set()),  # the shell proposes files
     ],

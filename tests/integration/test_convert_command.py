@@ -12,8 +12,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.support.codegen_command import ROOT, files_in
+from tests.support.commands import run_here
 from tests.support.limits import RUN_LIMIT
 from visualhfsm.command import app
+from visualhfsm.errors import VisualHfsmError
 
 OLD = """<VisualStates>
   <config type="1"><plugins><plugin id="0"><name>/scan</name></plugin></plugins></config>
@@ -142,19 +144,17 @@ def test_a_folder_that_cannot_be_written_is_reported(folder: Path) -> None:
     assert done.exit_code == 1
 
 
-def test_the_command_runs_on_its_own_and_says_what_went_wrong_in_one_line(folder: Path) -> None:
+def test_a_place_that_is_no_folder_is_reported_in_one_line(folder: Path) -> None:
     (folder / "file").write_text("")
-    command = [sys.executable, "-m", "visualhfsm", "convert", "old.xml", "file/new.xml"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
+    done = run_here(
+        app, "visualhfsm", "convert", "old.xml", "file/new.xml", cwd=folder, expected=(VisualHfsmError,)
     )
     assert done.returncode == 1
     assert "file/new.xml: cannot be written: Not a directory" in done.stderr.splitlines()[-1]
     assert "Traceback" not in done.stderr
 
 
-def test_an_output_without_room_is_reported_in_one_line(folder: Path) -> None:
+def test_the_command_runs_on_its_own_and_reports_an_output_without_room_in_one_line(folder: Path) -> None:
     command = [sys.executable, "-m", "visualhfsm", "convert", "old.xml", "-"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     with Path("/dev/full").open("wb") as full:

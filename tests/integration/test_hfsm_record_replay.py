@@ -907,7 +907,7 @@ class RandomComponent(Component, document="random.xml"):
         )
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(spec=specs(2))
 def test_random_components_are_replayed_to_the_same_end(world: World, spec: Spec) -> None:
     kind = type("Random", (RandomComponent,), {"spec": spec}, document="random.xml")

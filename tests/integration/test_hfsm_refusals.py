@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
 from typer import Typer
 
 from deploy.nao.command import app as nao
@@ -39,17 +38,14 @@ def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
         assert commands_accepted(SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")), "")
 
 
-@pytest.mark.sim
 def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path, endpoint: str) -> None:
     def operator(app: Typer, *arguments: str) -> str:
         done = run_here(app, "operator", *arguments, "--connect", endpoint)
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    from naoserver_sim.robot import SimulatedRobot  # MuJoCo may not be installed
-
     with (
-        served(SimulatedRobot(skin=False), realm="nao", endpoint=endpoint),
+        served(FakeRobot(), realm="nao", endpoint=endpoint),
         initialize(connect=[endpoint], clock="wall") as communicator,
     ):
         head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
@@ -65,7 +61,7 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
             assert first.status is later.status is ComponentStatus.Paused
             assert first.refusal.startswith("turner/turn: CommandRefusedException: the robot is stopped")
             assert later.time == first.time
-            watched = operator(visualhfsm, "watch", "--seconds", "2")
+            watched = operator(visualhfsm, "watch", "--seconds", "1")
             assert "paused: turner/turn: CommandRefusedException" in watched
             turned = component.output.count("turning")
             operator(nao, "stop", "--reset")

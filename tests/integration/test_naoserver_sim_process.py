@@ -98,8 +98,16 @@ def test_what_it_cannot_do_it_says(endpoint, options, message):
     assert message in done.stderr
 
 
-@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("delay", [0.0, 0.1, 0.15, 0.2, 0.3])
+@pytest.mark.parametrize(
+    ("delay", "signal_number"),
+    [
+        (0.0, signal.SIGINT),
+        (0.1, signal.SIGTERM),
+        (0.15, signal.SIGINT),
+        (0.2, signal.SIGTERM),
+        (0.3, signal.SIGINT),
+    ],
+)
 def test_a_signal_in_the_middle_of_the_start_leaves_nothing_behind(endpoint, signal_number, delay):
     with ComponentProcess(announced("naoserver_sim.__main__", "--listen", endpoint, "--no-skin")) as process:
         process.wait_for("starting")

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.sim
 
 def test_robots_live_in_realms_of_their_own_and_end_together():
     endpoint = free_endpoint()
-    options = ("--robots", "2", "--world", "soccer", "--no-skin")
+    options = ("--robots", "2", "--world", "soccer", "--no-skin", "--speed", "0.2")
     with ComponentProcess(module("naoserver_sim", "--listen", endpoint, *options)) as process:
         process.wait_for(f"ready: realm nao, {endpoint}")
         process.wait_for("ready: realm nao2")

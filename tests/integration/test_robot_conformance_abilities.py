@@ -29,7 +29,7 @@ from interfaces.nao import (
     WalkPrx,
 )
 from naoserver.motions.postures import POSTURES
-from tests.support.conformance import PATIENT, ROBOTS, in_simulation, with_an_h21_in_simulation
+from tests.support.conformance import PATIENT, ROBOTS, WITH_AN_H21, in_simulation
 from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually, wait_for
 
@@ -154,9 +154,9 @@ def check_while_it_walks_the_head_is_free_and_the_legs_are_not(walking, motors):
     eventually(free)
 
 
-@with_an_h21_in_simulation
-def test_it_walks_to_a_place(nao):
-    walk, encoders = nao.proxy(WalkPrx, "Walk"), nao.proxy(EncodersPrx, "Encoders")
+@pytest.mark.parametrize("walking", WITH_AN_H21, indirect=True)
+def test_it_walks_to_a_place(walking):
+    walk, encoders = walking.proxy(WalkPrx, "Walk"), walking.proxy(EncodersPrx, "Encoders")
     start = encoders.getEncodersData()
     walk.walkTo(0.15, 0.0, 0.3)
     ended = wait_for(walk.getWalkState, lambda state: state.status is not ActionStatus.Moving)
@@ -210,7 +210,7 @@ def test_lights_fade_and_a_text_is_begun_reported_and_ended(nao):
 # -- postures and motions ------------------------------------------------------------------------------------
 
 
-@with_an_h21_in_simulation
+@pytest.mark.parametrize("nao", WITH_AN_H21, indirect=True)
 def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
     postures = nao.proxy(PosturesPrx, "Postures")
     assert set(postures.getPostures()) >= POSTURES.keys()
@@ -244,7 +244,7 @@ def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
     )
 
 
-@with_an_h21_in_simulation
+@pytest.mark.parametrize("nao", WITH_AN_H21, indirect=True)
 def test_it_waves_and_the_motion_owns_its_joints_until_it_ends(nao, body):
     motions = nao.proxy(MotionsPrx, "Motions")
     facts = {motion.name: motion for motion in motions.getMotions()}

@@ -20,6 +20,7 @@ from interfaces.nao import ActionStatus, JointsPrx, SafetyPrx, SpeechPrx, WalkPr
 from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.robot import Robot as NaoRobot
 from naoserver_ros2.command import EXPECTED, app, serve
 from naoserver_ros2.telemetry import Telemetry
 from naoserver_ros2.trajectory import (
@@ -40,6 +41,8 @@ from zenoh_ice import Settings, initialize
 
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity is to last."""
+UNHURRIED = ServerOptions(safety=SafetyOptions(velocity_timeout=2.0))
+"""A busy machine may renew the velocity of a walk to a place less often than every half second."""
 RELIABLE = QoS()
 HISTORY = QoS(durability="transient_local", depth=10)
 TRAJECTORY = "/joint_trajectory_controller/follow_joint_trajectory"
@@ -102,7 +105,7 @@ def settings(endpoint: str) -> Settings:
 
 @contextmanager
 def gateway(
-    robot: FakeRobot | None = None, options: ServerOptions | None = None, **node: Any
+    robot: NaoRobot | None = None, options: ServerOptions | None = None, **node: Any
 ) -> Iterator[Robot]:
     """Serve a robot, and show it to ROS from this process."""
     with (
@@ -136,7 +139,7 @@ def robot() -> FakeRobot:
 
 @pytest.fixture(scope="module")
 def shared(robot: FakeRobot) -> Iterator[Robot]:
-    with gateway(robot) as shown:
+    with gateway(robot, UNHURRIED) as shown:
         yield shown
 
 

@@ -9,26 +9,21 @@ import pytest
 
 from naoserver_ros2.trajectory import SUCCESSFUL, TYPE
 from ros2 import ActionClient, Node, Status
-from tests.support.limits import CALL_LIMIT, MOVE_LIMIT, START_LIMIT
-from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.integration.test_ros2_gateway import gateway
+from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually
-from zenoh_ice import Settings
+
+pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
+
+from naoserver_sim.robot import SimulatedRobot
 
 pytestmark = pytest.mark.sim
 
 
 @pytest.fixture(scope="module")
 def ros() -> Iterator[Node]:
-    endpoint = free_endpoint()
-    robot = ComponentProcess(
-        module("naoserver_sim", "--listen", endpoint, "--no-skin"), {"MUJOCO_GL": "disable"}
-    )
-    with robot as server, ComponentProcess(module("naoserver_ros2", "--connect", endpoint)) as gateway:
-        server.wait_for("^ready")
-        gateway.wait_for("^ready")
-        with Node("tester", settings=Settings(connect=(endpoint,), listen=("tcp/127.0.0.1:0",))) as node:
-            assert node.graph.wait(lambda: "/nao" in node.graph.nodes(), START_LIMIT)
-            yield node
+    with gateway(SimulatedRobot(skin=False)) as robot:
+        yield robot.ros
 
 
 def following(ros: Node, type_name: str, name: str) -> Any:

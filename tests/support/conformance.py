@@ -23,12 +23,12 @@ __all__ = [
     "BODIES",
     "PATIENT",
     "ROBOTS",
+    "WITH_AN_H21",
     "Served",
     "fake_as_naoqi",
     "in_simulation",
     "motors",
     "on_each_body",
-    "with_an_h21_in_simulation",
 ]
 
 Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
@@ -102,8 +102,8 @@ BODIES: Final = (
 on_each_body: Final = pytest.mark.parametrize("nao", BODIES, indirect=True)
 """Runs a test whose robot is the fixture `nao` with each body."""
 
-with_an_h21_in_simulation: Final = pytest.mark.parametrize("nao", [*ROBOTS, BODIES[-1]], indirect=True)
-"""Runs a test whose robot is the fixture `nao` with each implementation, and with an H21 in simulation."""
+WITH_AN_H21: Final = (*ROBOTS, BODIES[-1])
+"""Each implementation with the body of an H25, and an H21 in simulation."""
 
 in_simulation: Final = pytest.mark.parametrize("nao", ROBOTS[1:2], indirect=True)
 """Runs a test whose robot is the fixture `nao` with the simulated one."""
