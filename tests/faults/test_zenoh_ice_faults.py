@@ -41,13 +41,14 @@ from zenoh_ice._zenoh.shared_memory import memory_space
 from zenoh_ice._zenoh.transport import ZenohTransport
 
 SERVER = "tests.support.calculator_server"
+STEADY = {"VISUALHFSM_LEASE": str(CALL_LIMIT)}  # of processes whose links a busy machine must not break
 
 MakeCommunicator = Callable[..., Communicator]
 
 
 @pytest.fixture
 def server(endpoint: str) -> Iterator[ComponentProcess]:
-    with ComponentProcess(module(SERVER, "--listen", endpoint)) as process:
+    with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as process:
         process.wait_for("^ready")
         yield process
 
@@ -133,7 +134,7 @@ class TestServerKilled:
     def test_it_is_reported_at_once_and_proxies_and_streams_survive_the_restart(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL, lease=CALL_LIMIT)
         seen: list[int] = []
         outcome: list[BaseException] = []
 
@@ -145,7 +146,7 @@ class TestServerKilled:
             except SystemException as error:
                 outcome.append(error)
 
-        with ComponentProcess(module(SERVER, "--listen", endpoint)) as first:
+        with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as first:
             first.wait_for("^ready")
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             assert [calculator.count() for _ in range(3)] == [1, 2, 3]
@@ -171,7 +172,7 @@ class TestServerKilled:
                 calculator.count()
         assert time.monotonic() - started < EVENT_LIMIT
         before = len(seen)
-        with ComponentProcess(module(SERVER, "--listen", endpoint)) as second:
+        with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as second:
             second.wait_for("^ready")
             call_until_it_works(calculator)
             assert calculator.count() == 1  # none of those that failed was executed later
@@ -184,9 +185,9 @@ class TestServerKilled:
     ) -> None:
         """The first server dies in the middle of the calls; the second is there as soon as the machine lets it."""
         monkeypatch.setattr("zenoh_ice.proxy._RETRY_WAIT", EVENT_LIMIT)
-        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
-        adapter_of_next = make_communicator(connect=[endpoint]).createObjectAdapter("Next")
-        with ComponentProcess(module(SERVER, "--listen", endpoint)) as first:
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL, lease=CALL_LIMIT)
+        second = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
+        with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as first:
             server_id = first.wait_for("^ready (.*)")[1].strip()
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             calculator.add(1.0, 2.0)
@@ -211,13 +212,15 @@ class TestServerKilled:
                 return client.processStatus(server_id).servants["Calculator@nao"].waiting
 
             until(lambda: waiting() == 2)
+            until(lambda: second.client_id in links(client))  # made with the help of the first, which dies
             first.process.kill()
-            until(lambda: "Calculator" not in adapter_of_next._communicator.identities())
+            until(lambda: "Calculator" not in second.identities())
             servant = CalculatorI()
-            adapter_of_next.add(servant, "Calculator")
-            adapter_of_next.activate()
+            adapter = second.createObjectAdapter("Second")
+            adapter.add(servant, "Calculator")
+            adapter.activate()
             for thread in threads:
-                thread.join(EVENT_LIMIT)
+                thread.join(CALL_LIMIT)
         assert outcomes["idempotent"] == 3.0
         assert isinstance(outcomes["other"], ConnectionLostException)
         assert servant.counted == 0
@@ -389,13 +392,14 @@ class TestClients:
     def test_clients_of_one_server_reach_each_other_without_a_router(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
-        behavior, monitor = (make_communicator(connect=[endpoint]) for _ in range(2))
+        behavior, monitor = (make_communicator(connect=[endpoint], lease=CALL_LIMIT) for _ in range(2))
         adapter = behavior.createObjectAdapter("Behavior")
         servant = CalculatorI()
         adapter.add(servant, "Behavior")
         adapter.activate()
         proxy = CalculatorPrx.checkedCast(monitor.stringToProxy("Behavior"))
         assert proxy.add(1.0, 2.0) == 3.0
+        until(lambda: behavior.client_id in links(monitor))
         server.process.kill()  # the direct link does not need the server
         until(lambda: "Calculator" not in monitor.identities())
         assert proxy.add(1.0, 2.0) == 3.0
