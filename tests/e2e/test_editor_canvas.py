@@ -81,7 +81,7 @@ def test_states_and_transitions_are_drawn_moved_and_bent(shown: EditorPage, root
     shown.name("here")
     shown.expect_states("followBall", "dance", "rest", "here")
 
-    # A transition to itself and others between the same states have arcs of their own.
+    # A transition to itself and others between the same states have separate arcs.
     shown.connect("followBall", "dance")
     shown.name("third")
     shown.state("dance").click(button="right")
