@@ -6,13 +6,14 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ballmover.axes import Point
 from ballmover.color import Color
 from ballmover.exceptions import WaypointException
 from ballmover.waypoints import Waypoint, built_in_waypoints, parse_csv, parse_toml, read_waypoints
+from tests.support.examples import examples
 
 coordinates = st.floats(-100, 100)
 waypoints = st.builds(
@@ -50,6 +51,7 @@ def test_toml() -> None:
     ]
 
 
+@settings(max_examples=examples(40))
 @given(st.lists(waypoints, min_size=1, max_size=20))
 def test_csv_gives_back_what_was_written(points: list[Waypoint]) -> None:
     lines = [
@@ -59,6 +61,7 @@ def test_csv_gives_back_what_was_written(points: list[Waypoint]) -> None:
     assert bare(parse_csv("\n".join(lines), "f")) == bare(points)
 
 
+@settings(max_examples=examples(40))
 @given(st.lists(waypoints, min_size=1, max_size=20))
 def test_toml_gives_back_what_was_written(points: list[Waypoint]) -> None:
     tables = [

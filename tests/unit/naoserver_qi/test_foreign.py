@@ -65,7 +65,7 @@ def operations(tmp_path_factory):
     rig.close()
 
 
-@settings(max_examples=examples(50))
+@settings(max_examples=examples(25))
 @given(st.lists(FOREIGN, min_size=6, max_size=6))
 def test_anything(operations, values):
     for operation in operations:

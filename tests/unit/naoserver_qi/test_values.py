@@ -3,12 +3,13 @@
 from contextlib import suppress
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 from naoserver_qi.arguments import JointNames, fraction, keepable, number, number_lists, numbers, text
+from tests.support.examples import examples
 
 NAMES = JointNames(H25.joint_names)
 
@@ -18,6 +19,7 @@ foreign = st.recursive(
 )
 
 
+@settings(max_examples=examples(50))
 @given(foreign, st.integers(1, 3))
 def test_anything_is_numbers_for_each_joint_or_refused(value, count):
     for take in (lambda: numbers(value, "angles", count), lambda: number_lists(value, "angles", count)):
@@ -25,6 +27,7 @@ def test_anything_is_numbers_for_each_joint_or_refused(value, count):
             assert len(take()) == count
 
 
+@settings(max_examples=examples(50))
 @given(foreign)
 def test_plain_values_are_kept_as_they_are(value):
     assert keepable(value, "value") is value
@@ -46,6 +49,7 @@ def test_what_is_too_large_or_alive_is_not_kept(value):
         keepable(value, "value")
 
 
+@settings(max_examples=examples(50))
 @given(foreign)
 def test_anything_is_joints_or_refused(value):
     with suppress(InvalidCommand):

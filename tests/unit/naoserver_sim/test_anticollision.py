@@ -11,6 +11,7 @@ from naoserver.assembly import Assembly
 from naoserver.body import H25
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -30,7 +31,7 @@ def test_a_joint_stays_within_its_table_while_the_other_sweeps(table, side):
     widest = max(independent.upper - independent.lower, dependent.upper - dependent.lower)
     seconds = widest / SPEED + 0.2  # until both are there
     places = [H25.joint_names.index(name) for name in (table.independent, table.dependent)]
-    with closing(SimulatedRobot(clock=clock, skin=False)) as robot:
+    with closing(SimulatedRobot(clock=clock, skin=False, world=load_world("empty"))) as robot:
         body = Assembly(robot, ServerOptions(), clock).body
         for end in (independent.lower, independent.upper):
             targets = {

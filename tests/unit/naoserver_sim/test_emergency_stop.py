@@ -9,6 +9,7 @@ from naoserver.errors import CommandRefused
 from naoserver.options import ServerOptions
 from naoserver.walk import WalkGuard
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -16,7 +17,7 @@ pytestmark = pytest.mark.sim
 
 def test_a_robot_that_walks_and_looks_around_stands_after_the_stop():
     clock = VirtualClock()
-    robot = SimulatedRobot(clock=clock, skin=False)
+    robot = SimulatedRobot(clock=clock, skin=False, world=load_world("empty"))
     assembly = Assembly(robot, ServerOptions(), clock)
     walk = next(each for each in assembly.watched if isinstance(each, WalkGuard))
 

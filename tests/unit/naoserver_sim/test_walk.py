@@ -10,6 +10,7 @@ from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.kinematics import LEG_JOINTS
+from naoserver_sim.world import load_world
 from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 
@@ -24,7 +25,7 @@ class Rig:
 
     def __init__(self, **options):
         self.clock = VirtualClock()
-        self.robot = SimulatedRobot(clock=self.clock, skin=False, **options)
+        self.robot = SimulatedRobot(clock=self.clock, skin=False, world=load_world("empty"), **options)
         self.walker = self.robot.walker
         self.go(1.0)
 

@@ -57,9 +57,11 @@ def test_gymnasium_finds_nothing_wrong(make, name):
 @pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
 def test_the_same_seed_is_the_same_episode_bit_by_bit_whatever_was_before(make, name):
     used, fresh = make(name), make(name)
-    episode(used, 4, 20)
-    assert episode(used, 5, 30) == episode(fresh, 5, 30)
-    assert episode(used, 6, 5) != episode(fresh, 5, 5)
+    episode(used, 4, 5)
+    first = episode(fresh, 5, 30)
+    assert episode(used, 5, 30) == first
+    other = episode(used, 6, 5)
+    assert other != first[: len(other)]
 
 
 def test_an_action_that_is_too_large_is_clipped(make):

@@ -7,6 +7,7 @@ import pytest
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.senses.simulated import FALLING_TILT, FallManager
+from naoserver_sim.world import load_world
 from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -17,7 +18,7 @@ TICK = 0.02
 @pytest.fixture
 def robot():
     clock = VirtualClock()
-    robot = SimulatedRobot(clock=clock, skin=False)
+    robot = SimulatedRobot(clock=clock, skin=False, world=load_world("empty"))
     clock.advance(1.0)
     return robot
 

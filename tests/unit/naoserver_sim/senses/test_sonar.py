@@ -62,7 +62,7 @@ def transducer(side):
     return np.array([0.0, 0.0, HEIGHT]) + FACTS[side]["position"], axis
 
 
-@settings(max_examples=examples(60))
+@settings(max_examples=examples(40))
 @given(
     distance=st.floats(0.4, 2.4),
     bearing=st.floats(-1.2, 1.2),
@@ -135,7 +135,7 @@ def test_with_noise_each_echo_differs_by_what_the_noise_says():
     robot.stage.place_object("BallRed", (0.6, 0.2, 0.4))
     clock.advance(0.5)
     reported = []
-    for _ in range(200):
+    for _ in range(100):
         clock.advance(0.1)
         reported.append(robot.senses.read().sonar.left)
     assert np.std(reported) == pytest.approx(SenseNoise().sonar_near, rel=0.3)
