@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, NoService, editor, services
-from tests.support.limits import FOREVER, PAGE_LIMIT, START_LIMIT
+from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.sessions import session
@@ -256,7 +256,7 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
     path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
     with (
         editor(
-            path.parent, path, make_services=lambda _: services(code_help=CodeHelper(START_LIMIT))
+            path.parent, path, make_services=lambda _: services(code_help=CodeHelper(RUN_LIMIT))
         ) as running,
         editor_page(browser, running) as shown,
     ):
@@ -266,7 +266,8 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         info = shown.page.locator(".cm-completionInfo")
         signature = shown.page.locator(".cm-tooltip.cm-help")
         shown.insert("\nself.eye.getImageDat")
-        expect(options).to_have_count(1)  # the first answer reads all that the code imports
+        options.first.wait_for(timeout=RUN_LIMIT * 1000)  # the first answer reads all that the code imports
+        expect(options).to_have_count(1)
         info.wait_for()
         expect(info).to_contain_text("newest image")
         shown.page.wait_for_timeout(INTERACTION_DELAY)
