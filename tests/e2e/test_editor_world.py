@@ -70,7 +70,10 @@ def test_the_world_is_shown_and_recorded_and_a_ball_is_carried_in_it(
     comes_true(shown, "() => document.querySelector('hfsm-robot-view').grabbing.enabled")
 
     def is_over_ball() -> bool:
-        x, y, *_ = page.evaluate(BALL)
+        ball = page.evaluate(BALL)
+        if not ball:
+            return False
+        x, y, *_ = ball
         page.mouse.move(x - 1, y)
         page.mouse.move(x, y)
         return page.locator(".grabbable").count() == 1
@@ -86,7 +89,7 @@ def test_the_world_is_shown_and_recorded_and_a_ball_is_carried_in_it(
     comes_true(shown, f"async limit => (await ({BALL})())[3] < limit", start[1] - 0.1)
 
     page.evaluate(LOOK_BACK, before)
-    eventually(lambda: page.evaluate(BALL)[2:] == pytest.approx(start, abs=0.02))
+    eventually(lambda: (page.evaluate(BALL) or [])[2:] == pytest.approx(start, abs=0.02))
     assert stage.truth().objects["Ball"].position[1] < start[1] - 0.1
     assert not page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled")
 
@@ -94,6 +97,6 @@ def test_the_world_is_shown_and_recorded_and_a_ball_is_carried_in_it(
     shown.button("Play it").click()
     expect(status(shown)).to_have_text("Recording")
     stage.place_object("Ball", (0.5, -1.0, 0.05))
-    page.evaluate(LOOK_BACK, 0.9)
+    page.evaluate(LOOK_BACK, before)
     eventually(lambda: (page.evaluate(BALL) or [])[2:] == pytest.approx(start, abs=0.02))
     assert page.locator(".push").count() == 0

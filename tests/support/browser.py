@@ -18,7 +18,6 @@ from playwright.sync_api import (
     Locator,
     Page,
     Playwright,
-    WebSocketRoute,
     expect,
     sync_playwright,
 )
@@ -107,31 +106,47 @@ def chromium() -> Iterator[Browser]:
 ROBOT_WAS_SHOWN: Final = "sessionStorage.setItem('visualhfsm.robotShown', 'yes')"
 
 
+KEEP_CONNECTIONS: Final = """
+    const open = new Set();
+    let refusing = false;
+    window.WebSocket = class extends WebSocket {
+      constructor(...details) {
+        super(...details);
+        open.add(this);
+        this.addEventListener("close", () => open.delete(this));
+        if (refusing) this.close();
+      }
+    };
+    window.connections = {
+      cut() {
+        refusing = true;
+        for (const each of open) each.close();
+      },
+      restore() {
+        refusing = false;
+      },
+    };
+"""
+
+
 class Connections:
-    """The websockets between a page and its server, which can be cut."""
+    """The websockets between a page and its server, which can be cut.
+
+    The page itself closes them. If the test passed on all that they carry, it would do so only while it talks to the
+    browser, and what the page sends would wait until then.
+    """
 
     def __init__(self, page: Page) -> None:
-        self._open: list[WebSocketRoute] = []
-        self._refusing = False
-        page.route_web_socket("**/ws", self._route)
-
-    def _route(self, route: WebSocketRoute) -> None:
-        if self._refusing:
-            route.close()
-        else:
-            route.connect_to_server()
-            self._open.append(route)
+        self._page = page
+        page.add_init_script(KEEP_CONNECTIONS)
 
     def cut(self) -> None:
         """Close all connections and refuse new ones."""
-        self._refusing = True
-        for route in self._open:
-            route.close()
-        self._open.clear()
+        self._page.evaluate("window.connections.cut()")
 
     def restore(self) -> None:
         """Accept connections again."""
-        self._refusing = False
+        self._page.evaluate("window.connections.restore()")
 
 
 class EditorPage:
