@@ -13,7 +13,7 @@ from tests.support.places import ROOT
 
 pytest_plugins = "pytester"
 
-FEW = ("again", "searched_and_found", "turns_of_ten")
+FEW = ("again", "turns_of_ten")
 """Parts of the names of tests that are enough: all of them would take longer, and cover no more."""
 BEHAVIORS = ("dance", "dance_and_follow", "follow_ball")
 
