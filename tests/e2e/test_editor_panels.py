@@ -51,16 +51,19 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
 # ------------------------------------------------------------------------------------------------ code
 
 
-def test_code_is_loaded_when_it_is_shown_and_typed_in_named_steps(
-    shown: EditorPage, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser, running: Editor) -> None:
+    loaded: list[str] = []
+    with editor_page(browser, running, cached=False) as shown:
+        shown.page.on("request", lambda request: loaded.append(request.url))
+        shown.state("wait").wait_for()
+        assert not [url for url in loaded if "codemirror" in url]
+        edit(shown, "wait")
+        assert [url for url in loaded if "codemirror" in url]
+
+
+def test_code_is_typed_in_named_steps(shown: EditorPage, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
-    loaded = (
-        "performance.getEntriesByType('resource').filter(each => each.name.includes('codemirror')).length"
-    )
-    assert shown.page.evaluate(loaded) == 0
     code = edit(shown, "wait")
-    assert shown.page.evaluate(loaded) > 0
 
     # A burst of typing is one step.
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):

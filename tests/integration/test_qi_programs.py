@@ -604,10 +604,10 @@ def tracks_a_red_ball(service):
     tracker.track("RedBall")
     for _ in range(100):
         motion.wait(motion.pCall(["angleInterpolation", "LElbowYaw", -0.8, 0.2, True]), 0)
-        if not tracker.isTargetLost() and tracker.getTargetPosition(0):
+        if not tracker.isTargetLost() and (position := tracker.getTargetPosition(0)):
             break
     assert tracker.getActiveTarget() == "RedBall"
-    assert tracker.getTargetPosition(0)[0] > 0.3
+    assert position[0] > 0.3
     tracker.stopTracker()
     tracker.unregisterAllTargets()
 
