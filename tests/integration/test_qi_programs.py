@@ -29,7 +29,7 @@ def program(function: Callable[[Any], None]) -> Callable[[Any], None]:
 
 
 def upright(function: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Let the robot stand as at its start before a program that moves more than its head and arms."""
+    """Let the robot stand and look as at its start before a program that walks, leans or looks for something."""
 
     @wraps(function)
     def run(service: Any) -> None:
@@ -597,11 +597,13 @@ def makes_the_picture_brighter(service):
 
 
 @program
+@upright
 def tracks_a_red_ball(service):
     tracker, motion = service("ALTracker"), service("ALMotion")
     tracker.registerTarget("RedBall", 0.06)
     tracker.setMode("Head")
     tracker.track("RedBall")
+    position = []
     for _ in range(100):
         motion.wait(motion.pCall(["angleInterpolation", "LElbowYaw", -0.8, 0.2, True]), 0)
         if not tracker.isTargetLost() and (position := tracker.getTargetPosition(0)):
@@ -613,6 +615,7 @@ def tracks_a_red_ball(service):
 
 
 @program
+@upright
 def looks_for_faces_and_landmarks(service):
     memory = service("ALMemory")
     for name, key in (("ALFaceDetection", "FaceDetected"), ("ALLandMarkDetection", "LandmarkDetected")):
