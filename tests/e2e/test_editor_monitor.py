@@ -239,7 +239,7 @@ def test_breakpoints_pause_before_the_start_in_other_documents_and_after_a_resta
 
     shown.state("go").locator(".body").click(button="right")
     shown.page.get_by_role("menuitem", name="Breakpoint with a condition").click()
-    shown.page.get_by_role("textbox").filter(visible=True).last.fill("count < 0")
+    shown.page.get_by_role("textbox", name="Condition, in Python").fill("count < 0")
     shown.press("Enter")
     expect_breakpoint(shown, "go", "with a condition")
     send(shown, "home")

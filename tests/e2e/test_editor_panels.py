@@ -142,6 +142,12 @@ def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
     shown.type("s")
     expect(lines).to_have_text(["first = 1", "sti = 1", "count += 10", "lasts = 1"])
 
+    # Names that may complete what was typed, and are not shown yet, do not take the key.
+    shown.type("s")
+    shown.press("Escape")
+    expect(shown.state("wait")).to_be_focused()
+    expect(lines).to_have_text(["first = 1", "sti = 1", "count += 10", "lastss = 1"])
+
 
 def test_shift_enter_in_a_name_that_is_typed_opens_the_code(shown: EditorPage) -> None:
     shown.state("go").locator(".body").click()

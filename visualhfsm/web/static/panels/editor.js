@@ -9,8 +9,11 @@ import {
   bracketMatching,
   closeBrackets,
   closeBracketsKeymap,
+  closeCompletion,
   completionKeymap,
+  completionStatus,
   crosshairCursor,
+  currentCompletions,
   defaultKeymap,
   drawSelection,
   dropCursor,
@@ -50,6 +53,16 @@ const refuseTooLong = EditorState.changeFilter.of(
 
 /** Ctrl+M is the page's; Escape leaves the editor, so that Tab need not. */
 const standardKeys = defaultKeymap.filter(({key}) => key !== "Ctrl-m");
+
+/**
+ * End the wait for names that are not shown yet. Escape goes on from there, as nobody sees what else it closed.
+ *
+ * @param {EditorView} view
+ */
+function cancelPendingCompletion(view) {
+  if (completionStatus(view.state) === "pending" && !currentCompletions(view.state).length) closeCompletion(view);
+  return false;
+}
 
 const colors = HighlightStyle.define([
   {tag: [tags.keyword, tags.operatorKeyword, tags.controlKeyword], color: "var(--code-keyword)"},
@@ -260,6 +273,7 @@ export class Editor {
             {key: "Mod-z", run: run(undo), preventDefault: true},
             {key: "Mod-y", run: run(redo), preventDefault: true},
             {key: "Mod-Shift-z", run: run(redo), preventDefault: true},
+            {key: "Escape", run: cancelPendingCompletion},
           ]),
         ),
         keymap.of([
