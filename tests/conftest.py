@@ -69,11 +69,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
             return scope if scope.startswith(ONE_BY_ONE) else scope.partition("::")[0]
 
         def _assign_work_unit(self, node: Any) -> None:
-            # Pages keep processors busy, while other tests wait for robots that move in real time: two of three
-            # workers begin with those.
-            others = (scope for scope in self.workqueue if not scope.startswith(ONE_BY_ONE))
-            if self.nodes.index(node) % 3 and (first := next(others, None)):
-                self.workqueue.move_to_end(first, last=False)
+            # Pages and unit tests keep processors busy, while others wait for robots that move in real time: one of
+            # three workers takes pages and then the last, the unit tests; two begin with the first others.
+            scopes = list(self.workqueue)
+            if self.nodes.index(node) % 3 == 0:
+                chosen = scopes[0] if scopes[0].startswith(ONE_BY_ONE) else scopes[-1]
+            else:
+                chosen = next((scope for scope in scopes if not scope.startswith(ONE_BY_ONE)), scopes[0])
+            self.workqueue.move_to_end(chosen, last=False)
             super()._assign_work_unit(node)
 
     # By itself it begins with what has most tests, and so ends with the longest tests.

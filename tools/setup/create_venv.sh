@@ -21,5 +21,6 @@ if ! "$python" -c 'import ensurepip' >/dev/null 2>&1; then
     exit 1
   fi
 fi
-# The pip that comes with Python 3.11 takes twice as long for what is installed next.
-"$python" -m venv --upgrade-deps "$folder"
+"$python" -m venv "$folder"
+"$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check --constraint constraints.txt uv ||
+  echo "warning: uv cannot be installed; pip takes its place, which takes a minute longer" >&2
