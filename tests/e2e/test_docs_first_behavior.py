@@ -53,6 +53,7 @@ def test_the_first_behavior_is_drawn_run_broken_fixed_and_tested(
     break_and_fix(shown)
     shown.press("Shift+F5", "Control+s")
     expect(shown.page.locator(".live-status")).to_contain_text("Ended")
+    expect(shown.page.locator(".dirty")).to_have_count(0)
 
     shutil.copy(tmp_path / "look_around.xml", pytester.path)
     pytester.makepyfile(test_look_around=TEST)

@@ -134,7 +134,7 @@ def test_each_tab_keeps_its_place_and_its_selection_also_while_the_server_is_awa
     banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
     expect(banner).to_be_visible()
     shown.press("Delete")
-    expect(shown.page.get_by_role("alert").filter(has_text="connects again by itself").last).to_be_visible()
+    expect(shown.page.locator(".notice").filter(has_text="connects again by itself")).to_be_visible()
     expect(shown.state("front")).to_have_count(1)
     shown.connections.restore()
     expect(banner).to_have_count(0)
@@ -222,6 +222,7 @@ def test_unsaved_changes_show_a_dot_and_are_asked_about_before_closing(shown: Ed
         </VisualHFSM>"""
     )
     open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low", "bow")
     open_file(shown, "main.xml")
     shown.state("all").click()
     shown.press("Enter", "Alt+t")
@@ -292,6 +293,7 @@ def test_a_comparison_shows_lines_that_differ_marks_what_is_new_and_draws_what_i
         )
         command = {"command": "setStateCode", "automaton": 1, "state": state["id"], "part": "code"}
         window.ask("do", tab=number, command={**command, "text": f"{state['code']}\nlast = 1"})
+    expect(shown.page.locator(".last-step")).to_have_text("Edit the code of “up”")
     shown.choose_in("File", "Compare")
     shown.page.get_by_role("button", name="The saved version").click()
     shown.button("Next").click()
@@ -338,6 +340,7 @@ def test_documents_are_exported_and_printed(shown: EditorPage, tmp_path: Path) -
     shown.page.mouse.up()
     shown.press("Control+e")
     dialog = shown.page.get_by_role("dialog", name="Export")
+    dialog.wait_for()
     expect(dialog.get_by_role("button", name="Picture")).to_have_count(0)
     with shown.page.expect_download() as download:
         dialog.get_by_role("button", name="The document (XML)").click()

@@ -38,6 +38,7 @@ def test_a_box_may_be_drawn_while_another_window_adds_a_state_and_names_where_so
     shown: EditorPage,
 ) -> None:
     expect(shown.page.locator("hfsm-canvas .state")).to_have_count(STATES)
+    shown.state("state 1").wait_for()
     canvas = shown.page.locator("hfsm-canvas").bounding_box()
     assert canvas is not None
     mouse = shown.page.mouse

@@ -45,6 +45,7 @@ def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_sh
     radius = shown.radius_of("level1")
     shown.press("ArrowDown", "Enter")
     expect(dialog).to_have_count(0)
+    expect(shown.page.locator(".zoom")).to_have_text("100 %")  # a little later than the dialog is closed
     assert shown.radius_of("level1") < radius
     shown.expect_states("level1")
 
@@ -54,7 +55,7 @@ def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_sh
     page.mouse.wheel(0, -300)
     shown.press("Alt+n")
     expect(page.locator("hfsm-canvas .empty")).to_be_visible()
-    page.set_viewport_size({"width": 900, "height": 600})
+    shown.resize(900, 600)
     page.get_by_role("tab", name="deep").click()
     expect(shown.state("level1")).to_be_visible()
     box = page.locator("hfsm-canvas").bounding_box()
@@ -71,7 +72,7 @@ def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_sh
     shown.expect_at("level1", (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), within=8)
 
     # A long path shows where it ends, and the tree scrolls sideways.
-    page.set_viewport_size({"width": 700, "height": 600})
+    shown.resize(700, 600)
     for number in range(1, LEVELS):
         shown.state(f"level{number}").focus()
         shown.press("Control+Enter")

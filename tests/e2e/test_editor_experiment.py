@@ -118,6 +118,7 @@ def draw(shown: EditorPage, wanted: Document, path: Path) -> None:
     shown.state("red").click()
     shown.press("Control+c", "Control+v")
     expect(shown.page.locator(".state")).to_have_count(2)
+    expect(shown.state("red 2")).to_be_focused()  # selected, which it is a little later than drawn
     expect(shown.page.locator(".state.selected")).to_have_count(1)
     shown.press("F2")
     shown.name("green")

@@ -81,9 +81,9 @@ def test_the_page_fits_into_every_width_and_has_few_icons(shown: EditorPage) -> 
     assert 0 < shown.page.evaluate(ICONS) <= MOST_ICONS
     outside: list[str] = []
     for width in WIDTHS:
-        shown.page.set_viewport_size({"width": width, "height": 800})
+        shown.resize(width, 800)
         outside += shown.page.evaluate(OUTSIDE)
-    shown.page.set_viewport_size({"width": 320, "height": 800})
+    shown.resize(320, 800)
     shown.button("Menus").click()
     item(shown, "View").click()
     shown.page.get_by_role("menuitemcheckbox", name="Tree of automata").click()

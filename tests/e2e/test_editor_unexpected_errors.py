@@ -41,7 +41,8 @@ def test_an_unexpected_error_is_shown_once_and_the_page_can_be_loaded_again(show
         shown.choose_in("View", "Light or dark")
         expect(alert(shown)).to_have_count(1)
         expect(alert(shown)).to_have_attribute("data-first", "")
-        alert(shown).get_by_role("button", name="Reload the page").click()
+        with shown.page.expect_navigation():
+            alert(shown).get_by_role("button", name="Reload the page").click()
         expect(alert(shown)).to_have_count(0)
         shown.expect_states("wait", "go")
 

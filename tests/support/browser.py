@@ -63,6 +63,14 @@ COLOR_RULES: Final = ("color-contrast", "link-in-text-block")
 
 expect.set_options(timeout=PAGE_LIMIT * 1000)
 
+# A frame is drawn after what asked for it has run, so the second one shows that the first was drawn.
+DRAWN_AT_SIZE: Final = """async ([width, height]) => {
+    const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+    while (innerWidth !== width || innerHeight !== height) await frame();
+    await frame();
+    await frame();
+}"""
+
 # On a busy machine a message could be gone before it is looked for.
 KEEP_NOTICES: Final = """
     const genuine = window.setTimeout;
@@ -216,8 +224,14 @@ class EditorPage:
         self.page.keyboard.type(text)
         self.page.keyboard.press("Enter")
 
+    def resize(self, width: int, height: int) -> None:
+        """Give the window another size, and wait until it is drawn so: then all has followed that watches sizes."""
+        self.page.set_viewport_size({"width": width, "height": height})
+        self.page.evaluate(DRAWN_AT_SIZE, [width, height])
+
     def middle(self, locator: Locator) -> tuple[float, float]:
-        """Return the position of the middle of an element in the window."""
+        """Return the position of the middle of an element in the window, once it is visible."""
+        locator.wait_for()
         box = locator.bounding_box()
         assert box is not None
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -236,7 +250,9 @@ class EditorPage:
 
     def radius_of(self, name: str) -> float:
         """Return the radius of a state in pixels of the window."""
-        box = self.state(name).locator(".body").bounding_box()
+        body = self.state(name).locator(".body")
+        body.wait_for()
+        box = body.bounding_box()
         assert box is not None
         return box["width"] / 2
 
@@ -272,10 +288,10 @@ class EditorPage:
         return [label.removeprefix("Transition ").partition(",")[0] for label in labels]
 
     def expect_states(self, *names: str) -> None:
-        """Wait until there are exactly the states with these names, in this order."""
+        """Wait until there are exactly the states with these names, in this order, and are visible."""
         expect(self.page.locator("hfsm-canvas .state")).to_have_count(len(names))
         for name in names:
-            expect(self.state(name)).to_have_count(1)
+            expect(self.state(name)).to_be_visible()
         assert self.names() == list(names)
 
     def violations(self, *areas: str) -> list[str]:

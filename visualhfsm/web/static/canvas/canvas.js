@@ -152,6 +152,7 @@ export class HfsmCanvas extends HTMLElement {
   /** Show everything, as soon as the canvas has a size. */
   fit() {
     this.#unfitted = !this.#size.width;
+    this.svg.style.visibility = this.#unfitted ? "hidden" : "";
     if (this.#unfitted)
       this.viewport.zoom(0); // little is drawn until then
     else this.viewport.fit(this.drawing.bounds());
