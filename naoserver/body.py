@@ -7,8 +7,10 @@ its parent joint and is parallel to the torso's when all joints are 0 (x forward
 from __future__ import annotations
 
 import json
+from bisect import bisect_left
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import resources
 from itertools import pairwise
 from typing import Any, Final
@@ -20,7 +22,7 @@ from naoserver.errors import RobotError
 from naoserver.robot import CameraFacts, JointFacts
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class RangeTable:
     """The range of the joint `dependent` at each angle of the joint `independent`, linear between rows."""
 
@@ -39,7 +41,7 @@ class RangeTable:
             if lower > upper:
                 raise RobotError(f"range table of {self.dependent}: empty range at {angle} rad")
 
-    @property
+    @cached_property
     def steepest(self) -> float:
         """Largest change of a limit of `dependent` per rad of `independent`."""
         slopes = (
@@ -51,13 +53,14 @@ class RangeTable:
     def at(self, angle: float) -> tuple[float, float]:
         """Return the range of `dependent` at `angle` of `independent`; beyond the table, that of its edge."""
         rows = self.rows
-        if angle <= rows[0][0]:
+        place = bisect_left(rows, (angle,))
+        if place == 0:
             return rows[0][1:]
-        for left, right in pairwise(rows):
-            if angle <= right[0]:
-                share = (angle - left[0]) / (right[0] - left[0])
-                return left[1] + share * (right[1] - left[1]), left[2] + share * (right[2] - left[2])
-        return rows[-1][1:]
+        if place == len(rows):
+            return rows[-1][1:]
+        left, right = rows[place - 1], rows[place]
+        share = (angle - left[0]) / (right[0] - left[0])
+        return left[1] + share * (right[1] - left[1]), left[2] + share * (right[2] - left[2])
 
     def over(self, angles: Sequence[float]) -> tuple[float, float]:
         """Return the range that is allowed everywhere between the least and the greatest of `angles`.

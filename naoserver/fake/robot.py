@@ -11,7 +11,7 @@ import math
 import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -199,8 +199,7 @@ _STIFFNESS: Final = 20.0  # N m for a rad between setpoint and position: that of
 _WARM: Final = 38.0  # degrees Celsius: a motor that holds without effort
 
 
-@dataclass(frozen=True, slots=True)
-class _Motion:
+class _Motion(NamedTuple):
     """A joint from `time` on: its setpoint moves at `rate` until `end`."""
 
     time: float
@@ -331,7 +330,7 @@ class FakeDevice:
                 facts, motion = self._by_name[name], self._motions[name].at(now)
                 end = min(max(target, facts.lower), facts.upper)
                 rate = math.copysign(speed, end - motion.setpoint) if end != motion.setpoint else 0.0
-                self._motions[name] = replace(motion, time=now, rate=rate, end=end)
+                self._motions[name] = _Motion(now, motion.setpoint, motion.position, rate, end)
 
 
 _BALL_JOINTS: Final = (
