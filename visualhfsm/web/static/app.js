@@ -92,6 +92,9 @@ export class HfsmApp extends PageElement {
     this.overlay = undefined;
   }
 
+  /** Tags of the elements that were asked for last beside and below the canvas, which may be loading. */
+  #wanted = {side: "", bottom: ""};
+
   get context() {
     return {app: this, canvas: this.canvas};
   }
@@ -140,8 +143,9 @@ export class HfsmApp extends PageElement {
 
   /** Show an element beside the canvas; an empty tag closes it. @param {string} tag */
   async showSide(tag) {
+    this.#wanted.side = tag;
     const element = tag ? await this.#load(tag) : undefined;
-    if (tag && !element) return undefined;
+    if ((tag && !element) || this.#wanted.side !== tag) return undefined;
     this.side = tag;
     await this.updateComplete;
     return element;
@@ -149,9 +153,10 @@ export class HfsmApp extends PageElement {
 
   /** Show an element below the canvas; an empty tag closes it. @param {string} tag */
   async showBottom(tag) {
+    this.#wanted.bottom = tag;
     return holdKeys(async () => {
       const element = tag ? await this.#load(tag) : undefined;
-      if (tag && !element) return undefined;
+      if ((tag && !element) || this.#wanted.bottom !== tag) return undefined;
       this.bottom = tag;
       await this.updateComplete;
       element?.focusFirst?.();
@@ -455,7 +460,7 @@ export class HfsmApp extends PageElement {
     this.requestUpdate();
     if (monitor.component && this.outputOpened) {
       this.outputOpened = false;
-      if (this.bottom === "hfsm-output" && !outputLog.of(monitor.tab).length) this.showBottom("");
+      if (this.#wanted.bottom === "hfsm-output" && !outputLog.of(monitor.tab).length) this.showBottom("");
     }
     if (!monitor.component || this.strip) return;
     this.strip = Object.assign(/** @type {Panel} */ (document.createElement("hfsm-monitor-timeline")), {compact: true});

@@ -26,15 +26,17 @@ let shown;
  * @param {HfsmCanvas} canvas
  */
 export function explainUnderPointer(canvas) {
-  canvas.surface.addEventListener("pointerover", (event) => {
-    /** @type {SVGElement | null} */
-    const group = event.target instanceof Element ? event.target.closest("[data-key]") : null;
+  /** @param {SVGElement | null} group on which the pointer has come */
+  const rest = (group) => {
     clearTimeout(timer);
     if (shown && !shown.pinned && shown.group !== group) hide();
-    if (!group || !isExplained() || event.buttons) return;
+    if (!group || !isExplained()) return;
     canvas.tip.remove();
     timer = setTimeout(() => show(canvas, group, false), PATIENCE);
-  });
+  };
+  canvas.surface.addEventListener("pointerover", ({target, buttons}) =>
+    rest(buttons || !(target instanceof Element) ? null : target.closest("[data-key]")),
+  );
   canvas.surface.addEventListener("pointerleave", () => {
     clearTimeout(timer);
     if (!shown?.pinned) hide();
@@ -56,6 +58,7 @@ export function explainUnderPointer(canvas) {
     },
     {capture: true},
   );
+  rest(canvas.surface.querySelector("[data-key]:hover")); // on which the pointer has come before this was loaded
 }
 
 /**
