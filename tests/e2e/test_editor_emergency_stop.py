@@ -10,6 +10,7 @@ from playwright.sync_api import Browser, expect
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from tests.support.monitor import (
     DOCUMENT,
+    expect_breakpoint,
     follow,
     monitor_page,
     robot_and_editor,
@@ -103,6 +104,7 @@ def test_stop_is_inside_the_window_in_every_width_and_state(browser: Browser, tm
         shown.press("Escape")
         shown.state("go").locator(".body").click()
         shown.press("b")
+        expect_breakpoint(shown, "go")
         shown.transition("late").locator(".handle").click()
         shown.press("Alt+Enter")
         expect(status(shown)).to_have_text("At a breakpoint")

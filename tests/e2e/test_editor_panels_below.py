@@ -132,8 +132,10 @@ def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_mean
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     edit(shown, "wait")
     shown.insert("\nspeed = 1")
-    shown.page.get_by_role("checkbox", name="Final").check()
-    shown.page.get_by_role("checkbox", name="Final").uncheck()
+    # Not `check`, which looks at once: what was typed comes first, and draws the box once more as it was.
+    for step in ("End in “wait”", "Do not end in “wait”"):
+        shown.page.get_by_role("checkbox", name="Final").click()
+        expect(shown.page.locator("hfsm-status .last-step")).to_have_text(step)
     shown.press("Alt+h")
     rows = shown.page.get_by_role("list", name="Steps, the latest first").locator("button.row")
     expect(rows.locator(".message")).to_have_text(

@@ -35,8 +35,14 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
 
 def children(module: str) -> list[psutil.Process]:
     """Return the processes that the editor has started of a module."""
-    found = psutil.Process().children(recursive=True)
-    return [each for each in found if each.status() != psutil.STATUS_ZOMBIE and module in each.cmdline()]
+
+    def is_one(process: psutil.Process) -> bool:
+        try:
+            return process.status() != psutil.STATUS_ZOMBIE and module in process.cmdline()
+        except psutil.NoSuchProcess:  # it has just ended
+            return False
+
+    return [each for each in psutil.Process().children(recursive=True) if is_one(each)]
 
 
 def test_one_click_leads_to_a_robot_that_dances_in_3d_and_is_missed_when_it_is_lost(
@@ -67,6 +73,7 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     eventually(lambda: len(children("ballmover")) == 2)
     shown.press("Control+Shift+Space")
     expect(shown.page.get_by_role("button", name="Simulated Nao, stopped")).to_be_visible()
+    expect(status).to_have_text(re.compile("^Ended"))
     shown.press("F5")
     shown.button("Reset the emergency stop and run").click()
     expect(status).to_have_text("Running", timeout=STARTED)

@@ -22,7 +22,10 @@ pytestmark = pytest.mark.slow
 
 def child(stack: ComponentProcess, *words: str) -> psutil.Process | None:
     for process in psutil.Process(stack.process.pid).children():
-        command = " ".join(process.cmdline())
+        try:
+            command = " ".join(process.cmdline())
+        except psutil.NoSuchProcess:  # it has just ended
+            continue
         if all(word in command for word in words):
             return process
     return None

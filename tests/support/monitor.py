@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, Locator, expect
 
 from codegen.diagnostics import Diagnostics
@@ -15,10 +16,11 @@ from naoserver.fake import FakeRobot
 from naoserver.robot import Robot
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
-from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
+from tests.support.limits import CALL_LIMIT, END_LIMIT, MOVE_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm.generate import generate_component
+from visualhfsm.live import service
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
 
@@ -63,9 +65,15 @@ self.mark("Camera", 80, 60, "red spot")</code>
 def robot_and_editor(
     path: Path, document: str = DOCUMENT, nao: Robot | None = None
 ) -> Iterator[tuple[ServedRobot, Editor]]:
-    """Serve a robot, by default a fake one, and the editor of a document in its realm."""
+    """Serve a robot, by default a fake one, and the editor of a document in its realm.
+
+    STOP waits longer for the robot and for components: on a busy machine they take more than the second or two
+    after which it reports that they have not stopped.
+    """
     path.write_text(document)
-    with served(nao or FakeRobot()) as robot:
+    with pytest.MonkeyPatch.context() as patch, served(nao or FakeRobot()) as robot:
+        patch.setattr(service, "_STOP_LIMIT", END_LIMIT)
+        patch.setattr(service, "_ANSWER_LIMIT", CALL_LIMIT)
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
         with editor(path.parent, path, make_services=make_services(settings)) as running:
             yield robot, running
@@ -137,3 +145,8 @@ def expect_current(shown: EditorPage, name: str, *words: str) -> None:
     """Wait until a state is the current one, with `words` in its description."""
     label = ".*".join([f"State {name}", "active", *words])
     expect(shown.page.locator("hfsm-canvas .state.active")).to_have_attribute("aria-label", re.compile(label))
+
+
+def expect_breakpoint(shown: EditorPage, state: str, words: str = "breakpoint") -> None:
+    """Wait until a state is described so."""
+    expect(shown.state(state)).to_have_attribute("aria-label", re.compile(words))
