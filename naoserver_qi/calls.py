@@ -12,6 +12,7 @@ import inspect
 import logging
 import math
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -49,6 +50,8 @@ class Call:
 
     def __init__(self, clock: Clock) -> None:
         self.stopped: Final = threading.Event()
+        self.begun: Final = time.monotonic()
+        """Steady wall time in s at which it came in, perhaps before a thread took it."""
         self._clock = clock
 
     def wait(self, seconds: float) -> bool:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
+import threading
 from functools import partial
+from time import monotonic
 from typing import Final
 
 from naoserver.capabilities import Color, Lights, Voice
@@ -188,6 +191,12 @@ class ALTextToSpeech(Service):
     setParameter, getParameter = kept(
         "a parameter of the voice, such as `speed`", 0.0, pEffectName=text, pEffectValue=number
     )
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._beginning = threading.Lock()
+        self._silenced = -math.inf  # steady wall time of the newest stopAll: what came in earlier is not said
+
     getAvailableLanguages = constant("Return the languages that can be set.", list(_VOICES))
     getAvailableVoices = constant("Return the names of the voices.", list(_VOICES.values()))
 
@@ -203,10 +212,11 @@ class ALTextToSpeech(Service):
             if call.stopped.is_set():
                 return
         try:
-            if not words or call.stopped.is_set():
-                return
-            before = voice.utterance().count
-            voice.say(words)
+            with self._beginning:
+                if not words or call.stopped.is_set() or call.begun < self._silenced:
+                    return
+                before = voice.utterance().count
+                voice.say(words)
             memory.raiseEvent("ALTextToSpeech/CurrentSentence", words)
             memory.raiseEvent("ALTextToSpeech/TextStarted", 1)
             while (now := voice.utterance()).speaking or now.count == before:
@@ -219,7 +229,9 @@ class ALTextToSpeech(Service):
 
     def stopAll(self) -> None:
         """Fall silent, and forget what was not said yet."""
-        self._voice().stop()
+        with self._beginning:
+            self._silenced = monotonic()
+            self._voice().stop()
 
     def getVoice(self) -> str:
         """Return the voice, that of the language."""

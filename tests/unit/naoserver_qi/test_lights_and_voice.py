@@ -6,6 +6,7 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver_qi.calls import Call
 from naoserver_qi.expression import ALAnimatedSpeech, ALLeds, ALTextToSpeech
 from naoserver_qi.sensors import ALSonar, ALTouch
 
@@ -108,6 +109,15 @@ def test_stop_all_ends_what_is_being_said(rig, speech):
     speech.stopAll()
     rig.advance(0.2)
     call.join()
+
+
+def test_stop_all_forgets_what_was_not_begun_yet(rig, speech):
+    late = Call(rig.clock)  # it came in, but no thread has taken it
+    speech.stopAll()
+    speech.say(late, "a long text " * 20)
+    assert rig.robot.voice.utterance().count == 0
+    rig.complete(speech.say, "Hello")
+    assert rig.robot.voice.utterance().text == "Hello"
 
 
 def test_a_voice_goes_with_its_language(speech):
