@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import functools
+import gc
 import inspect
 import logging
 import math
@@ -204,6 +206,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end
     for number in _stop_signals():
         signal.signal(number, lambda number, _frame: os._exit(128 + number))
+    atexit.register(gc.freeze)  # memory goes with the process: it is not searched for garbage first
     try:
         app()
     except errors as error:
