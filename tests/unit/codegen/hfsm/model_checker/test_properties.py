@@ -62,27 +62,48 @@ def test_the_behaviors_raise_no_alarm(path: Path) -> None:
     assert report.complete
 
 
-@pytest.mark.parametrize(
-    ("kind", "expression", "within", "expected"),
-    [
-        ("never", "active(followBall/red) and active(followBall/green)", "", "holds"),
-        ("never", "active(followBall/red) and active(dance)", "", "holds"),
-        ("always", "ghost(followBall/red) or ghost(dance)", "", "holds"),
-        ("always", "dance -> active(dance)", "", "holds"),
-        ("eventually", "dance", "10000", "holds"),
-        ("eventually", "dance", "9900", "violated"),
-        ("eventually", "followBall/green", "8000", "holds"),
-        ("never", "followBall/green", "7900", "holds"),
-        ("never", "followBall/green", "8000", "violated"),
-        ("always", "followBall", "9900", "holds"),
-        ("always", "followBall", "10000", "violated"),
-        ("eventually", "followBall/green/search", "", "violated"),
-        ("never", "followBall/green/search", "", "violated"),
-        ("eventually", "dance/left", "", "violated"),
-    ],
-)
-def test_what_is_known_of_dance_and_follow(kind: str, expression: str, within: str, expected: str) -> None:
-    assert verdict(read(ROOT / "behaviors" / "dance_and_follow.xml"), kind, expression, within) == expected
+@pytest.fixture(scope="module")
+def dance_and_follow() -> Document:
+    return read(ROOT / "behaviors" / "dance_and_follow.xml")
+
+
+def test_what_is_known_of_dance_and_follow(dance_and_follow: Document) -> None:
+    expected = {
+        ("never", "active(followBall/red) and active(followBall/green)", ""): "holds",
+        ("never", "active(followBall/red) and active(dance)", ""): "holds",
+        ("always", "ghost(followBall/red) or ghost(dance)", ""): "holds",
+        ("always", "dance -> active(dance)", ""): "holds",
+        ("eventually", "dance", "10000"): "holds",
+        ("eventually", "dance", "9900"): "violated",
+        ("eventually", "followBall/green", "8000"): "holds",
+        ("never", "followBall/green", "7900"): "holds",
+        ("never", "followBall/green", "8000"): "violated",
+        ("always", "followBall", "9900"): "holds",
+        ("always", "followBall", "10000"): "violated",
+        ("eventually", "followBall/green/search", ""): "violated",
+        ("never", "followBall/green/search", ""): "violated",
+        ("eventually", "dance/left", ""): "violated",
+        ("never", "ghost(dance)", ""): "violated",
+        ("never", "dance/left", ""): "violated",
+        ("never", "followBall/red/search", ""): "violated",
+        ("never", "followBall and ghost(followBall/red)", ""): "violated",
+    }
+    results = verdicts(dance_and_follow, *(stated(*each) for each in expected))
+    assert dict(zip(expected, (str(each.verdict) for each in results), strict=True)) == expected
+
+
+def test_states_that_exclude_each_other_need_no_search(dance_and_follow: Document) -> None:
+    apart = (
+        "followBall/red and followBall/green",
+        "followBall/red and dance/left",
+        "active(dance) and followBall",
+        "dance and ghost(dance)",
+        "finished(dance)",
+        "not (followBall or dance)",
+        "followBall/red/search and ghost(followBall/red)",
+    )
+    results = verdicts(dance_and_follow, *(stated("never", each) for each in apart), limit=0)
+    assert {each.property.expression.text for each in results if each.verdict is Verdict.HOLDS} == {*apart}
 
 
 def blink(*more: object) -> Document:
@@ -207,32 +228,6 @@ def test_cycles_of_unlike_periods_are_counted_where_something_has_to_happen() ->
     )
     assert verdict(doc, "never", "#2/s4 and #3/s2") == "violated"
     assert verdict(doc, "never", "#2/s4 and #3/s1") == "holds"
-
-
-@pytest.mark.parametrize(
-    "expression",
-    [
-        "followBall/red and followBall/green",
-        "followBall/red and dance/left",
-        "active(dance) and followBall",
-        "dance and ghost(dance)",
-        "finished(dance)",
-        "not (followBall or dance)",
-        "followBall/red/search and ghost(followBall/red)",
-    ],
-)
-def test_states_that_exclude_each_other_need_no_search(expression: str) -> None:
-    doc = read(ROOT / "behaviors" / "dance_and_follow.xml")
-    assert verdict(doc, "never", expression, limit=0) == "holds"
-
-
-@pytest.mark.parametrize(
-    "expression",
-    ["ghost(dance)", "dance/left", "followBall/red/search", "followBall and ghost(followBall/red)"],
-)
-def test_states_that_do_not_exclude_each_other_do(expression: str) -> None:
-    doc = read(ROOT / "behaviors" / "dance_and_follow.xml")
-    assert verdict(doc, "never", expression) == "violated"
 
 
 XML = """<?xml version="1.0" encoding="UTF-8"?>
