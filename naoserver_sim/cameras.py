@@ -84,6 +84,7 @@ def _is_installed(backend: str) -> bool:
 
 _FRAME_TIMEOUT: Final = 1.0
 _SETUP_TIMEOUT: Final = 10.0
+_VIRTUAL_TIMEOUT: Final = 60.0
 _QUEUE_LENGTH: Final = 16
 _MOST_GEOMS: Final = 400
 _SMALL: Final = (32, 24)
@@ -107,6 +108,8 @@ class CameraRenderer:
 
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
     other. Without a GL library everything but `capture` works.
+
+    An image of `virtual` time, which stands still meanwhile, may take as long as a busy machine needs.
     """
 
     def __init__(
@@ -116,12 +119,16 @@ class CameraRenderer:
         newest: Callable[[], Snapshot],
         lamps: Lamps,
         sensor: ImageSensor | None = None,
+        *,
+        virtual: bool = False,
     ) -> None:
         self._mj = mj
         self._cameras: Mapping[str, CameraFacts] = {camera.name: camera for camera in cameras}
         self._newest = newest
         self._lamps = lamps
         self._sensor = sensor
+        self._frame_timeout = _VIRTUAL_TIMEOUT if virtual else _FRAME_TIMEOUT
+        self._setup_timeout = _VIRTUAL_TIMEOUT if virtual else _SETUP_TIMEOUT
         self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
         self._ready = threading.Event()
         self._failure: str | None = None
@@ -130,7 +137,7 @@ class CameraRenderer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start the thread, and wait until it has set GL up or failed to, 10 s at most.
+        """Start the thread, and wait until it has set GL up or failed to, 10 s at most, in virtual time 60 s.
 
         MuJoCo lets nothing else run meanwhile.
         """
@@ -138,7 +145,7 @@ class CameraRenderer:
             if self._thread is None and not self._closed:
                 self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
                 self._thread.start()
-        self._ready.wait(_SETUP_TIMEOUT)
+        self._ready.wait(self._setup_timeout)
 
     def close(self) -> None:
         """Render the waiting requests, free GL, and wait until the thread has ended."""
@@ -153,8 +160,9 @@ class CameraRenderer:
                 _log.error("the camera thread did not end within %g s", _SETUP_TIMEOUT)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Return an image of the newest state; waits at most 1 s, and 10 s for GL when it was never used.
+        """Return an image of the newest state.
 
+        Waits at most 1 s, and 10 s for GL when it was never used; in virtual time 60 s for each.
         Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
         """
         self._check(camera, width, height)
@@ -162,18 +170,16 @@ class CameraRenderer:
             raise HardwareFailure(f"{camera}: the robot was closed")
         self.start()
         if not self._ready.is_set():
-            raise HardwareFailure(f"{camera}: GL was not set up within {_SETUP_TIMEOUT:g} s")
-        request = _Request(camera, width, height)
+            raise HardwareFailure(f"{camera}: GL was not set up within {self._setup_timeout:g} s")
+        request, limit = _Request(camera, width, height), self._frame_timeout
         try:
             if self._failure is not None:
                 raise HardwareFailure(self._failure)
-            self._requests.put(request, timeout=_FRAME_TIMEOUT)
-            return request.frame.result(_FRAME_TIMEOUT)
+            self._requests.put(request, timeout=limit)
+            return request.frame.result(limit)
         except (queue.Full, FutureTimeoutError):
             request.frame.cancel()
-            raise HardwareFailure(
-                f"{camera}: no image of {width}x{height} within {_FRAME_TIMEOUT:g} s"
-            ) from None
+            raise HardwareFailure(f"{camera}: no image of {width}x{height} within {limit:g} s") from None
 
     def _check(self, camera: str, width: int, height: int) -> None:
         facts = self._cameras.get(camera)

@@ -157,7 +157,9 @@ class SimulatedRobot(SimulatedDevice):
         if noise:
             sensor = ImageSensor(PictureNoise(), body.cameras, seed, data.qpos)
             simulator.watchers.append(partial(sensor.look, qpos=data.qpos))
-        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, lamps, sensor)
+        self._renderer = CameraRenderer(
+            model.mj, model.cameras, simulator.newest, lamps, sensor, virtual=clock is not None
+        )
         self.mechanisms: Final = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )

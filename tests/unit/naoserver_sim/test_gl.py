@@ -1,7 +1,11 @@
+from contextlib import closing
+
 import pytest
 
 from naoserver.errors import HardwareFailure
 from naoserver_sim import cameras
+from naoserver_sim.robot import SimulatedRobot
+from zenoh_ice import VirtualClock
 
 
 def no_library(name):
@@ -27,3 +31,10 @@ def test_rendering_that_is_switched_off(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
     with pytest.raises(HardwareFailure, match="MUJOCO_GL=disable"):
         cameras.create_context(320, 240)
+
+
+@pytest.mark.gl
+def test_virtual_time_waits_for_an_image_that_takes_too_long_for_real_time(monkeypatch):
+    monkeypatch.setattr(cameras, "_FRAME_TIMEOUT", 0.0)
+    with closing(SimulatedRobot(clock=VirtualClock(), skin=False)) as robot:
+        assert robot.capture("Camera", 320, 240).width == 320
