@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
 from pathlib import Path
 
 from playwright.sync_api import Browser, expect
@@ -13,19 +14,26 @@ from tests.support.panels import edit
 from tests.support.processes import free_endpoint
 
 
+def reusable_port() -> int:
+    """Return a port that nobody is given between two editors that have it."""
+    return int(free_endpoint().rpartition(":")[2])
+
+
 def test_a_page_says_what_to_do_when_the_editor_was_restarted(browser: Browser, tmp_path: Path) -> None:
     root = tmp_path / "root"
     root.mkdir()
     file = root / "walk.xml"
     file.write_text(DOCUMENT, "utf-8")
+    port = reusable_port()
     with contextlib.ExitStack() as first:
-        former = first.enter_context(editor(root, file, port=0))
+        former = first.enter_context(editor(root, file, port=port))
         shown = first.enter_context(editor_page(browser, former))
         shown.expect_states("wait", "go")
         former.server.stop()
         banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
         expect(banner).to_contain_text("The editor is offline")
-        with editor(root, file, port=former.port) as again:
+        shutil.rmtree(tmp_path / "keys")  # with its key, the next one would let the page in
+        with editor(root, file, port=port) as again:
             expect(banner).to_contain_text("open the address that it printed in its terminal")
             with contextlib.closing(shown.page.context.new_page()) as other:
                 other.goto(f"http://{again.host}/?token={again.server.credentials.token}")
@@ -41,7 +49,7 @@ def test_a_page_connects_again_and_recovers_what_was_not_saved_when_the_editor_w
     root.mkdir()
     file = root / "walk.xml"
     file.write_text(DOCUMENT, "utf-8")
-    port = int(free_endpoint().rpartition(":")[2])
+    port = reusable_port()
     with contextlib.ExitStack() as first:
         former = first.enter_context(editor(root, file, port=port))
         shown = first.enter_context(editor_page(browser, former))
