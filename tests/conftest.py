@@ -224,11 +224,14 @@ def endpoint() -> str:
 
 @pytest.fixture
 def make_communicator() -> Iterator[Callable[..., Communicator]]:
-    """Create communicators with the wall clock, and destroy them after the test."""
+    """Create communicators with the wall clock, and destroy them after the test.
+
+    A busy machine must not cost them their links: often the threads of several share one interpreter.
+    """
     made: list[Communicator] = []
 
     def make(**settings: Any) -> Communicator:
-        communicator = initialize(**{"clock": "wall", "connect": [], **settings})
+        communicator = initialize(**{"clock": "wall", "connect": [], "lease": CALL_LIMIT, **settings})
         made.append(communicator)
         return communicator
 
@@ -240,9 +243,8 @@ def make_communicator() -> Iterator[Callable[..., Communicator]]:
 @pytest.fixture
 def pair(endpoint: str, make_communicator: Callable[..., Communicator]) -> Pair:
     """A server that listens on a free port and a client connected to it."""
-    # The threads of both share one interpreter: a busy machine must not cost them the link.
-    server = make_communicator(listen=[endpoint], lease=CALL_LIMIT)
-    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
+    server = make_communicator(listen=[endpoint])
+    client = make_communicator(connect=[endpoint])
     adapter = server.createObjectAdapter("Test")
     adapter.activate()
     return Pair(endpoint, server, client, adapter)

@@ -13,7 +13,7 @@ from naoserver.assembly import Assembly
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
 from naoserver.server import serve
-from tests.support.limits import MOVE_LIMIT
+from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectPrx, initialize
 from zenoh_ice.proxy import StreamedCall
@@ -38,7 +38,11 @@ class ServedRobot:
     def client(self) -> Iterator[RobotClient]:
         """Open a client's session."""
         with initialize(
-            realm=self.realm, listen=["tcp/127.0.0.1:0"], connect=[self.endpoint], clock="wall"
+            realm=self.realm,
+            listen=["tcp/127.0.0.1:0"],
+            connect=[self.endpoint],
+            clock="wall",
+            lease=CALL_LIMIT,
         ) as communicator:
             eventually(lambda: bool(communicator.identities()))  # on a busy machine word of them takes longer
             yield RobotClient(
@@ -71,7 +75,10 @@ def served(
     realm, endpoint = realm or f"test-{uuid4().hex[:8]}", endpoint or free_endpoint()
     with (
         closing(robot),
-        initialize(realm=realm, listen=[endpoint], connect=[], clock="wall") as communicator,
+        # Its threads share one interpreter with its clients: a busy machine must not cost them the link.
+        initialize(
+            realm=realm, listen=[endpoint], connect=[], clock="wall", lease=CALL_LIMIT
+        ) as communicator,
     ):
         robot.start()
         adapter = communicator.createObjectAdapter("Robot")

