@@ -156,6 +156,9 @@ class Senses(Protocol):
     def read(self) -> SenseReading:
         """Return the newest snapshot without blocking."""
 
+    def inertial(self) -> InertialReading:
+        """Return that of the inertial unit alone: a simulation measures no distances for it."""
+
 
 Color = tuple[float, float, float]
 """Red, green and blue from 0 to 1."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from naoserver.body import Body
-from naoserver.capabilities import SenseReading
+from naoserver.capabilities import InertialReading, SenseReading
 from naoserver.errors import HardwareFailure
 from naoserver.robot import FALLEN_TILT, BodyState, JointFacts, JointReading
 from naoserver_naoqi.connection import SILENCE
@@ -217,6 +217,9 @@ class NaoqiSenses:
     @property
     def sonar_range(self) -> tuple[float, float] | None:
         return (0.25, FARTHEST) if self._sonar else None
+
+    def inertial(self) -> InertialReading:
+        return self.read().inertial
 
     def open(self, link: Link) -> None:
         """Turn the sonar on, if the robot has one."""

@@ -104,7 +104,7 @@ class Access:
         place = place_of(text(name, "name"), angles)
         if frame == _TORSO:
             return place
-        inertial = self.robot.senses.read().inertial if self.robot.senses else None
+        inertial = self.robot.senses.inertial() if self.robot.senses else None
         place = torso_place(angles, *((inertial.roll, inertial.pitch) if inertial else ())) @ place
         if frame == _WORLD and self.walk is not None:
             at = self.walk.read()

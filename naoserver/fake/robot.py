@@ -127,6 +127,9 @@ class FakeSenses:
         with self._lock:
             return replace(self._reading, time=self._clock.now())
 
+    def inertial(self) -> InertialReading:
+        return self._reading.inertial
+
     def feel(self, **feelings: Any) -> None:  # noqa: ANN401 - fields of SenseReading
         """Let some senses, fields of `SenseReading`, feel something from now on: to set a scene."""
         with self._lock:

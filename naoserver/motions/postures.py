@@ -104,7 +104,7 @@ def situation_of(robot: Robot) -> Situation:
         if robot.state().fallen:
             raise RobotError("the robot has fallen, and has no inertial unit that measures how it lies")
         return Situation(joints, (0.0, 0.0, 1.0))
-    return Situation(joints, robot.senses.read().inertial.up)
+    return Situation(joints, robot.senses.inertial().up)
 
 
 def stance_of(situation: Situation) -> Stance:

@@ -221,7 +221,7 @@ class CameraI(Camera):
     def _situation(self) -> NDArray[np.float64]:
         """Return the robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""
         joints, senses = self._robot.read(), self._robot.senses
-        inertial = senses.read().inertial if senses else None
+        inertial = senses.inertial() if senses else None
         tilt = (inertial.roll, inertial.pitch) if inertial else (0.0, 0.0)
         return np.array([joints.time, *tilt, *joints.positions])
 

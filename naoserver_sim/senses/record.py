@@ -146,7 +146,7 @@ class Sample(NamedTuple):
     """Robot time in s at which they were taken."""
     values: Sequence[float]
     """MuJoCo's `sensordata`; a list, whose numbers are read faster than those of an array."""
-    errors: Array | None
+    errors: Sequence[float] | None
     """Noise added to them, by channel; None without noise."""
     inertial: InertialReading
     """Readings of the inertial unit, with its errors."""
@@ -184,12 +184,12 @@ class SensorRecord:
 
     def look(self, time: float) -> None:
         """Take the measurements at the end of a control tick."""
-        errors = None if self._errors is None else self._errors.next()
+        errors: list[float] | None = None if self._errors is None else self._errors.next().tolist()
         values: list[float] = self._data.sensordata.tolist()
         self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))
         self.newest = self._samples[0]
 
-    def _inertial(self, values: Sequence[float], errors: Array | None) -> InertialReading:
+    def _inertial(self, values: Sequence[float], errors: Sequence[float] | None) -> InertialReading:
         w, x, y, z = values[self._attitude : self._attitude + 4]
         roll = math.atan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
         pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - x * z))))
@@ -197,7 +197,7 @@ class SensorRecord:
         tx, ty, tz = values[self._turning : self._turning + 3]
         if errors is None:
             return InertialReading((ax, ay, az), (tx, ty, tz), roll, pitch)
-        e = errors[:8].tolist()
+        e = errors
         force, turning = (ax + e[0], ay + e[1], az + e[2]), (tx + e[3], ty + e[4], tz + e[5])
         return InertialReading(force, turning, roll + e[6], pitch + e[7])
 
@@ -234,7 +234,7 @@ class SensorRecord:
             return FootReading(*pressures)
         first = 4 * foot
         most = self._noise.most_pressure
-        errors = sample.errors[8 + first : 12 + first].tolist()
+        errors = sample.errors[8 + first : 12 + first]
         readings = [
             min(max(gain * pressure + error, 0.0), most) if pressure > 0.0 else 0.0
             for gain, pressure, error in zip(

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from naoserver.body import H25, Body
-from naoserver.capabilities import BatteryReading, SenseReading, SonarReading
+from naoserver.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import matrix_of
 from naoserver_sim.body import BUMPERS, SIDES, TORSO
@@ -313,6 +313,11 @@ class SimulatedSenses:
         )
         self._cached = (sample, reading)
         return reading
+
+    def inertial(self) -> InertialReading:
+        """Return the newest reading of the inertial unit."""
+        self._simulator.catch_up()
+        return self.record.newest.inertial
 
     def press(self, sensor: str, seconds: float) -> None:
         """Press a touch sensor for some seconds from now on. Raises InvalidCommand when there is no such."""
