@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, status
+from tests.support.monitor import expect_current, patient_services, status
 from tests.support.processes import free_endpoint
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
@@ -53,6 +53,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     path.write_text(DOCUMENT)
     settings = Settings(realm="test-trial", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
+        patient_services(),
         editor(tmp_path, path, make_services=make_services(settings)) as running,
         editor_page(browser, running) as shown,
     ):

@@ -67,16 +67,15 @@ def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
         command = module("deploy.nao", "call", *words)
         return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT)
 
-    with (
-        socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd,
-        stack_in(tmp_path, "lab", "--machine", "simulation", NOTIFY_SOCKET=f"{tmp_path}/systemd") as stack,
-    ):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
         systemd.bind(f"{tmp_path}/systemd")
         systemd.settimeout(RUN_LIMIT)
-        stack.wait_for("simulator is ready after", RUN_LIMIT)
-        assert [systemd.recv(64) for _ in ("router", "simulator")] == [b"READY=1", b"READY=1"]
-        assert "router is ready after" in stack.output
-        assert call("Head.getPose").returncode == 0
-        refused = call("Head.setPose", "0.3", "0", "0.5")
-        assert refused.returncode == 1
-        assert "Head.setPose" in refused.stderr
+        options = ("--machine", "simulation")
+        with stack_in(tmp_path, "lab", *options, NOTIFY_SOCKET=f"{tmp_path}/systemd") as stack:
+            stack.wait_for("simulator is ready after", RUN_LIMIT)
+            assert [systemd.recv(64) for _ in ("router", "simulator")] == [b"READY=1", b"READY=1"]
+            assert "router is ready after" in stack.output
+            assert call("Head.getPose").returncode == 0
+            refused = call("Head.setPose", "0.3", "0", "0.5")
+            assert refused.returncode == 1
+            assert "Head.setPose" in refused.stderr

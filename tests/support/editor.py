@@ -372,7 +372,7 @@ def editor(
         root=root,
         hosts=hosts,
         port=usual_port() if port is None else port,
-        limits=limits or Limits(file_check_seconds=0.2),
+        limits=limits or Limits(file_check_seconds=0.2, operation_seconds=PAGE_LIMIT),
         make_services=make,
         journals=root.with_name("journals"),
         demo=demo,

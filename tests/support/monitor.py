@@ -16,11 +16,13 @@ from naoserver.fake import FakeRobot
 from naoserver.robot import Robot
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
-from tests.support.limits import CALL_LIMIT, END_LIMIT, MOVE_LIMIT
+from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
+from visualhfsm import robots
 from visualhfsm.generate import generate_component
 from visualhfsm.live import service
+from visualhfsm.monitoring import follower
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
 
@@ -62,18 +64,27 @@ self.mark("Camera", 80, 60, "red spot")</code>
 
 
 @contextlib.contextmanager
+def patient_services() -> Iterator[None]:
+    """Give robots and components the limits of tests within the block.
+
+    The seconds after which a component is silent, and cannot be steered, or has not stopped at STOP, are those of a
+    machine that does little else.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(follower, "_SILENT", EVENT_LIMIT)
+        patch.setattr(robots, "_UNSEEN", START_LIMIT)
+        patch.setattr(service, "_STOP_LIMIT", END_LIMIT)
+        patch.setattr(service, "_ANSWER_LIMIT", CALL_LIMIT)
+        yield
+
+
+@contextlib.contextmanager
 def robot_and_editor(
     path: Path, document: str = DOCUMENT, nao: Robot | None = None
 ) -> Iterator[tuple[ServedRobot, Editor]]:
-    """Serve a robot, by default a fake one, and the editor of a document in its realm.
-
-    STOP waits longer for the robot and for components: on a busy machine they take more than the second or two
-    after which it reports that they have not stopped.
-    """
+    """Serve a robot, by default a fake one, and the editor of a document in its realm."""
     path.write_text(document)
-    with pytest.MonkeyPatch.context() as patch, served(nao or FakeRobot()) as robot:
-        patch.setattr(service, "_STOP_LIMIT", END_LIMIT)
-        patch.setattr(service, "_ANSWER_LIMIT", CALL_LIMIT)
+    with patient_services(), served(nao or FakeRobot()) as robot:
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
         with editor(path.parent, path, make_services=make_services(settings)) as running:
             yield robot, running
