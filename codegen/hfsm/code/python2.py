@@ -53,7 +53,7 @@ def fix_python2(code: str, bound: Collection[str] = ()) -> str | None:
     """
     tree, fixed = parse_piece(code), code
     if tree is None or any(isinstance(each, ast.Expr) and _is_print(each.value) for each in all_nodes(tree)):
-        for source in (code, _MARGIN.sub(lambda margin: margin[0].expandtabs(8), code)):
+        for source in dict.fromkeys((code, _MARGIN.sub(lambda margin: margin[0].expandtabs(8), code))):
             fixed = _refactored(source, _SYNTAX)
             if (tree := parse_piece(fixed)) is not None:
                 break
