@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Final
 
 import mujoco
@@ -149,7 +149,6 @@ class SimulatedRobot(SimulatedDevice):
         simulator.watchers.append(self.senses.look)
         simulator.parts.extend((self.walker.tick, self.stage.tick))
         self._model = model
-        self._scratch = mujoco.MjData(model.mj)
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
         lamps = Lamps(model.mj, self.lights.colors)
@@ -177,6 +176,10 @@ class SimulatedRobot(SimulatedDevice):
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         return self._renderer.capture(camera, width, height)
+
+    @cached_property
+    def _scratch(self) -> mujoco.MjData:
+        return mujoco.MjData(self._model.mj)
 
     def camera_pose(self, camera: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return where a camera is in the world in m, and its axes as columns: right, up, backwards.

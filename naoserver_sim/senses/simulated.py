@@ -11,6 +11,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache, cached_property
 from typing import Final
 
 import mujoco
@@ -50,7 +51,6 @@ class Sonar:
         self.cone: Final = math.radians(facts["cone_deg"])
         """Full angle of the cones in rad."""
         self._mj = mj
-        self._data = mujoco.MjData(mj)
         self._lock = threading.Lock()
         self._torso = mj.body(TORSO).id
         self._things = np.flatnonzero((mj.geom_group == 0) & (mj.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
@@ -61,6 +61,10 @@ class Sonar:
             (np.array(facts[side]["position"]), matrix_of((0.0, 0.0, 0.0, *facts[side]["rpy"]))[:3, :3])
             for side in SIDES
         ]
+
+    @cached_property
+    def _data(self) -> mujoco.MjData:
+        return mujoco.MjData(self._mj)  # at the first measurement, as most robots in tests hear nothing
 
     def measure(self, qpos: Array) -> SonarReading:
         """Return the distances in a state; infinite where nothing is in range."""
@@ -105,13 +109,16 @@ class Sonar:
         return float(distances[nearest]), nearest
 
 
+@cache
 def _cone(angle: float, rays: int) -> Array:
     """Return unit vectors that fill a cone about x evenly, as the seeds of a sunflower; shape (rays, 3)."""
     index = np.arange(rays)
     along = 1.0 - (1.0 - math.cos(angle / 2)) * index / (rays - 1)
     across = np.sqrt(1.0 - along * along)
     turn = index * math.pi * (3.0 - math.sqrt(5.0))
-    return np.column_stack([along, across * np.cos(turn), across * np.sin(turn)])
+    cone = np.column_stack([along, across * np.cos(turn), across * np.sin(turn)])
+    cone.flags.writeable = False
+    return cone
 
 
 def _turned_to(direction: Array) -> Array:

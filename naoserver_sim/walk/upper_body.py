@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from functools import cached_property
 from typing import Final
 
 import mujoco
@@ -35,7 +36,7 @@ class Trim:
         weights = mj.body_mass[self._bodies]
         self._shares = weights / float(mj.body_subtreemass[self._torso])
         self._share = float(self._shares.sum())
-        self._usual = self._measure_at_rest(mj, body.postures["STAND_INIT"])
+        self._mj, self._posture = mj, body.postures["STAND_INIT"]
         self._x, self._y = 0.0, 0.0
 
     @property
@@ -60,11 +61,12 @@ class Trim:
         axes = data.xmat[self._torso]
         return float(center @ axes[0::3]), float(center @ axes[1::3])
 
-    def _measure_at_rest(self, mj: mujoco.MjModel, posture: Mapping[str, float]) -> tuple[float, float]:
-        data = mujoco.MjData(mj)
-        for name, angle in posture.items():
+    @cached_property
+    def _usual(self) -> tuple[float, float]:
+        data = mujoco.MjData(self._mj)
+        for name, angle in self._posture.items():
             data.joint(name).qpos[0] = angle
-        mujoco.mj_kinematics(mj, data)
+        mujoco.mj_kinematics(self._mj, data)
         return self._measure(data)
 
 
