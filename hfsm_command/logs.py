@@ -6,13 +6,15 @@ import json
 import logging
 import os
 from datetime import UTC, datetime
-from logging.handlers import RotatingFileHandler
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.settings import Settings
 from zenoh_ice.status import program_name
+
+if TYPE_CHECKING:
+    from logging.handlers import RotatingFileHandler
 
 __all__ = ["rotating", "set_up_logging"]
 
@@ -66,6 +68,8 @@ def rotating(path: Path) -> RotatingFileHandler:
 
     Raises OSError when the file cannot be opened.
     """
+    from logging.handlers import RotatingFileHandler  # takes long to load, and most programs log to stderr
+
     return RotatingFileHandler(
         path, maxBytes=_MOST_BYTES, backupCount=_OLD_FILES, encoding="utf-8", errors="replace"
     )

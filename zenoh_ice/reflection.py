@@ -16,7 +16,6 @@ import keyword
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import lru_cache
-from importlib import resources
 from typing import Annotated, Final, Literal
 
 import msgspec
@@ -160,6 +159,8 @@ def describe_package(package: str) -> dict[str, Definition]:
 
     Raises ConfigurationException when codegen did not make the package.
     """
+    from importlib import resources  # takes long to load, and few ask
+
     try:
         data = (resources.files(package) / _SCHEMA_FILE).read_bytes()
         definitions = msgspec.json.decode(data, type=dict[str, msgspec.Raw])["definitions"]

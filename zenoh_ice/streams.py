@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import math
-import secrets
+import os
 import threading
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -62,7 +62,7 @@ class Publisher(Generic[V]):
         """Make the publisher of a servant whose interface has this fingerprint."""
         self.operation: Final = operation
         self._fingerprint: Final = fingerprint
-        self.stream: Final = secrets.token_hex(8)
+        self.stream: Final = os.urandom(8).hex()
         """Another after each restart, so that the numbers of samples can begin again."""
         self._numbers = itertools.count(1)
         # A listener that gets a sample at once, in a test without a network, may publish in turn.
