@@ -6,8 +6,6 @@ import contextlib
 import io
 from pathlib import Path
 
-import pytest
-
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from codegen.hfsm.codes import Code
@@ -31,30 +29,41 @@ def test_every_code_is_reported_somewhere() -> None:
     assert {code for code in Code if f"Code.{code.name}" not in sources} == set()
 
 
-@pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS.keys())
-def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> None:
-    path = tmp_path / "main.xml"
+def test_an_example_brings_its_code_alone(tmp_path: Path) -> None:
+    wrong = {}
+    for code, section in SECTIONS.items():
+        folder = tmp_path / code
+        folder.mkdir()
+        diagnostics = checked(section, folder)
+        if {found.code for found in diagnostics} != {code}:
+            wrong[code] = diagnostics.render()
+    assert wrong == {}
+
+
+def checked(section: Section, folder: Path) -> Diagnostics:
+    """Write an example to a folder, and return what its command reports."""
+    path = folder / "main.xml"
     command: list[str] = []
     for block in section.blocks:
         match block.info.split():
             case ["xml" | "python"]:
-                (tmp_path / (block.name or "main.xml")).write_text(block.text)
+                (folder / (block.name or "main.xml")).write_text(block.text)
             case ["python", "generates", name]:
                 output = io.StringIO()
                 with contextlib.redirect_stdout(output):
                     exec(block.text, {})
-                (tmp_path / name).write_text(output.getvalue())
+                (folder / name).write_text(output.getvalue())
             case ["console"]:
                 _, *command = block.text.split()
     diagnostics = Diagnostics()
     if command[:2] == ["visualhfsm", "convert"]:
         fixes = "--fix-python2" in command
         source, target, *_ = *(word for word in command[2:] if not word.startswith("-")), "out.xml"
-        path = tmp_path / source
+        path = folder / source
         to_scxml = target.endswith(".scxml")
         convert_document(path, diagnostics, to_scxml=to_scxml, fixes_python2=fixes)
     elif command[:2] == ["visualhfsm", "check"]:
-        check_document(tmp_path / command[-1], diagnostics)
+        check_document(folder / command[-1], diagnostics)
     else:
-        compile_document(tmp_path / command[-1] if command else path, None, diagnostics)
-    assert {found.code for found in diagnostics} == {section.title.partition(":")[0]}, diagnostics.render()
+        compile_document(folder / command[-1] if command else path, None, diagnostics)
+    return diagnostics
