@@ -139,10 +139,9 @@ class TestServerKilled:
         outcome: list[BaseException] = []
 
         def follow() -> None:
-            current: Sample[Reading] | None = sample
             try:
                 while True:
-                    current = calculator.getReading.wait(after=current, timeout=EVENT_LIMIT)
+                    followed.append(calculator.getReading.wait(after=followed[-1], timeout=EVENT_LIMIT))
             except SystemException as error:
                 outcome.append(error)
 
@@ -152,10 +151,12 @@ class TestServerKilled:
             assert [calculator.count() for _ in range(3)] == [1, 2, 3]
             subscription = calculator.getReading.subscribe(lambda sample: seen.append(sample.value.count))
             until(lambda: seen and seen[-1] >= 5)
-            sample = calculator.getReading.wait(timeout=EVENT_LIMIT)
+            followed: list[Sample[Reading]] = [calculator.getReading.wait(timeout=EVENT_LIMIT)]
             call = calculator.sleep.begin(FOREVER)
             follower = threading.Thread(target=follow)
             follower.start()
+            first.freeze()  # a wait that begins after the loss would last until the server is back
+            until(lambda: followed[-1] is calculator.getReading.latest())
             started = time.monotonic()
             first.process.kill()
             with pytest.raises(ConnectionLostException):
