@@ -51,8 +51,9 @@ def test_a_component_that_ends_stops_head_walk_voice_and_arm() -> None:
         component = Busy()
         connect(component, nao.communicator)
         start = component.Place.getPose3DEncodersData().tilt
-        component.Head.setPose(1.5, 0.0, 0.05)
-        component.Arm.setPose3DMotorsData(Pose3DMotorsData(0, 0, 0, 0, start - 1.0, 0, 0.2, 0.2))
+        # So slowly that they are still on their way whenever the machine gets to stopping them.
+        component.Head.setPose(1.5, 0.0, 0.01)
+        component.Arm.setPose3DMotorsData(Pose3DMotorsData(0, 0, 0, 0, start - 1.0, 0, 0.05, 0.05))
         component.Walk.setV(0.1)
         component.Voice.say("This takes quite some time to be said. " * 20)
         assert component.Voice.getSpeech().speaking

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from hfsm_command.cli import stop_on_signals
-from tests.support.limits import END_LIMIT, RUN_LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.processes import ComponentProcess
 
 PROGRAM = """
@@ -181,7 +181,7 @@ def test_outside_of_a_block_a_signal_ends_a_command_at_once_and_quietly(name: st
 
 def test_the_end_of_the_terminal_ends_nothing_under_nohup() -> None:
     with ComponentProcess(["nohup", *command(HANGUP_FIRST)]) as process:
-        assert process.wait(END_LIMIT) == 143
+        assert process.wait(RUN_LIMIT) == 143
         assert process.output.endswith("15\n")
 
 
