@@ -73,7 +73,7 @@ def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> No
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
         command = module("ballmover", "green", file, "--once", "--speed", "0.4", "--connect", robot, *DEBUG)
         places: list[tuple[float, float, float]] = []
-        # From before it starts: whoever begins to listen on the way may be too late.
+        # From before it starts: on the way it may be too late to begin.
         with (
             encoders.getPose3DEncodersData.subscribe(
                 lambda sample: places.append(place(sample.value)), queue=1000
