@@ -21,6 +21,8 @@ export class Breakpoints {
   /** @type {Breakpoint[]} */
   #former = [];
   #monitor;
+  /** The newest change: the next one begins with what it leaves. @type {Promise<void>} */
+  #changed = Promise.resolve();
 
   /** @param {typeof import("./monitor.js").monitor} monitor */
   constructor(monitor) {
@@ -47,14 +49,17 @@ export class Breakpoints {
    * @param {number} id
    * @param {string | undefined} condition
    */
-  async set(tab, automaton, kind, id, condition) {
-    const all = withBreakpoint(this.of(tab), automaton, kind, id, condition);
-    if (!this.arePlanned(tab)) {
-      await this.#replace(all);
-      return;
-    }
-    planned.set(tab, all);
-    this.#notify();
+  set(tab, automaton, kind, id, condition) {
+    this.#changed = this.#changed.then(async () => {
+      const all = withBreakpoint(this.of(tab), automaton, kind, id, condition);
+      if (!this.arePlanned(tab)) {
+        await this.#replace(all);
+        return;
+      }
+      planned.set(tab, all);
+      this.#notify();
+    });
+    return this.#changed;
   }
 
   /** @param {Breakpoint[]} breakpoints */

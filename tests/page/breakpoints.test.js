@@ -1,0 +1,31 @@
+import assert from "node:assert/strict";
+import {test} from "node:test";
+
+import {STATIC} from "./page.js";
+
+const {Breakpoints} = await import(new URL("monitor/breakpoints.js", STATIC).href);
+
+/** Sets breakpoints a moment after it was asked to. */
+class Monitor extends EventTarget {
+  component = "walk";
+  isOver = false;
+  tab = 0; // none, so that nothing is kept for the next run
+  breakpoints = new Breakpoints(this);
+  sent = [];
+
+  async steer(_action, {breakpoints}) {
+    await new Promise((resolve) => setTimeout(resolve));
+    this.sent.push(breakpoints.map(({state}) => state));
+    return null;
+  }
+}
+
+test("breakpoints that are set before the component answers are all kept", async () => {
+  const {breakpoints, sent} = new Monitor();
+  await Promise.all([breakpoints.set(0, 1, "state", 1, ""), breakpoints.set(0, 1, "state", 2, "")]);
+  assert.deepEqual(sent, [[1], [1, 2]]);
+  assert.deepEqual(
+    breakpoints.all.map(({state}) => state),
+    [1, 2],
+  );
+});
