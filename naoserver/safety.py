@@ -131,9 +131,7 @@ class JointRules:
 
 def clamp(value: float, lower: float, upper: float) -> float:
     """Return the value nearest to `value` from `lower` to `upper`."""
-    # Comparisons: the safety layer clamps at every tick of a motion, and min and max take twice as long.
-    value = max(value, lower)
-    return upper if upper < value else value
+    return min(max(value, lower), upper)
 
 
 class Goal(NamedTuple):

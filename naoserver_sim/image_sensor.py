@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -95,8 +95,11 @@ class ImageSensor:
 
     @cached_property
     def _pool(self) -> NDArray[np.int8]:
-        """Made for the first picture, as most robots take none."""
-        return _pool(self._noise.white, self._seed, len(self._cameras))
+        """Noise enough for several pictures: made for the first, as most robots take none."""
+        values = np.random.default_rng((self._seed, len(self._cameras))).standard_normal(_POOL, np.float32)
+        values *= np.float32(self._noise.white)
+        values += _ROUNDED
+        return np.rint(values, out=values).clip(-_HIGHEST, _HIGHEST, out=values).astype(np.int8)
 
     def sees(self, camera: str) -> bool:
         """Return whether it is one of its cameras."""
@@ -156,21 +159,6 @@ class ImageSensor:
         gain = min(max(self._noise.brightness / mean, self._noise.least_gain), self._noise.most_gain)
         self._measured[camera] = max(past), measured, gain
         return gain
-
-
-@lru_cache(maxsize=1)
-def _pool(deviation: float, *seed: int) -> NDArray[np.int8]:
-    """Return noise enough for several pictures, of a standard deviation.
-
-    Programs that simulate one robot after the other with the same seed, as tests do, wait for it once.
-    """
-    values = np.random.default_rng(seed).standard_normal(_POOL, dtype=np.float32)
-    values *= np.float32(deviation)
-    values += _ROUNDED
-    np.rint(values, out=values).clip(-_HIGHEST, _HIGHEST, out=values)
-    pool = values.astype(np.int8)
-    pool.flags.writeable = False
-    return pool
 
 
 def _smeared(picture: Picture, path: NDArray[np.float64]) -> Picture:

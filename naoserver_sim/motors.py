@@ -49,10 +49,8 @@ class SetpointController:
 
     def place(self, motors: NDArray[np.intp], positions: Array, out: Array) -> None:
         """Set the setpoints of some motors at once, where they stay; fill `out`."""
-        # As np.clip, in half the time: a walk does this at each tick.
-        within = np.minimum(np.maximum(positions, self._lower[motors]), self._upper[motors])
-        self._setpoints[motors] = within
-        self._targets[motors] = within
+        self._setpoints[motors] = np.clip(positions, self._lower[motors], self._upper[motors])
+        self._targets[motors] = self._setpoints[motors]
         out[:] = self._setpoints
 
     def tick(self, period: float, out: Array) -> None:

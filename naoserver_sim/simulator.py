@@ -64,7 +64,6 @@ class Simulator:
         self.data: Final = data
         self.setpoints: Final = setpoints
         self.motors: Final = Motors(mj)
-        self._option = mj.opt
         # What is to be done at the next tick; appending and popping is atomic.
         self._orders: deque[Callable[[], None]] = deque()
         self.parts: Final[list[Callable[[float], None]]] = []
@@ -118,7 +117,7 @@ class Simulator:
 
     def _step(self) -> None:
         """Step the physics for a tick. The sensors measure in its last step alone: nobody looks before."""
-        option = self._option
+        option = self.mj.opt
         option.disableflags |= _SENSORS
         mujoco.mj_step(self.mj, self.data, nstep=STEPS_PER_TICK - 1)
         option.disableflags &= ~_SENSORS

@@ -166,10 +166,9 @@ def describe_package(package: str) -> dict[str, Definition]:
         definitions = msgspec.json.decode(data, type=dict[str, msgspec.Raw])["definitions"]
         return msgspec.json.decode(definitions, type=dict[_TypeId, Definition])
     except (OSError, ImportError, TypeError, ValueError, KeyError) as error:
-        raise ConfigurationException(
-            f"{package or 'code outside a package'} has no readable {_SCHEMA_FILE}:"
-            f" generate it with codegen ({error})"
-        ) from error
+        where = package or "code outside a package"
+        message = f"{where} has no readable {_SCHEMA_FILE}: generate it with codegen ({error})"
+        raise ConfigurationException(message) from error
 
 
 def schema_of(interface: Interface) -> Schema:

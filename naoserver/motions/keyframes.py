@@ -92,17 +92,13 @@ class Motion:
         """Seconds from the beginning to the last key."""
         return max(keys[-1].time for keys in self.keys.values())
 
-    @cached_property
-    def _times(self) -> dict[str, list[float]]:
-        return {joint: [key.time for key in keys] for joint, keys in self.keys.items()}
-
     def at(self, time: float, begin: Mapping[str, float]) -> dict[str, float]:
         """Return the angles at a time after the beginning, at which the joints were at `begin`."""
         return {joint: self._angle(joint, time, begin[joint]) for joint in self.keys}
 
     def _angle(self, joint: str, time: float, begin: float) -> float:
         keys = self.keys[joint]
-        place = bisect_left(self._times[joint], time)
+        place = bisect_left(keys, time, key=lambda key: key.time)
         since, before = (keys[place - 1].time, _known(keys[place - 1], begin)) if place else (0.0, begin)
         if place == len(keys):
             return before

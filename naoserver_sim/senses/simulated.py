@@ -11,7 +11,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Final
 
 import mujoco
@@ -109,16 +109,13 @@ class Sonar:
         return float(distances[nearest]), nearest
 
 
-@cache
 def _cone(angle: float, rays: int) -> Array:
     """Return unit vectors that fill a cone about x evenly, as the seeds of a sunflower; shape (rays, 3)."""
     index = np.arange(rays)
     along = 1.0 - (1.0 - math.cos(angle / 2)) * index / (rays - 1)
     across = np.sqrt(1.0 - along * along)
     turn = index * math.pi * (3.0 - math.sqrt(5.0))
-    cone = np.column_stack([along, across * np.cos(turn), across * np.sin(turn)])
-    cone.flags.writeable = False
-    return cone
+    return np.column_stack([along, across * np.cos(turn), across * np.sin(turn)])
 
 
 def _turned_to(direction: Array) -> Array:

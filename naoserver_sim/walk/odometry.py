@@ -29,7 +29,7 @@ class Odometer:
 
     def __init__(self, legs: Legs) -> None:
         self._legs = legs
-        self._soles: list[tuple[float, float]] | None = None  # on the floor, seen from the torso
+        self._soles: tuple[Vector, Vector] | None = None
         self._unsure = 0  # ticks for which the soles do not count
         self._offset = 0.0  # of the yaw rate
         self._still = 0  # ticks over which that is the mean
@@ -61,8 +61,10 @@ class Odometer:
             self._offset += (rate - self._offset) / self._still
         heading += (rate - self._offset) * seconds
         heading = math.pi - (math.pi - heading) % math.tau
-        left, right = self._legs.sole(_LEFT, joints[:6]), self._legs.sole(_RIGHT, joints[6:])
-        soles = _in_world((left, right), inertial, heading)
+        soles = (
+            _in_world(self._legs.sole(_LEFT, joints[:6]), inertial, heading),
+            _in_world(self._legs.sole(_RIGHT, joints[6:]), inertial, heading),
+        )
         total = loads[0] + loads[1]
         if self._unsure:
             self._unsure -= 1
@@ -81,19 +83,12 @@ def _yaw_rate(inertial: InertialReading) -> float:
     return (about_y * math.sin(inertial.roll) + about_z * math.cos(inertial.roll)) / upright
 
 
-def _in_world(
-    points: tuple[Vector, Vector], inertial: InertialReading, heading: float
-) -> list[tuple[float, float]]:
-    """Return where points of the torso's frame are on the floor, seen from the torso.
-
-    They are turned about x by roll, about y by pitch and about z by heading.
-    """
-    cos_roll, sin_roll = math.cos(inertial.roll), math.sin(inertial.roll)
-    cos_pitch, sin_pitch = math.cos(inertial.pitch), math.sin(inertial.pitch)
-    cos_heading, sin_heading = math.cos(heading), math.sin(heading)
-    turned = []
-    for x, y, z in points:
-        left, up = y * cos_roll - z * sin_roll, y * sin_roll + z * cos_roll
-        ahead = x * cos_pitch + up * sin_pitch
-        turned.append((ahead * cos_heading - left * sin_heading, ahead * sin_heading + left * cos_heading))
-    return turned
+def _in_world(point: Vector, inertial: InertialReading, heading: float) -> Vector:
+    """Turn a vector of the torso's frame about x by roll, about y by pitch and about z by heading."""
+    x, y, z = point
+    cosine, sine = math.cos(inertial.roll), math.sin(inertial.roll)
+    y, z = y * cosine - z * sine, y * sine + z * cosine
+    cosine, sine = math.cos(inertial.pitch), math.sin(inertial.pitch)
+    x, z = x * cosine + z * sine, z * cosine - x * sine
+    cosine, sine = math.cos(heading), math.sin(heading)
+    return x * cosine - y * sine, x * sine + y * cosine, z
