@@ -155,9 +155,8 @@ def test_threads_that_publish_at_once_lose_nothing(calculator: CalculatorPrx, se
 def wait_until_latest_is(calculator: CalculatorPrx, count: int) -> None:
     """Wait until the newest sample has reached all subscriptions of this process."""
     until(lambda: (sample := calculator.getReading.latest()) is not None and sample.value.count == count)
-    calculator.add(
-        1.0, 2.0
-    )  # its answer comes after that sample, which goes to one subscription after the other
+    # Its answer comes after that sample, which goes to one subscription after the other.
+    calculator.add(1.0, 2.0)
 
 
 class TestRate:
