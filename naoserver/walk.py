@@ -73,7 +73,8 @@ class WalkGuard:
         """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was cut.
 
         `limits` are closer ones than those of the robot. With `after` it is refused unless that velocity is
-        still commanded. Raises InvalidCommand or CommandRefused, and then commands nothing.
+        still commanded, and lasts four timeouts. Raises InvalidCommand or CommandRefused, and then commands
+        nothing.
         """
         limitations = []
         with self._lock:
@@ -82,7 +83,9 @@ class WalkGuard:
             if any(velocities.values()):  # everybody may stop it
                 self._body.gate.require(client)
             drives = dict(self._drives)
-            deadline = self._events.wall_time() + self._options.velocity_timeout
+            # The server renews itself what it has commanded: only a stall of the machine delays that.
+            timeout = self._options.velocity_timeout * (1 if after is None else 4)
+            deadline = self._events.wall_time() + timeout
             for kind, velocity in velocities.items():
                 if not math.isfinite(velocity):
                     raise InvalidCommand(kind, f"{kind} is {velocity}: it must be a finite number")
@@ -119,8 +122,7 @@ class WalkGuard:
         stopped = self._stop_where(lambda drive: now >= drive.deadline)
         if stopped:
             self._events.count_timeout()
-            kinds, timeout = " and ".join(stopped), self._options.velocity_timeout
-            message = f"stopped ({kinds}): its velocity was not renewed within {timeout:g} s"
+            message = f"stopped ({' and '.join(stopped)}): its velocity was not renewed in time"
             self._events.add(Severity.Warning, _SOURCE, message, "timeout")
         with self._lock:
             walking = self._walker.walking

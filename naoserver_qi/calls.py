@@ -136,8 +136,6 @@ class Faults:
 
     def _knows(self, key: str) -> bool:
         """Return whether ALMemory may know something under a key."""
-        if not self._forgotten:
-            return True  # at once: programs look up hundreds of keys in a call
         return not any(fnmatchcase(key, pattern) for pattern in self._forgotten.copy())
 
 

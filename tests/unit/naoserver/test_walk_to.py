@@ -62,6 +62,19 @@ def test_it_stands_there_with_the_heading_in_the_frame_in_which_it_stood(rig, pl
     assert math.remainder(there.heading - here.heading - heading, math.tau) == pytest.approx(0.0, abs=0.05)
 
 
+def test_it_goes_on_when_the_machine_stalls_and_ends_when_nobody_corrects_it(rig):
+    begin(rig)
+    rig.clock.advance(PERIOD)
+    rig.walk_to.tick()
+    rig.wall += 1.9
+    rig.walk.watch()
+    assert rig.walk.commanded() != STILL
+    rig.wall += 0.2
+    rig.walk.watch()
+    assert rig.walk.commanded() == STILL
+    assert "not renewed in time" in rig.reported()[-1]
+
+
 def test_its_velocity_is_within_the_limits_on_a_straight_line():
     velocity = Way((2.0, 1.0, 0.0), START, WalkVelocity(0.3, 0.1, 0.9)).velocity(START)
     assert (velocity.forward, velocity.left) == pytest.approx((0.2, 0.1))
