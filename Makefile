@@ -19,7 +19,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python checked-page lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -68,21 +68,17 @@ docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
 release: $(VENV)/release.stamp ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
 	@$(BIN)/python tools/setup/release.py
 
-lint: lint-python checked-page ## Check format, style, types, import rules, generated files and the page
-
-lint-python: $(VENV)/dev.stamp
+lint: $(VENV)/dev.stamp ## Check format, style, types, import rules, generated files and the page
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
 	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
+	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory lint-page; \
+	else echo "Node.js is not installed: the page is not checked"; fi
 
 types: $(VENV)/dev.stamp
 	@$(BIN)/mypy .
-
-checked-page:
-	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory lint-page; \
-	else echo "Node.js is not installed: the page is not checked"; fi
 
 lint-page: tests/page/node_modules/.stamp ## Check the modules of the page: format, mistakes, types
 	npm run --silent --prefix tests/page check

@@ -197,9 +197,9 @@ class SensorRecord:
         tx, ty, tz = values[self._turning : self._turning + 3]
         if errors is None:
             return InertialReading((ax, ay, az), (tx, ty, tz), roll, pitch)
-        e = errors
-        force, turning = (ax + e[0], ay + e[1], az + e[2]), (tx + e[3], ty + e[4], tz + e[5])
-        return InertialReading(force, turning, roll + e[6], pitch + e[7])
+        fx, fy, fz, rx, ry, rz, of_roll, of_pitch = errors[:8]
+        force, turning = (ax + fx, ay + fy, az + fz), (tx + rx, ty + ry, tz + rz)
+        return InertialReading(force, turning, roll + of_roll, pitch + of_pitch)
 
     def bumps(self, sample: Sample) -> tuple[float, ...]:
         """Return the forces on the bumpers in N."""

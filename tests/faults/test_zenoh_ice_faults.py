@@ -20,7 +20,7 @@ from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.memory_files import mapped, shared_maps
-from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
@@ -41,7 +41,6 @@ from zenoh_ice._zenoh.shared_memory import memory_space
 from zenoh_ice._zenoh.transport import ZenohTransport
 
 SERVER = "tests.support.calculator_server"
-STEADY = {"VISUALHFSM_LEASE": str(CALL_LIMIT)}  # of processes whose links a busy machine must not break
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -134,7 +133,7 @@ class TestServerKilled:
     def test_it_is_reported_at_once_and_proxies_and_streams_survive_the_restart(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL, lease=CALL_LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         seen: list[int] = []
         outcome: list[BaseException] = []
 
@@ -186,8 +185,8 @@ class TestServerKilled:
     ) -> None:
         """The first server dies in the middle of the calls; the second is there as soon as the machine lets it."""
         monkeypatch.setattr("zenoh_ice.proxy._RETRY_WAIT", EVENT_LIMIT)
-        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL, lease=CALL_LIMIT)
-        second = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
+        second = make_communicator(connect=[endpoint])
         with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as first:
             server_id = first.wait_for("^ready (.*)")[1].strip()
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
@@ -285,7 +284,7 @@ class TestLinkThatStandsStill:
         """More data than all buffers hold: the sender waits for room, as long as the limit of the call."""
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT)
+            client = make_communicator(connect=[relay.endpoint], shared_memory=False)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(8 << 20)
             assert calculator.echo(data) == data
@@ -303,9 +302,7 @@ class TestLinkThatStandsStill:
     ) -> None:
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(
-                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LONGEST_CALL
-            )
+            client = make_communicator(connect=[relay.endpoint], shared_memory=False, timeout=LONGEST_CALL)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(8 << 20)
             assert calculator.echo(data) == data
@@ -324,9 +321,7 @@ class TestLinkThatStandsStill:
         """More data than all buffers hold: a call with a shorter limit than others does not wait for room."""
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(
-                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LONGEST_CALL
-            )
+            client = make_communicator(connect=[relay.endpoint], shared_memory=False, timeout=LONGEST_CALL)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             hurried = calculator.ice_invocationTimeout(500)
             relay.hold()
@@ -400,7 +395,7 @@ class TestClients:
     def test_clients_of_one_server_reach_each_other_without_a_router(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
-        behavior, monitor = (make_communicator(connect=[endpoint], lease=CALL_LIMIT) for _ in range(2))
+        behavior, monitor = (make_communicator(connect=[endpoint]) for _ in range(2))
         adapter = behavior.createObjectAdapter("Behavior")
         servant = CalculatorI()
         adapter.add(servant, "Behavior")

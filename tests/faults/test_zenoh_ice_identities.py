@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import NEWER_CALCULATOR, CalculatorPrx, NewerCalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
@@ -31,7 +31,7 @@ class TestTwoServers:
     @pytest.fixture
     def servers(self, make_communicator: MakeCommunicator) -> tuple[Communicator, Communicator]:
         """Two that serve a calculator, and do not know of each other."""
-        first, second = (make_communicator(listen=[free_endpoint()], lease=CALL_LIMIT) for _ in range(2))
+        first, second = (make_communicator(listen=[free_endpoint()]) for _ in range(2))
         for server in (first, second):
             serve(server, CalculatorI())
         return first, second
@@ -60,7 +60,7 @@ class TestTwoServers:
     def test_of_many_identities_few_errors_are_logged(
         self, make_communicator: MakeCommunicator, caplog: pytest.LogCaptureFixture
     ) -> None:
-        servers = [make_communicator(listen=[free_endpoint()], lease=CALL_LIMIT) for _ in range(2)]
+        servers = [make_communicator(listen=[free_endpoint()]) for _ in range(2)]
         for server in servers:
             adapter = server.createObjectAdapter("Test")
             for number in range(40):
@@ -150,8 +150,8 @@ def test_another_version_is_refused(pair: Pair) -> None:
 def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_streams(
     endpoint: str, make_communicator: MakeCommunicator, caplog: pytest.LogCaptureFixture
 ) -> None:
-    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
-    first, older = make_communicator(listen=[endpoint], lease=CALL_LIMIT), CalculatorI()
+    client = make_communicator(connect=[endpoint])
+    first, older = make_communicator(listen=[endpoint]), CalculatorI()
     serve(first, older)
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     received: list[int] = []
@@ -163,7 +163,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
     first.destroy()
 
     newer = NewerCalculatorI()
-    serve(make_communicator(listen=[endpoint], lease=CALL_LIMIT), newer)
+    serve(make_communicator(listen=[endpoint]), newer)
     until(lambda: client.identities() == ["Calculator"])
     with pytest.raises(InterfaceMismatchException, match="add"):
         calculator.add(1.5, 2.0)

@@ -40,7 +40,7 @@ def test_too_many_calls_are_refused_and_take_no_memory(
 ) -> None:
     with ComponentProcess(module(SERVER, "--listen", endpoint)) as server:
         server.wait_for("^ready")
-        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL, lease=CALL_LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(MEGABYTE)
         assert calculator.echo(data) == data
@@ -98,7 +98,7 @@ class TestSharedMemory:
         limited = ["sh", "-c", 'ulimit -f 4096; exec "$@"', "sh", *module(SERVER, "--listen", endpoint)]
         with ComponentProcess(limited) as server:
             server.wait_for("^ready")
-            client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
+            client = make_communicator(connect=[endpoint])
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(MEGABYTE)
 

@@ -15,12 +15,11 @@ from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx
 from naoserver.fake import FakeRobot
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
-from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
 from tests.support.robot_server import eventually, served
 from zenoh_ice import initialize
 
 DEBUG = ("--log-level", "debug")
-STEADY = {"VISUALHFSM_LEASE": str(CALL_LIMIT)}  # of processes whose links a busy machine must not break
 
 
 @pytest.fixture(scope="module")

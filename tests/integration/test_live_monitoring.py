@@ -317,7 +317,7 @@ def test_a_lost_component_is_silent_since_then_and_recovers(
         with start(robot, component):
             await opened.attach()
             last = await opened.snapshot()
-        # A busy machine may have made it silent for a while before.
+        # On a busy machine it may have been silent before it ended, too.
         await opened.pushes.until(
             lambda: next((push for push in opened.pushes.of(Stale) if push.since >= last.at - 1), None)
         )

@@ -94,7 +94,7 @@ def test_a_client_without_shared_memory_sends_all_over_the_network(
 ) -> None:
     wire = Wire(pair.client, servant)
     until(wire.shares)
-    client = make_communicator(connect=[pair.endpoint], shared_memory=False, lease=CALL_LIMIT)
+    client = make_communicator(connect=[pair.endpoint], shared_memory=False)
     assert camera(client).getImageData("GRAY8") == image()
     until(lambda: not wire.shares())
     camera(client).getImageData.latest()
@@ -123,9 +123,7 @@ def test_a_client_of_another_realm_is_seen_by_the_servants_that_it_reads(
 ) -> None:
     wire = Wire(pair.client, servant)
     until(wire.shares)
-    stranger = make_communicator(
-        realm="other", connect=[pair.endpoint], shared_memory=False, lease=CALL_LIMIT
-    )
+    stranger = make_communicator(realm="other", connect=[pair.endpoint], shared_memory=False)
     ImageProviderPrx.checkedCast(stranger.stringToProxy("Camera@nao")).getImageData.latest()
     until(lambda: not wire.shares())
 
@@ -133,11 +131,11 @@ def test_a_client_of_another_realm_is_seen_by_the_servants_that_it_reads(
 def test_a_servant_without_shared_memory_sends_over_the_network(
     endpoint: str, make_communicator: Callable[..., Communicator]
 ) -> None:
-    server = make_communicator(listen=[endpoint], shared_memory=False, lease=CALL_LIMIT)
+    server = make_communicator(listen=[endpoint], shared_memory=False)
     adapter = server.createObjectAdapter("Test")
     adapter.activate()
     adapter.add(ImageI(), "Camera")
-    proxy = camera(make_communicator(connect=[endpoint], lease=CALL_LIMIT))
+    proxy = camera(make_communicator(connect=[endpoint]))
     assert [proxy.getImageData("GRAY8") for _ in range(3)] == [image()] * 3
     assert not open_memory_files()
 
@@ -248,7 +246,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
     monkeypatch.setattr(shared_memory, "_copy", copy_late)
     with ComponentProcess([sys.executable, "-c", PUBLISHER, endpoint]) as publisher:
         publisher.wait_for("^ready")
-        client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
+        client = make_communicator(connect=[endpoint])
         until(lambda: bool(client.identities()))
         whole: list[bool] = []
 
@@ -267,7 +265,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
 def test_killed_servers_leave_nothing_in_their_clients(
     endpoint: str, make_communicator: Callable[..., Communicator]
 ) -> None:
-    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
+    client = make_communicator(connect=[endpoint])
     proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
     others = shared_maps()  # of communicators that several tests share
     for _ in range(3):

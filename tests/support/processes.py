@@ -17,11 +17,13 @@ from typing import Self
 
 import psutil
 
-from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 
-__all__ = ["ComponentProcess", "announced", "assert_gone", "free_endpoint", "module"]
+__all__ = ["STEADY", "ComponentProcess", "announced", "assert_gone", "free_endpoint", "module"]
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+STEADY = {"VISUALHFSM_LEASE": str(CALL_LIMIT)}
+"""The environment of a process whose link a busy machine must not break."""
 
 
 def module(name: str, *arguments: str) -> list[str]:
