@@ -57,6 +57,7 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
                 "the robot is stopped: a hand in the way.*pauses until commands are accepted again"
             )
             monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
+            eventually(lambda: monitor.getSnapshot().status is ComponentStatus.Paused)
             first, later = monitor.getSnapshot(), monitor.getSnapshot.wait(timeout=START_LIMIT).value
             assert first.status is later.status is ComponentStatus.Paused
             assert first.refusal.startswith("turner/turn: CommandRefusedException: the robot is stopped")
