@@ -11,12 +11,14 @@ import sys
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.util import find_spec
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from typing import Any
 
 import pytest
+import typer.testing
 from hypothesis import HealthCheck, settings
 
 from tests.support.examples import examples, more_asked_for
@@ -151,6 +153,8 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
                 signal.signal(number, handler)
         # A machine may be busy for 2 s, and longer than an image of a simulation may take.
         patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))
+        # Before each command that a test runs, typer would build those beside it again.
+        patch.setattr("typer.testing._get_command", lru_cache(maxsize=16)(typer.main.get_command))
         if find_spec("mujoco") and any(each.get_closest_marker("gl") for each in session.items):
             from naoserver_sim import cameras
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 import time
-
-import pytest
+from typing import TYPE_CHECKING
 
 from tests.support.calculator import CalculatorError, DivisionByZero, Node, OtherError, Reading, Scientific
 from zenoh_ice import Current
 from zenoh_ice.servant import ServedObject
+
+if TYPE_CHECKING:
+    import pytest  # which a server's process, one of the many, does not need
 
 
 class Mute(Exception):
@@ -62,7 +63,9 @@ class CalculatorI(Scientific):
             case "exit":
                 raise SystemExit(3)
             case "cancelled":
-                raise asyncio.CancelledError
+                from asyncio import CancelledError  # which takes long to import, too
+
+                raise CancelledError
             case "generator":
                 raise GeneratorExit
             case "mute":
