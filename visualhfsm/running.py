@@ -26,11 +26,12 @@ from codegen.hfsm import (
 )
 from codegen.hfsm.document import Document
 from codegen.hfsm.source_map import SourceMap, SourceRow
-from visualhfsm.child import Lines, WatchedProcess, child_environment, describe_exit
+from visualhfsm.child import child_environment
 from visualhfsm.editing.places import Locator, Place, spots
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source, complete
+from visualhfsm.watched import Lines, WatchedProcess, describe_exit
 from zenoh_ice import Settings
 
 _Status = Literal["generating", "starting", "running", "stopping", "ended"]

@@ -16,7 +16,7 @@ from hfsm_command.child import ChildProcess
 from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.running import eventually
-from visualhfsm.child import LineReports, Lines
+from visualhfsm.watched import LineReports, Lines
 
 
 class Output:

@@ -22,7 +22,7 @@ from websockets.typing import Origin
 from codegen.hfsm.document import Document
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
-from visualhfsm.editing.problems import CheckProcess
+from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import Publish
 from visualhfsm.web.server import Options, Server

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import msgspec
 
@@ -18,7 +18,7 @@ from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import Source, retrieve
 
-Wanted = Literal["complete", "explain", "signature", "lint", "interfaces"]
+from .question import Question, Wanted
 
 _PATIENCE: Final = 4.0
 """Limit of the time of an answer, in seconds."""
@@ -27,23 +27,6 @@ _FIRST: Final = 5
 _UNTITLED: Final = "untitled.xml"
 _LARGEST: Final = 200_000
 """Limit of the length of a piece of code, in characters."""
-
-
-class Question(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What is asked: of the piece of code at a place of a document, which is given as its text.
-
-    The document of `lint` contains the code; for the other questions it may contain any code at that place.
-    `include` are directories with packages of interfaces.
-    """
-
-    wanted: Wanted
-    document: str = ""
-    path: str = ""
-    place: Place | None = None
-    code: str = ""
-    line: int = 1
-    column: int = 0
-    include: tuple[str, ...] = ()
 
 
 class CodeHelper:

@@ -23,7 +23,7 @@ from visualhfsm.editing.problems import Problem, find_problems
 from .completion import complete, explain, signature
 from .component import TypedComponent, generate_around
 from .parsed_files import keep_parsed_files, with_readable_files
-from .service import Question
+from .question import Question
 
 _INTERFACES_AGE: Final = 30.0
 """Seconds after which generated interfaces are looked for again."""

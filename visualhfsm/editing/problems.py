@@ -1,12 +1,10 @@
 """Problems of a document as it would be saved now, with the places to jump to.
 
-The editor never waits for a check: `CheckProcess` does it in another process, in which no code of a document
-is run.
+The editor never waits for a check: this module is also the process in which `CheckProcess` does it.
 """
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -18,11 +16,9 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.loading import check_document
-from visualhfsm.child import LineProcess, NoAnswerError, answer_lines
-from visualhfsm.errors import EditError
+from visualhfsm.child import answer_lines
 
 from .places import Locator, Place
-from .serialization import written
 
 if TYPE_CHECKING:
     from codegen.hfsm.model_checker import ModelReport  # the editor leaves it to its process for checks
@@ -34,8 +30,6 @@ _MOST_STEPS: Final = 2000
 _VIOLATED: Final = Code.VIOLATED_PROPERTY
 _NO_STATE: Final = Code.NO_STATE
 _UNTITLED: Final = "untitled.xml"
-_PATIENCE: Final = 20.0
-"""Limit of a check in seconds, and again without the model checker."""
 
 
 class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
@@ -159,54 +153,17 @@ def _where(path: Path, line: int, file: Path) -> str:
     return f"{place}, line {line}" if line and path != file else place
 
 
-class _Question(msgspec.Struct, frozen=True):
+class Question(msgspec.Struct, frozen=True):
+    """The text of a document to check, and the other parameters of `find_problems`."""
+
     text: str
     path: str | None
     include: list[str]
     limit: int | None
 
 
-class CheckProcess:
-    """A process that checks documents, one after the other; it is started when it is first needed.
-
-    Safe to be used from several threads: each waits for its turn.
-    """
-
-    def __init__(self, *, patience: float = _PATIENCE) -> None:
-        self._patience = patience
-        self._process = LineProcess(__name__)
-        self._closed = threading.Event()
-
-    def find_problems(
-        self, document: Document, path: Path | None, include: Sequence[Path] = ()
-    ) -> list[Problem]:
-        """Return what is wrong in a document. Raises EditError when it cannot be written, or checked."""
-        text = written(document)
-        for limit in (None, 0):
-            if self._closed.is_set():
-                raise EditError("Cannot check the document", "the checks have been ended")
-            question = _Question(text, None if path is None else str(path), [*map(str, include)], limit)
-            try:
-                answer = self._process.ask(msgspec.json.encode(question), self._patience)
-                problems = msgspec.json.decode(answer, type=list[Problem])
-            except (NoAnswerError, msgspec.MsgspecError):
-                continue
-            return problems if limit is None else [*problems, _unchecked("model checker")]
-        return [_unchecked("checks")]
-
-    def close(self) -> None:
-        """End the process; a check that is running ends without a result."""
-        self._closed.set()
-        self._process.close()
-
-
-def _unchecked(what: str) -> Problem:
-    message = f"this revision is not checked by the {what}, which took too long or failed"
-    return Problem(code="", severity="warning", message=message)
-
-
 def _answer(line: bytes) -> bytes:
-    question = msgspec.json.decode(line, type=_Question)
+    question = msgspec.json.decode(line, type=Question)
     problems = find_problems(
         question.text,
         None if question.path is None else Path(question.path),

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from visualhfsm.editing.problems import CheckProcess
+from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.errors import EditError
 
 from .protocol import Problems

@@ -16,7 +16,7 @@ from typing import Any, Final, Self
 
 from codegen.hfsm.code.names import component_name
 from visualhfsm.code_help.service import CodeHelper
-from visualhfsm.editing.problems import CheckProcess
+from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.serialization import written
 from visualhfsm.errors import EditError, MissingError, TooManyError, VisualHfsmError
 from visualhfsm.live.service import Monitoring

@@ -17,11 +17,12 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
 from tests.support.editing import large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
+from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.commands.automata import AddAutomaton
 from visualhfsm.editing.commands.states import SetArgument, SetStateCode
 from visualhfsm.editing.commands.transitions import SetTransitionCode
 from visualhfsm.editing.places import Locator, Place, spots
-from visualhfsm.editing.problems import CheckProcess, Problem, find_problems
+from visualhfsm.editing.problems import Problem, find_problems
 from visualhfsm.editing.serialization import parse, written
 from visualhfsm.errors import EditError
 

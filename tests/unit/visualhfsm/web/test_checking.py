@@ -8,7 +8,8 @@ from pathlib import Path
 
 from codegen.hfsm.document import Document
 from tests.support.limits import RUN_LIMIT
-from visualhfsm.editing.problems import CheckProcess, Problem
+from visualhfsm.editing.check_process import CheckProcess
+from visualhfsm.editing.problems import Problem
 from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.checking import Checking
 from visualhfsm.web.protocol import Problems

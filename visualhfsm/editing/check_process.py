@@ -1,0 +1,60 @@
+"""The process that checks the documents of the editor, in which no code of a document is run."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from codegen.hfsm.document import Document
+from visualhfsm.child import LineProcess, NoAnswerError
+from visualhfsm.errors import EditError
+
+from . import problems
+from .problems import Problem, Question
+from .serialization import written
+
+_PATIENCE: Final = 20.0
+"""Limit of a check in seconds, and again without the model checker."""
+
+
+class CheckProcess:
+    """A process that checks documents, one after the other; it is started when it is first needed.
+
+    Safe to be used from several threads: each waits for its turn.
+    """
+
+    def __init__(self, *, patience: float = _PATIENCE) -> None:
+        self._patience = patience
+        self._process = LineProcess(problems.__name__)
+        self._closed = threading.Event()
+
+    def find_problems(
+        self, document: Document, path: Path | None, include: Sequence[Path] = ()
+    ) -> list[Problem]:
+        """Return what is wrong in a document. Raises EditError when it cannot be written, or checked."""
+        text = written(document)
+        for limit in (None, 0):
+            if self._closed.is_set():
+                raise EditError("Cannot check the document", "the checks have been ended")
+            question = Question(text, None if path is None else str(path), [*map(str, include)], limit)
+            try:
+                answer = self._process.ask(msgspec.json.encode(question), self._patience)
+                found = msgspec.json.decode(answer, type=list[Problem])
+            except (NoAnswerError, msgspec.MsgspecError):
+                continue
+            return found if limit is None else [*found, _unchecked("model checker")]
+        return [_unchecked("checks")]
+
+    def close(self) -> None:
+        """End the process; a check that is running ends without a result."""
+        self._closed.set()
+        self._process.close()
+
+
+def _unchecked(what: str) -> Problem:
+    message = f"this revision is not checked by the {what}, which took too long or failed"
+    return Problem(code="", severity="warning", message=message)
