@@ -96,7 +96,7 @@ def pytest_collection() -> Generator[None, object, object]:
             return (yield)
     finally:
         gc.freeze()  # what was imported is not searched later, either
-        gc.set_threshold(2_000, 20, 100)  # and what tests make is searched less often: little of it is garbage
+        gc.set_threshold(2_000, 20, 100)  # and what tests make, less often: little of it is garbage
         gc.enable()
 
 
