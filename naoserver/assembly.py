@@ -13,7 +13,6 @@ from naoserver.event_log import EventLog
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
-from naoserver.motions.keyframes import load_motions
 from naoserver.motions.player import PERIOD, MotionPlayer
 from naoserver.motions.postures import situation_of
 from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
@@ -170,15 +169,14 @@ class Assembly:
     def _add_motions(self) -> MotionPlayer:
         robot = self._robot
         player = MotionPlayer(self.body, lambda: situation_of(robot), self._wake)
-        motions = load_motions()
         postures: PosturesI
         if robot.postures is None:
-            postures = KeyFramePosturesI(player, motions)
+            postures = KeyFramePosturesI(player)
         else:
             postures = OwnPosturesI(robot.postures, self.body)
             self.gate.on_stop(robot.postures.stop)
             self.watched.append(postures)
-        self._add(Motions=MotionsI(player, motions), Postures=postures)
+        self._add(Motions=MotionsI(player), Postures=postures)
         return player
 
     def _wake(self) -> None:

@@ -83,7 +83,6 @@ class ALBehaviorManager(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._player = access.player
-        self._motions = load_motions()
 
     setDefaultBehaviors, getDefaultBehaviors = kept(
         "the behaviors that a robot runs when it starts", [], behaviors=texts
@@ -104,7 +103,7 @@ class ALBehaviorManager(Service):
     def startBehavior(self, name: object) -> None:
         """Begin a behavior; returns at once."""
         motion = self._motion(name)
-        route = MotionRoute(motion, self._motions.values())
+        route = MotionRoute(motion, load_motions().values())
         self._player.begin(MOTION, motion.name, route, client=CLIENT)
 
     def stopBehavior(self, name: object) -> None:
@@ -118,7 +117,7 @@ class ALBehaviorManager(Service):
 
     def getInstalledBehaviors(self) -> list[str]:
         """Return the names of the behaviors."""
-        return list(self._motions)
+        return list(load_motions())
 
     def getRunningBehaviors(self) -> list[str]:
         """Return the name of the behavior that runs; one at most does."""
@@ -136,11 +135,12 @@ class ALBehaviorManager(Service):
 
     def isBehaviorInstalled(self, name: object) -> bool:
         """Return whether there is a behavior of a name."""
-        return text(name, "name") in self._motions
+        return text(name, "name") in load_motions()
 
     def isBehaviorRunning(self, name: object) -> bool:
         """Return whether a behavior runs."""
         return text(name, "name") in self.getRunningBehaviors()
 
     def _motion(self, name: object) -> Motion:
-        return self._motions[chosen(name, "behavior", self._motions)]
+        motions = load_motions()
+        return motions[chosen(name, "behavior", motions)]

@@ -253,7 +253,7 @@ def _too_fast(joint: str, keys: Sequence[Key]) -> tuple[float, str] | None:
 
 @cache
 def load_motions() -> Mapping[str, Motion]:
-    """Return the motions in our files by name. Raises MotionError."""
+    """Return the motions in our files by name: read when they are first used. Raises MotionError."""
     with resources.as_file(resources.files("naoserver.motions") / "files") as folder:
         motions = [
             parse_motion(read_text(path, MotionError), path.stem, str(path))

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import threading
 from abc import abstractmethod
-from collections.abc import Mapping
 from typing import Final
 
 from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
 from naoserver.capabilities import OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
 from naoserver.guarded_device import GuardedDevice
-from naoserver.motions.keyframes import Motion
+from naoserver.motions.keyframes import load_motions
 from naoserver.motions.player import MotionPlayer, MotionRoute, PostureRoute
 from naoserver.motions.postures import POSTURES, nearest_posture
 from naoserver.servants.shared import action_stream, refusals_raised, require_known, require_positive
@@ -31,21 +30,21 @@ _PERIOD: Final = 0.05
 class MotionsI(Motions):
     """Play motions, and report their progress."""
 
-    def __init__(self, player: MotionPlayer, motions: Mapping[str, Motion]) -> None:
+    def __init__(self, player: MotionPlayer) -> None:
         self._player = player
-        self._motions = motions
         self.stream: Final = action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
 
     def getMotions(self, current: Current) -> list[MotionFacts]:
         return [
             MotionFacts(name=of.name, description=of.description, duration=of.duration, start=of.start)
-            for of in self._motions.values()
+            for of in load_motions().values()
         ]
 
     def play(self, name: str, pace: float, current: Current) -> None:
-        require_known("motion", name, self._motions)
+        motions = load_motions()
+        require_known("motion", name, motions)
         require_positive(_FASTEST, pace=pace)
-        route = MotionRoute(self._motions[name], self._motions.values())
+        route = MotionRoute(motions[name], motions.values())
         with refusals_raised():
             self._player.begin(MOTION, name, route, pace=pace, client=current.client)
 
@@ -93,17 +92,16 @@ class KeyFramePosturesI(PosturesI):
 
     names = tuple(POSTURES)
 
-    def __init__(self, player: MotionPlayer, motions: Mapping[str, Motion]) -> None:
+    def __init__(self, player: MotionPlayer) -> None:
         super().__init__()
         self._player = player
-        self._motions = motions
 
     def progress(self) -> ActionState:
         return self._player.progress(POSTURE)
 
     def go(self, name: str, fraction: float, client: str) -> None:
         """Begin to go to a posture, getting up on the way where the body lies."""
-        route = PostureRoute(name, self._motions.values(), fraction)
+        route = PostureRoute(name, load_motions().values(), fraction)
         self._player.begin(POSTURE, name, route, client=client)
 
     def stop(self, current: Current) -> None:
