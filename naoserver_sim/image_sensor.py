@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -93,14 +93,6 @@ class ImageSensor:
             self._cameras, (-1, {}, 1.0)
         )
 
-    @cached_property
-    def _pool(self) -> NDArray[np.int8]:
-        """Noise enough for several pictures: made for the first, as most robots take none."""
-        values = np.random.default_rng((self._seed, len(self._cameras))).standard_normal(_POOL, np.float32)
-        values *= np.float32(self._noise.white)
-        values += _ROUNDED
-        return np.rint(values, out=values).clip(-_HIGHEST, _HIGHEST, out=values).astype(np.int8)
-
     def sees(self, camera: str) -> bool:
         """Return whether it is one of its cameras."""
         return camera in self._cameras
@@ -139,7 +131,8 @@ class ImageSensor:
         bits = 8 - max(0, math.frexp(colors.max() * (255 + _HIGHEST) / 255)[1])
         factors = np.tile(np.rint(colors * 2**bits).astype(np.uint16), width)
         begin = np.random.default_rng((self._seed, index, tick)).integers(_POOL - picture.size)
-        noise = self._pool[begin : begin + picture.size].reshape(height, 3 * width)
+        pool = _noise_values(self._seed, len(self._cameras), self._noise.white)
+        noise = pool[begin : begin + picture.size].reshape(height, 3 * width)
         values = np.add(blurred.reshape(noise.shape), noise, dtype=np.int16)
         product = values.clip(0, 255 + _HIGHEST, out=values).view(np.uint16)
         product *= factors
@@ -159,6 +152,15 @@ class ImageSensor:
         gain = min(max(self._noise.brightness / mean, self._noise.least_gain), self._noise.most_gain)
         self._measured[camera] = max(past), measured, gain
         return gain
+
+
+@lru_cache(maxsize=1)
+def _noise_values(seed: int, cameras: int, white: float) -> NDArray[np.int8]:
+    """Return noise enough for several pictures, made once for robots of one seed."""
+    values = np.random.default_rng((seed, cameras)).standard_normal(_POOL, np.float32)
+    values *= np.float32(white)
+    values += _ROUNDED
+    return np.rint(values, out=values).clip(-_HIGHEST, _HIGHEST, out=values).astype(np.int8)
 
 
 def _smeared(picture: Picture, path: NDArray[np.float64]) -> Picture:
