@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
+from tests.support.any_text import any_text
+
 _WORDS = r"""
 module struct class interface exception enum sequence dictionary const idempotent out throws extends optional
 local int string bool byte double void Object Value true false stream m S T E I a b c foo \module
@@ -40,4 +42,4 @@ _PIECES = [
 def slice_like_texts() -> st.SearchStrategy[str]:
     """Return a strategy of words of Slice in any order, with pieces of good Slice and any characters between."""
     words = st.sampled_from([*_WORDS, "\n"]) | st.sampled_from(_DIRECTIVES) | st.sampled_from(_PIECES)
-    return st.lists(words | st.text(max_size=5), max_size=40).map(" ".join)
+    return st.lists(words | any_text(max_size=5), max_size=40).map(" ".join)

@@ -6,10 +6,10 @@ from pathlib import Path
 import msgspec
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from deploy.launcher import free_endpoint
 from deploy.stack import ProcessSpec, Restarts, StackError, load_stack, stack_path
+from tests.support.any_text import any_text
 from tests.support.processes import REPOSITORY
 
 GOOD = """
@@ -122,7 +122,7 @@ def test_a_missing_file_is_named(tmp_path):
         load_stack(tmp_path / "nowhere.toml")
 
 
-@given(st.text(max_size=200))
+@given(any_text(max_size=200))
 def test_any_text_is_read_or_refused_with_the_file_named(tmp_path_factory, text):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_bytes(text.encode("utf-8", errors="surrogatepass"))

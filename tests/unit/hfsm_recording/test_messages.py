@@ -28,6 +28,7 @@ from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.recording.values import readable
 from hfsm_runtime.replay.script import Recording
 from interfaces.jderobot import ImageDescription
+from tests.support.any_text import any_text
 from tests.support.automata import after, automaton, component, when
 from tests.support.documents import compile_to, document, state, sub
 from tests.support.examples import examples
@@ -80,12 +81,14 @@ def test_an_object_whose_repr_fails_is_shown_all_the_same() -> None:
     assert "Bad" in readable(Bad())
 
 
-_plain = st.floats() | st.integers() | st.text(max_size=5) | st.binary(max_size=5) | st.none() | st.booleans()
+_plain = (
+    st.floats() | st.integers() | any_text(max_size=5) | st.binary(max_size=5) | st.none() | st.booleans()
+)
 _nested = st.recursive(
     _plain,
     lambda inner: (
         st.lists(inner, max_size=3)
-        | st.dictionaries(st.text(max_size=5), inner, max_size=2)
+        | st.dictionaries(any_text(max_size=5), inner, max_size=2)
         | st.tuples(inner)
     ),
     max_leaves=8,

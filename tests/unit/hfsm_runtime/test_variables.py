@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hfsm_runtime import Automaton, State
 from hfsm_runtime.variables import assign, short_repr, variables_of
 from interfaces.jderobot import ImageData, ImageDescription, Time
+from tests.support.any_text import any_text
 from tests.support.examples import examples
 from zenoh_ice import Sample
 
@@ -74,8 +75,8 @@ def test_a_repr_is_that_of_python_cut_to_120_characters(value: object, text: str
 @settings(max_examples=examples(40))
 @given(
     st.recursive(
-        st.integers() | st.text() | st.floats() | st.binary() | st.none(),
-        lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner) | st.tuples(inner, inner),
+        st.integers() | any_text() | st.floats() | st.binary() | st.none(),
+        lambda inner: st.lists(inner) | st.dictionaries(any_text(), inner) | st.tuples(inner, inner),
         max_leaves=20,
     )
 )

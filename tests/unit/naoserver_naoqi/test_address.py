@@ -2,9 +2,9 @@
 
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from naoserver_naoqi.link import AddressError, RobotAddress
+from tests.support.any_text import any_text
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_what_is_no_address_is_refused_with_a_reason(text, reason):
         RobotAddress.parse(text)
 
 
-@given(st.text())
+@given(any_text())
 def test_any_text_is_an_address_or_none(text):
     try:
         address = RobotAddress.parse(text)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from naoserver.body import H25
 from naoserver_naoqi.memory_keys import MemoryLayout
+from tests.support.any_text import any_text
 from tests.support.scripted_naoqi import DEVICES, nao_memory
 
 
@@ -113,7 +114,7 @@ def test_what_is_missing_reads_as_at_rest():
 @given(
     st.dictionaries(
         st.integers(0, 120),
-        st.none() | st.floats(allow_nan=True) | st.text(max_size=3) | st.booleans() | st.just([]),
+        st.none() | st.floats(allow_nan=True) | any_text(max_size=3) | st.booleans() | st.just([]),
         max_size=5,
     )
 )

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
 from naoserver_qi.service import SERVICES
+from tests.support.any_text import any_text
 from tests.support.examples import examples
 from tests.support.qi_service import Rig
 
@@ -35,8 +36,13 @@ SENSIBLE = [
     [["HeadYaw"]],
 ]
 FOREIGN = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4) | st.sampled_from(SENSIBLE),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner, max_size=2),
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | any_text(max_size=4)
+    | st.sampled_from(SENSIBLE),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(any_text(max_size=2), inner, max_size=2),
     max_leaves=6,
 )
 

@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
 from naoserver_qi.arguments import JointNames, fraction, keepable, number, number_lists, numbers, text
+from tests.support.any_text import any_text
 from tests.support.examples import examples
 
 NAMES = JointNames(H25.joint_names)
 
 foreign = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.binary(max_size=5),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=2), inner, max_size=2),
+    st.none() | st.booleans() | st.integers() | st.floats() | any_text(max_size=5) | st.binary(max_size=5),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(any_text(max_size=2), inner, max_size=2),
 )
 
 

@@ -8,13 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
 from naoserver_sim.model import build_model
 from naoserver_sim.surroundings import draw_field
 from naoserver_sim.world import bundled_worlds, load_world, parse_world, scattered
 from soccer_field.model import Field
+from tests.support.any_text import any_text
 
 pytestmark = pytest.mark.sim
 
@@ -69,7 +69,7 @@ def test_file_that_is_missing_is_reported_with_what_there_is():
         load_world("socer")
 
 
-@given(st.text())
+@given(any_text())
 def test_no_text_leads_to_another_error(text):
     with contextlib.suppress(RobotError):
         parse_world(text, "w.toml")

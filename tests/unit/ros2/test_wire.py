@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from ros2 import LATCHED, SENSOR_DATA, Entity, InvalidNameError, QoS, RosError
 from ros2.wire import Attachment, check_node_name, dds_name, domain_id, key, resolve, ros_name
+from tests.support.any_text import any_text
 
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 ZID = "aac3178e146ba6f1fc6e6a4085e77f21"
@@ -68,7 +68,7 @@ def test_a_token_may_have_more_parts() -> None:
     assert Entity.parse(f"{token}/cpu:") == Entity.parse(token) is not None
 
 
-@given(st.text(max_size=60))
+@given(any_text(max_size=60))
 def test_any_token_is_read_or_refused(text: str) -> None:
     QoS.decode(text)
     Entity.parse(f"@ros2_lv/0/{ZID}/0/11/MP/%/%/talker/%chatter/{text}/{HASH}/::,7:,:,:,,")

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
+from tests.support.any_text import any_text
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import access_control
 from zenoh_ice.settings import Role, Security, Settings
@@ -163,7 +164,7 @@ def test_what_is_no_role_is_refused(table: object, message: str) -> None:
         parse_role(table)
 
 
-@given(st.text(max_size=12))
+@given(any_text(max_size=12))
 def test_whatever_is_accepted_makes_keys(pattern: str) -> None:
     try:
         role = parse_role({"call": [pattern], "read": [pattern]})

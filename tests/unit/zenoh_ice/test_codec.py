@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.any_text import any_text
 from tests.support.calculator import Node
 from tests.support.examples import examples
 from tests.support.wire_values import pack
@@ -61,7 +62,7 @@ def whole(low: int, high: int) -> st.SearchStrategy[int]:
     return st.integers(low, high)
 
 
-inners = st.builds(Inner, st.booleans(), st.text(max_size=20))
+inners = st.builds(Inner, st.booleans(), any_text(max_size=20))
 everything = st.builds(
     Everything,
     whole(0, 255),
@@ -72,7 +73,7 @@ everything = st.builds(
     st.binary(max_size=50),
     inners,
     st.lists(inners, max_size=3),
-    st.dictionaries(st.text(max_size=5), st.floats(allow_nan=False), max_size=3),
+    st.dictionaries(any_text(max_size=5), st.floats(allow_nan=False), max_size=3),
     st.recursive(st.none(), lambda node: st.builds(Node, whole(0, 9), node), max_leaves=5),
 )
 codec = Codec(Everything)

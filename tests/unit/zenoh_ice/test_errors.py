@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.any_text import any_text
 from tests.support.calculator import CalculatorError, DivisionByZero, OtherError
 from tests.support.examples import examples
 from tests.support.wire_values import Desk
@@ -189,8 +190,8 @@ def test_any_bytes_make_an_exception(data: bytes) -> None:
     st.dictionaries(
         st.sampled_from(["exception", "bases", "members", "message", "path", "member"]),
         st.recursive(
-            st.none() | st.integers() | st.text() | st.sampled_from(["::test::CalculatorError"]),
-            lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+            st.none() | st.integers() | any_text() | st.sampled_from(["::test::CalculatorError"]),
+            lambda inner: st.lists(inner) | st.dictionaries(any_text(), inner),
             max_leaves=5,
         ),
     )

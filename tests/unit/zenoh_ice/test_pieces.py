@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.any_text import any_text
 from tests.support.wire_values import Desk
 from zenoh_ice import MarshalException, ObjectPrx
 from zenoh_ice import _codec as pieces
@@ -57,7 +58,7 @@ byte_sequences = st.builds(lambda size, fill: bytes([fill]) * size, sizes, st.in
             Image,
             shape=st.builds(Shape, width=st.integers(0, 9), mask=byte_sequences),
             pixels=byte_sequences,
-            comment=st.text(max_size=9),
+            comment=any_text(max_size=9),
         ),
         others=st.lists(byte_sequences, max_size=2),
         note=st.none() | byte_sequences,

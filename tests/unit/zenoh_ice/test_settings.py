@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from hfsm_command.cli import describe
+from tests.support.any_text import any_text
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.settings import Security, Settings, load_settings
 
@@ -176,7 +176,7 @@ def test_a_program_can_override_and_is_checked() -> None:
         Settings().override(relm="lab")
 
 
-@given(st.text())
+@given(any_text())
 def test_no_realm_breaks_out_of_its_chunk(realm: str) -> None:
     try:
         accepted = Settings(realm=realm).realm
@@ -186,7 +186,7 @@ def test_no_realm_breaks_out_of_its_chunk(realm: str) -> None:
     assert not set(accepted) & set("/*$#?@ \n")
 
 
-@given(st.text(max_size=40))
+@given(any_text(max_size=40))
 def test_an_endpoint_is_accepted_or_refused_by_our_exception(endpoint: str) -> None:
     try:
         settings = Settings(listen=(endpoint,))

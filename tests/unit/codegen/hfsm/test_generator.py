@@ -20,6 +20,7 @@ from hfsm_runtime import Component, ComponentError, VirtualRun, run
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.variables import variables_of
+from tests.support.any_text import any_text
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.examples import examples
 from tests.support.limits import RUN_LIMIT
@@ -448,7 +449,7 @@ def test_indentation_does_not_change_the_meaning(code: str, indentation: str) ->
 
 
 @settings(max_examples=examples(80), deadline=None)
-@given(st.text(max_size=40))
+@given(any_text(max_size=40))
 def test_any_text_is_code_or_a_fault_with_a_place(text: str) -> None:
     for analysis in (analysis_of(code=Text(text, 3, 5)), analysis_of(condition=Text(text, 3, 5))):
         for _, _, error in analysis.problems:

@@ -15,6 +15,7 @@ from codegen.hfsm import compile_document, parse_document
 from codegen.hfsm.code.language import is_mostly_cpp
 from codegen.hfsm.code.python2 import fix_python2
 from codegen.hfsm.code.text import parse_piece
+from tests.support.any_text import any_text
 from tests.support.documents import document, state, sub
 from tests.support.examples import examples
 from visualhfsm.conversion import convert_python2
@@ -169,7 +170,7 @@ def test_any_mixture_is_fixed_and_the_rest_stays(lines: list[tuple[str, str]]) -
 @settings(max_examples=examples(60), deadline=None)
 @given(
     st.text(st.sampled_from("print exec raise `<>(),'\"\n\t:;#\\ulrL07x%$"), max_size=60)
-    | st.text(max_size=60)
+    | any_text(max_size=60)
 )
 def test_no_code_does_more_than_stay_as_it_is(code: str) -> None:
     fixed = fix_python2(code)

@@ -15,12 +15,13 @@ from PIL import Image
 from deploy.nao.images import png
 from deploy.nao.output import count_text, duration_text, pretty, span_text
 from deploy.nao.watch import StreamStatistics
+from tests.support.any_text import any_text
 from tests.support.examples import examples
 from zenoh_ice import Sample
 
 VALUES: st.SearchStrategy[Any] = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
-    lambda inner: st.lists(inner, max_size=30) | st.dictionaries(st.text(), inner, max_size=5),
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | any_text(),
+    lambda inner: st.lists(inner, max_size=30) | st.dictionaries(any_text(), inner, max_size=5),
     max_leaves=40,
 )
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from hfsm_runtime.debugger.expressions import Expression, ExpressionError, Members, values_in
 from interfaces.jderobot import Time
+from tests.support.any_text import any_text
 
 
 def value(text: str, **names: object) -> object:
@@ -226,7 +227,7 @@ def test_numbers_of_other_types_do_not_run_their_own_code():
 
 
 @settings(deadline=None)
-@given(st.text(max_size=60))
+@given(any_text(max_size=60))
 def test_no_text_does_any_harm(text):
     with contextlib.suppress(ExpressionError):
         Expression(text).holds({"a": 1, "b": [1, 2], "self": Members(x=1)})

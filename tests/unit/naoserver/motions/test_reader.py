@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from naoserver.body import H25
 from naoserver.motions.keyframes import Interpolation, MotionError, parse_motion
 from naoserver.motions.postures import POSTURES
+from tests.support.any_text import any_text
 
 FRAME = "[[frame]]\nafter = 1.0\n"
 
@@ -118,7 +119,7 @@ def test_what_is_no_toml_is_reported_with_its_line():
     assert "line 2" in refusal("[[frame]]\nafter = \n")
 
 
-@given(st.text(max_size=200))
+@given(any_text(max_size=200))
 def test_any_text_is_a_motion_or_refused(text):
     with suppress(MotionError):
         parse(text)

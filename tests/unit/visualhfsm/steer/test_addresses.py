@@ -4,9 +4,9 @@ import contextlib
 
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.support.any_text import any_text
 from tests.support.component import dance_and_follow
 from tests.support.examples import examples
 from visualhfsm.errors import VisualHfsmError
@@ -129,7 +129,7 @@ def test_a_structure_that_is_no_tree_ends() -> None:
 
 
 @settings(max_examples=examples(40), deadline=None)
-@given(st.text(max_size=30), st.text(max_size=10))
+@given(any_text(max_size=30), any_text(max_size=10))
 def test_no_name_breaks_it(text: str, name: str) -> None:
     structure = dance_and_follow()
     structure.automata[0].states[0].name = name

@@ -17,13 +17,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
+from tests.support.any_text import any_text
 from tests.support.editor import patched
 from tests.support.examples import examples
 from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
 from visualhfsm.web.window import Version, full, patch
 
-codes = st.builds(Text, st.text(max_size=5))
+codes = st.builds(Text, any_text(max_size=5))
 # States and transitions are chosen, since each draw takes time; so the same ones also come again.
 states = st.sampled_from(
     [

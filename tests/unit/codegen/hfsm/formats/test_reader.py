@@ -16,6 +16,7 @@ from codegen.hfsm.document import (
     Element,
     Text,
 )
+from tests.support.any_text import any_text
 from tests.support.examples import examples
 from tests.support.random_documents import documents
 
@@ -310,7 +311,7 @@ def test_what_is_written_reads_back_the_same(document: Document) -> None:
 
 
 @settings(max_examples=examples(25), deadline=None)
-@given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
+@given(st.binary(max_size=200) | any_text(max_size=200).map(str.encode))
 def test_no_input_does_more_than_report_errors(content: bytes) -> None:
     diagnostics = Diagnostics()
     assert parse_document(content, PATH, diagnostics) is None

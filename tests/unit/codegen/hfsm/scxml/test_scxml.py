@@ -15,6 +15,7 @@ from codegen.hfsm import parse_document, read_document, write_document
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from codegen.hfsm.scxml import is_scxml, parse_scxml, write_scxml
 from hfsm_runtime import VirtualRun, run
+from tests.support.any_text import any_text
 from tests.support.codegen_command import ROOT
 from tests.support.documents import compile_to, load
 from tests.support.examples import examples
@@ -734,7 +735,7 @@ def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> 
 
 
 @settings(max_examples=examples(40), deadline=None)
-@given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
+@given(st.binary(max_size=200) | any_text(max_size=200).map(str.encode))
 def test_what_is_no_xml_is_reported(content: bytes) -> None:
     diagnostics = Diagnostics()
     assert parse_scxml(content, PATH, diagnostics) is None
