@@ -79,9 +79,7 @@ class Camera:
         way = (height - EYE[2]) / ray[2] if ray[2] else math.inf
         if way <= 0:
             return SimpleNamespace(x=math.inf, y=math.inf, distance=math.inf)
-        return SimpleNamespace(
-            x=EYE[0] + way * ray[0], y=way * ray[1], distance=way * float(np.linalg.norm(ray))
-        )
+        return SimpleNamespace(x=EYE[0] + way * ray[0], y=way * ray[1], distance=way * math.hypot(*ray))
 
 
 @cache

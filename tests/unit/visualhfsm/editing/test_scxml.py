@@ -79,12 +79,13 @@ def arcs_through_states(automaton: Automaton) -> Iterator[int]:
     parts = np.linspace(0.0, 1.0, 301)[:, None]
     for each in automaton.transitions:
         begin, end = places[each.origin], places[each.destination]
-        others = [place for key, place in places.items() if key not in (each.origin, each.destination)]
-        if each.origin == each.destination or not others:
+        others = np.array([places[key] for key in places if key not in (each.origin, each.destination)])
+        if each.origin == each.destination or not len(others):
             continue
         control = 2 * np.array((each.x, each.y)) - (begin + end) / 2
         arc = (1 - parts) ** 2 * begin + 2 * parts * (1 - parts) * control + parts**2 * end
-        if (np.linalg.norm(arc[:, None] - np.array(others), axis=2) < 41).any():
+        x, y = (arc[:, None] - others).T
+        if (x**2 + y**2 < 41**2).any():
             yield each.id
 
 
