@@ -68,7 +68,7 @@ def test_the_page_works_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyP
                 output = run(command, tmp_path)
                 deadline = time.monotonic() + EVENT_LIMIT
                 while "waits in the queue" in output and time.monotonic() < deadline:
-                    output = run(command, tmp_path)  # whoever types lets the component do a cycle in between
+                    output = run(command, tmp_path)  # a user lets the component do a cycle in between
                 assert matches(expected, output), f"{command}\n{output}"
         assert ran == 25
         assert component.wait() == 0, component.output
