@@ -10,6 +10,7 @@ pytest.importorskip("qi")
 
 from naoserver.errors import RobotError
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
 from tests.support.qi_service import Rig
 
 pytestmark = pytest.mark.sim
@@ -75,7 +76,7 @@ def test_there_are_twenty_of_them():
 @pytest.mark.parametrize("name", MOTIONS)
 def test_it_stands_after_a_motion(name):
     step, keys = MOTIONS[name]
-    rig = Rig(lambda clock: SimulatedRobot(clock=clock, skin=False))
+    rig = Rig(lambda clock: SimulatedRobot(clock=clock, skin=False, world=load_world("empty")))
     try:
         angles = [list(values) for values in keys.values()]
         times = [[step * (i + 1) for i in range(len(values))] for values in angles]
@@ -88,7 +89,7 @@ def test_it_stands_after_a_motion(name):
 
 
 def test_a_motion_that_would_hurt_is_refused():
-    rig = Rig(lambda clock: SimulatedRobot(clock=clock, skin=False))
+    rig = Rig(lambda clock: SimulatedRobot(clock=clock, skin=False, world=load_world("empty")))
     try:
         with pytest.raises(RobotError, match="finite"):
             rig.complete(rig.motion.angleInterpolation, ["HeadYaw"], [[math.nan]], [[1.0]], True)

@@ -75,7 +75,6 @@ def test_joints_and_hinges_go_where_they_are_sent_and_stop_where_they_are(nao, b
     assert state.commands[place] > -0.9
 
 
-@on_each_body
 def test_the_hips_share_a_motor(body, nao):
     names = body.getJointNames()
     left, right = both = [names.index(f"{side}HipYawPitch") for side in "LR"]

@@ -210,7 +210,6 @@ def test_lights_fade_and_a_text_is_begun_reported_and_ended(nao):
 # -- postures and motions ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("nao", WITH_AN_H21, indirect=True)
 def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
     postures = nao.proxy(PosturesPrx, "Postures")
     assert set(postures.getPostures()) >= POSTURES.keys()
