@@ -86,7 +86,7 @@ class Periodic:
         self._wanted = wanted
         self._gap = gap
         self._last: float | None = None  # when it ran or was found to be wanted; None while it is not
-        self._earliest = -math.inf
+        self._earliest = self._due = -math.inf
 
     def due(self, now: float) -> float:
         """Return when it is due; infinity while it is not wanted."""
@@ -97,12 +97,13 @@ class Periodic:
             self._last, self._earliest = now, -math.inf
         period = self._period()
         slot = (math.floor(self._last / period + _RESOLUTION) + 1) * period
-        return max(slot, self._earliest)
+        self._due = max(slot, self._earliest)
+        return self._due
 
     def run(self) -> None:
         """Do the work."""
         now = self.clock.now()
-        self._last = max(now, min(self.due(now), now + _RESOLUTION))
+        self._last = max(now, min(self._due, now + _RESOLUTION))
         self._earliest = now + self._gap()
         if self._work() is False:
             self._earliest = now + _RETRY * (self.clock.rate or 1.0)
