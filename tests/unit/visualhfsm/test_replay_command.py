@@ -9,7 +9,8 @@ import pytest
 from hfsm_recording.outcome import Divergence, Outcome, Side, Step
 from hfsm_recording.writer import RecordingWriter
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.replay import outcome_lines, replay
+from visualhfsm.replay import replay
+from visualhfsm.replaying import outcome_lines
 
 
 def side(state: str) -> Side:
