@@ -1,4 +1,4 @@
-"""The page about security: its five commands, the router and its clients in separate processes."""
+"""The page about security: its five commands, the router in a separate process."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
+from deploy.nao.command import app
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
-from tests.support.limits import RUN_LIMIT
+from tests.support.commands import run_here
 from tests.support.pages import DOCS
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from zenoh_ice import initialize
@@ -33,9 +34,7 @@ def module(words: list[str]) -> list[str]:
 
 
 def run(command: list[str]) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        module(command), cwd=REPOSITORY, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
-    )
+    return run_here(app, *command, cwd=REPOSITORY)
 
 
 def test_the_five_commands(tmp_path: Path) -> None:
