@@ -8,6 +8,8 @@ from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
+import msgspec
+
 from .errors import DefinitionError
 from .source_map import text_of_guard
 
@@ -32,8 +34,7 @@ class Event:
     data: Any = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Input:
+class Input(msgspec.Struct, frozen=True, kw_only=True):
     """A variable of an automaton that the state above it sets: of type int, float, bool, str or object.
 
     Without a default, which is `REQUIRED`, the state has to hand it over.

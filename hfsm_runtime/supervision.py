@@ -7,8 +7,9 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
+
+import msgspec
 
 from interfaces.hfsm import ErrorReport
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
@@ -45,8 +46,7 @@ UNAVAILABLE: Final = (
 """Exceptions of a proxy while its server is offline: not the user's fault, and possibly temporary."""
 
 
-@dataclass(frozen=True, slots=True)
-class Refusal:
+class Refusal(msgspec.Struct, frozen=True):
     """A refused command: where and why (`message`), and the holder of the robot, if any.
 
     `since` is steady wall time in s.

@@ -6,7 +6,8 @@ Times are integer nanoseconds of component time.
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+
+import msgspec
 
 from .automaton import Automaton, Event, State, Transition
 from .automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
@@ -16,8 +17,7 @@ from .observer import Observer
 __all__ = ["ChangeKind", "DropReason", "Replaced", "Run", "Tree", "grow"]
 
 
-@dataclass(frozen=True, slots=True)
-class Replaced:
+class Replaced(msgspec.Struct, frozen=True):
     """The fate of replaced automata: which are `gone`, and which lost their state."""
 
     gone: tuple[Run, ...]

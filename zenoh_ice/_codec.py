@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
-from dataclasses import dataclass
 from functools import lru_cache, reduce
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
@@ -65,8 +64,7 @@ class Parted(NamedTuple):
     large: Sequence[bytes]
 
 
-@dataclass(slots=True, eq=False)
-class Pieces:
+class Pieces(msgspec.Struct, eq=False):
     """A payload that was not yet copied into one: small parts, and between each two a large byte sequence."""
 
     small: Sequence[bytes]

@@ -7,10 +7,11 @@ import logging
 import threading
 from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any, Final
+
+import msgspec
 
 from ._codec import Buffer, Parted, Pieces
 from ._threads import Pool
@@ -127,8 +128,7 @@ class InProcessTransport:
             inlet.close()
 
 
-@dataclass(frozen=True)
-class _Caller:
+class _Caller(msgspec.Struct, frozen=True, eq=False):
     transport: InProcessTransport
     prefix: str
     operation: str
