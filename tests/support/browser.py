@@ -15,6 +15,8 @@ import pytest
 from playwright.sync_api import (
     Browser,
     BrowserContext,
+    ConsoleMessage,
+    Error,
     Locator,
     Page,
     Playwright,
@@ -54,7 +56,7 @@ FEATURES_OFF: Final = (
 FLAGS: Final = (
     "--no-sandbox",  # that of Chromium does not work for root in a container
     *("--disable-gpu", "--disable-dev-shm-usage"),
-    "--renderer-process-limit=1",  # the windows of a context share a process
+    "--renderer-process-limit=1",  # a window stays in its process, which keeps the files of the page
     f"--disable-features={','.join(FEATURES_OFF)}",
 )
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
@@ -146,7 +148,6 @@ class Connections:
 
     def __init__(self, page: Page) -> None:
         self._page = page
-        page.add_init_script(KEEP_CONNECTIONS)
 
     def cut(self) -> None:
         """Close all connections and refuse new ones."""
@@ -165,16 +166,21 @@ class EditorPage:
         self.connections = Connections(page)
         self.editor = editor
         self.mishaps: list[str] = []
-        page.on("pageerror", lambda error: self.mishaps.append(str(error)))
-        page.on("console", lambda message: self._note(message.type, message.text))
-        page.set_default_timeout(PAGE_LIMIT * 1000)
-        page.add_init_script(KEEP_NOTICES)
-        page.add_init_script(ROBOT_WAS_SHOWN)
+        page.on("pageerror", self._note_error)
+        page.on("console", self._note_message)
         page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
 
-    def _note(self, kind: str, text: str) -> None:
-        if kind == "error" and "WebSocket" not in text:
-            self.mishaps.append(text)
+    def leave(self) -> None:
+        """Listen no longer: the window will show something else."""
+        self.page.remove_listener("pageerror", self._note_error)
+        self.page.remove_listener("console", self._note_message)
+
+    def _note_error(self, error: Error) -> None:
+        self.mishaps.append(str(error))
+
+    def _note_message(self, message: ConsoleMessage) -> None:
+        if message.type == "error" and "WebSocket" not in message.text:
+            self.mishaps.append(message.text)
 
     def state(self, name: str) -> Locator:
         """The state of the shown automaton with a name."""
@@ -334,24 +340,27 @@ class EditorPage:
 def editor_page(
     browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800, cached: bool = True
 ) -> Iterator[EditorPage]:
-    """Open the editor in a new window; fail if the page throws or logs an error.
+    """Open the editor in a window; fail if the page throws or logs an error.
 
-    Its files may come from the browser's cache if `cached`; then it does not always list what it loads.
+    Its files may come from the browser's cache if `cached`; then it does not always list what it loads. What a test
+    changes in the window for good, such as its clock, remains: such a test closes it, or has one that is not `cached`.
     """
-    with window(browser, editor.host, width, height, cached) as page, recorded(page):
-        shown = EditorPage(page, editor)
-        yield shown
-        assert not shown.mishaps, shown.mishaps
+    origin = f"http://{editor.host}"
+    with window(browser, origin, width, height, cached) as page:
+        with recorded(page):
+            shown = EditorPage(page, editor)
+            yield shown
+            assert not shown.mishaps, shown.mishaps
+        shown.leave()
 
 
 @functools.cache
-def kept_context(browser: Browser, width: int, height: int) -> tuple[BrowserContext, Page]:
-    """Return the context that windows of this kind have in turn, and a blank window of it that stays open.
+def idle_windows(browser: Browser, width: int, height: int) -> list[Page]:
+    """Return the windows of a size that no test has at present.
 
-    The cache of the context keeps the page's modules, and the blank window keeps the process for pages.
+    Each is the only one of its context. It keeps the files of the editor's page in its memory, and its process.
     """
-    context = new_context(browser, width, height)
-    return context, context.new_page()
+    return []
 
 
 def new_context(browser: Browser, width: int, height: int) -> BrowserContext:
@@ -360,25 +369,44 @@ def new_context(browser: Browser, width: int, height: int) -> BrowserContext:
 
 
 @contextlib.contextmanager
-def window(browser: Browser, host: str, width: int, height: int, cached: bool) -> Iterator[Page]:
-    """Open a window that remembers nothing but unchanging files, of which it is the only one."""
-    context, blank = kept_context(browser, width, height)
-    if context.pages != [blank] or not cached:
-        with contextlib.closing(new_context(browser, width, height)) as context:
-            yield context.new_page()
-        return
-    page = context.new_page()
+def window(browser: Browser, origin: str, width: int, height: int, cached: bool) -> Iterator[Page]:
+    """Provide a window that remembers nothing or, if `cached`, nothing but unchanging files."""
+    idle = idle_windows(browser, width, height) if cached else []
+    page = idle.pop() if idle else new_window(browser, width, height)
+    reusable = False
     try:
-        context.clear_cookies()
-        context.clear_permissions()
-        devtools = context.new_cdp_session(page)
-        devtools.send("Storage.clearDataForOrigin", {"origin": f"http://{host}", "storageTypes": "all"})
-        devtools.detach()
         yield page
+        reusable = cached and not page.is_closed() and page.evaluate("origin") == origin
+        if reusable:
+            forget(page, origin)
+            page.set_viewport_size({"width": width, "height": height})
+            idle_windows(browser, width, height).append(page)
     finally:
-        for each in context.pages:
-            if each != blank:
-                each.close()
+        if not reusable:
+            page.context.close()
+
+
+def new_window(browser: Browser, width: int, height: int) -> Page:
+    """Open a window for `EditorPage`."""
+    page = new_context(browser, width, height).new_page()
+    for script in (KEEP_CONNECTIONS, KEEP_NOTICES, ROBOT_WAS_SHOWN):
+        page.add_init_script(script)
+    page.set_default_timeout(PAGE_LIMIT * 1000)
+    return page
+
+
+def forget(page: Page, origin: str) -> None:
+    """Leave a page, and let its window forget it, all that it has stored, and how it was used."""
+    page.evaluate("sessionStorage.clear()")
+    page.unroute_all()
+    page.goto("about:blank")
+    page.mouse.move(0, 0)
+    page.emulate_media(media="null", color_scheme="light", forced_colors="null")
+    page.context.clear_cookies()
+    page.context.clear_permissions()
+    devtools = page.context.new_cdp_session(page)
+    devtools.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+    devtools.detach()
 
 
 def saved(shown: EditorPage, path: Path) -> Document:

@@ -33,6 +33,7 @@ def recorded(page: Page) -> Iterator[None]:
     profiler.send("Profiler.startPreciseCoverage", {"callCount": True, "detailed": True})
     yield
     scripts = profiler.send("Profiler.takePreciseCoverage")["result"]
+    profiler.detach()
     Path(folder).mkdir(parents=True, exist_ok=True)
     (Path(folder) / f"coverage-{uuid.uuid4()}.json").write_text(
         json.dumps({"result": list(_of_files(scripts))})
