@@ -316,20 +316,18 @@ class EditorPage:
     def _violations(self, areas: Sequence[str], options: dict[str, Any]) -> list[str]:
         # For what is not asked for, axe lists one element of each rule instead of all. Parsing all style sheets once
         # more would take a third of its time, and serves only a rule that is off, as it is experimental.
-        found: dict[str, Any] = self.page.evaluate(
-            """([areas, options]) => {
+        found: list[str] = self.page.evaluate(
+            """async ([areas, options]) => {
               const shown = areas.filter((each) => document.querySelector(each)).map((each) => [each]);
               if (areas.length && !shown.length) throw new Error(`nothing is shown of ${areas}`);
               const usual = {resultTypes: ["violations"], preload: {assets: ["media"]}};
-              return axe.run(areas.length ? {include: shown} : document, {...usual, ...options});
+              const found = await axe.run(areas.length ? {include: shown} : document, {...usual, ...options});
+              return found.violations.flatMap(({id, nodes}) =>
+                nodes.map((node) => `${id}: ${node.html.slice(0, 150)} ${node.failureSummary}`));
             }""",
             [areas, options],
         )
-        return [
-            f"{each['id']}: {node['html'][:150]} {node['failureSummary']}"
-            for each in found["violations"]
-            for node in each["nodes"]
-        ]
+        return found
 
     def _use_theme(self, theme: Literal["light", "dark"]) -> None:
         self.page.emulate_media(color_scheme=theme)
