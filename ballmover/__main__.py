@@ -9,7 +9,7 @@ import hfsm_command
 
 def main() -> NoReturn:
     """Run the command."""
-    hfsm_command.end_at_ctrl_c()
+    hfsm_command.begin_loading()
     from hfsm_command.cli import run
 
     from .cli import app

@@ -5,15 +5,25 @@ Every command begins with this, before it imports anything else; so this imports
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
 
-__all__ = ["end_at_ctrl_c", "missing_package", "tether_command"]
+__all__ = ["begin_loading", "end_at_ctrl_c", "missing_package", "tether_command"]
 
 _TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
 _INTERRUPTED = 130
+
+
+def begin_loading() -> None:
+    """Prepare for the import of a command: Ctrl-C ends the process at once, and nobody looks for garbage.
+
+    All that is made stays, and the search takes a tenth of the time. `hfsm_command.cli.run` ends both.
+    """
+    end_at_ctrl_c()
+    gc.disable()
 
 
 def end_at_ctrl_c() -> None:

@@ -206,6 +206,8 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end
     for number in _stop_signals():
         signal.signal(number, lambda number, _frame: os._exit(128 + number))
+    gc.freeze()  # what was imported stays, and is not searched later, either
+    gc.enable()
     atexit.register(gc.freeze)  # memory goes with the process: it is not searched for garbage first
     try:
         app()

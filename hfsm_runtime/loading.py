@@ -30,7 +30,7 @@ def prepare_program() -> None:
     """
     program = sys.modules["__main__"]
     if _GENERATED in (program.__doc__ or ""):
-        hfsm_command.end_at_ctrl_c()
+        hfsm_command.begin_loading()
         sys.excepthook = _report_uncaught
 
 

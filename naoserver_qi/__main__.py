@@ -57,7 +57,7 @@ def serve_fake(
 
 def main() -> NoReturn:
     """Run the command."""
-    hfsm_command.end_at_ctrl_c()
+    hfsm_command.begin_loading()
     from hfsm_command.cli import run
     from naoserver.errors import RobotError
 

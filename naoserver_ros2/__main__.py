@@ -10,7 +10,7 @@ import hfsm_command
 
 def main() -> NoReturn:
     """Run the command, or report the missing package."""
-    hfsm_command.end_at_ctrl_c()
+    hfsm_command.begin_loading()
     try:
         from hfsm_command.cli import run
         from naoserver_ros2.command import EXPECTED, app

@@ -13,7 +13,7 @@ _GL: Final = "MUJOCO_GL"
 
 def main() -> NoReturn:
     """Run the command, or report the missing package."""
-    hfsm_command.end_at_ctrl_c()
+    hfsm_command.begin_loading()
     # MuJoCo, while it is imported, would look for GLFW, which starts a process. The cameras need no windows,
     # and make their GL contexts later as the variable says.
     chosen = os.environ.get(_GL, "")

@@ -10,7 +10,7 @@ import hfsm_command
 
 def main() -> NoReturn:
     """Run the command."""
-    hfsm_command.end_at_ctrl_c()
+    hfsm_command.begin_loading()
     from deploy.nao.command import app
     from deploy.nao.completion import join_words
     from hfsm_command.cli import run

@@ -17,7 +17,9 @@ from hfsm_command.cli import report_ready
 from tests.support.limits import RUN_LIMIT
 
 HEADER = """
-import sys, time, typer
+import hfsm_command
+hfsm_command.begin_loading()
+import gc, sys, time, typer
 from pathlib import Path
 from hfsm_command.cli import *
 from zenoh_ice.settings import Settings
@@ -51,6 +53,7 @@ OPTIONS = """
 def command(*, settings: Settings) -> None:
     import logging
     logging.getLogger("robot.arm").info("reached %d", 3)
+    assert gc.isenabled()
     typer.echo(settings.realm)
 """
 
