@@ -24,6 +24,7 @@ from .code.text import (
     CodeError,
     all_nodes,
     bound_names,
+    child_nodes,
     dotted,
     own_nodes,
     parse,
@@ -466,7 +467,7 @@ def _parse(code: Code, kind: _Kind) -> tuple[ast.Module, int]:
 def _is_too_deep(tree: ast.AST) -> bool:
     level: list[ast.AST] = [tree]
     for _ in range(_DEEPEST):
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        level = [child for node in level for child in child_nodes(node)]
         if not level:
             return False
     return True
@@ -488,7 +489,7 @@ def _accesses(piece: Piece, function: str | None, nodes: list[ast.AST], self_nam
         used = node.func if isinstance(node, ast.Call) else node
         name, *path = dotted(used) or [""]
         if name != self_name or not isinstance(used, ast.Attribute):
-            pending += [*ast.iter_child_nodes(node)][::-1]
+            pending += child_nodes(node)[::-1]
             continue
         call = node if isinstance(node, ast.Call) else None
         if call is not None:

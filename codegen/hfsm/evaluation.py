@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from .code.text import binds
+from .code.text import binds, child_nodes
 from .definitions import COMPONENT_ALIASES, UNKNOWN, Answer, is_static
 
 if TYPE_CHECKING:
@@ -36,6 +36,8 @@ _HARMLESS: Final = frozenset(
     {"bool", "getattr", "hasattr", "id", "isinstance", "print", "repr", "str", "type"}
 )
 """Builtins that do nothing with their arguments."""
+_SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
+"""Nodes of which there is nothing to say: a third of all."""
 
 
 class ProxyCall(NamedTuple):
@@ -132,6 +134,8 @@ class Evaluation:
 
     def visit(self, node: ast.AST) -> None:
         """Evaluate a statement, or an expression whose value is not followed."""
+        if isinstance(node, _SIGNS):
+            return
         self._note(node)
         match node:
             case ast.Expr(value=value):
@@ -175,7 +179,7 @@ class Evaluation:
             self.effects.allow_anything(node)
 
     def _inside(self, node: ast.AST, *evaluated: ast.AST) -> None:
-        for child in ast.iter_child_nodes(node):
+        for child in child_nodes(node):
             if child not in evaluated:
                 self.visit(child)
 
@@ -278,6 +282,8 @@ class Evaluation:
 
     def value(self, node: ast.expr) -> Values:
         """Return the values of an expression; none if they are unknown, or of no interest."""
+        if isinstance(node, ast.Constant):
+            return frozenset({_Value("text", node.value)}) if isinstance(node.value, str) else _NOTHING
         self._note(node)
         match node:
             case ast.Name() | ast.Attribute():

@@ -29,6 +29,7 @@ __all__ = [
     "all_nodes",
     "binds",
     "bound_names",
+    "child_nodes",
     "compile_source",
     "definitions",
     "dotted",
@@ -67,21 +68,39 @@ def parse_python(source: str | bytes, filename: str = "<unknown>", *, mode: str 
 @lru_cache(maxsize=8192)
 def all_nodes(tree: ast.AST) -> tuple[ast.AST, ...]:
     """Return the nodes of a tree in the order of `ast.walk`, cached for repeated use."""
-    return tuple(ast.walk(tree))
+    found = [tree]
+    for node in found:  # grows
+        found += child_nodes(node)
+    return tuple(found)
 
 
-def own_nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes below a node that belong to its scope.
+def child_nodes(node: ast.AST) -> list[ast.AST]:
+    """Return what `ast.iter_child_nodes` yields, in half of its time."""
+    found: list[ast.AST] = []
+    for name in node._fields:
+        value = getattr(node, name, None)
+        if isinstance(value, ast.AST):
+            found.append(value)
+        elif isinstance(value, list):
+            found += [each for each in value if isinstance(each, ast.AST)]
+    return found
+
+
+@lru_cache(maxsize=8192)
+def own_nodes(node: ast.AST) -> tuple[ast.AST, ...]:
+    """Return the nodes below a node that belong to its scope, cached for repeated use.
 
     For functions and classes these are the parts that are evaluated at the definition: decorators, default
     values and base classes. Annotations are not evaluated.
     """
     # Not recursive: a long chain of `elif` or of `+` is deeper than Python's stack.
-    pending = [*ast.iter_child_nodes(node)][::-1]
+    found: list[ast.AST] = []
+    pending = child_nodes(node)[::-1]
     while pending:
         child = pending.pop()
-        yield child
+        found.append(child)
         pending += evaluated_at_once(child)[::-1]
+    return tuple(found)
 
 
 def evaluated_at_once(node: ast.AST) -> list[ast.AST]:
@@ -93,7 +112,7 @@ def evaluated_at_once(node: ast.AST) -> list[ast.AST]:
             return [*_defaults(arguments)]
         case ast.ClassDef():
             return [*node.decorator_list, *node.bases, *node.keywords]
-    return [*ast.iter_child_nodes(node)]
+    return child_nodes(node)
 
 
 def _defaults(arguments: ast.arguments) -> Iterator[ast.expr]:
@@ -342,7 +361,7 @@ def definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctio
 
 def bound_names(tree: ast.AST) -> frozenset[str]:
     """Return the names that code binds in its own scope: assigns, deletes, defines, imports or captures."""
-    nodes = list(own_nodes(tree))
+    nodes = own_nodes(tree)
     comprehensions = (node for node in nodes if isinstance(node, ast.comprehension))
     inside = {target for each in comprehensions for target in ast.walk(each.target)}
     names = {name for node in nodes if node not in inside for name in binds(node)}
