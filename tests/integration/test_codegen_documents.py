@@ -1,17 +1,17 @@
-"""`codegen` with documents that import others and have extensions, in separate processes."""
+"""`codegen` with documents that import others and have extensions."""
 
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from tests.support.codegen_command import ROOT, codegen
+from tests.support.commands import run_file_here
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import END_LIMIT, RUN_LIMIT
+from tests.support.limits import END_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.running import eventually
 
@@ -89,19 +89,15 @@ def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:
         assert watching.wait(END_LIMIT) == 130
 
 
-def test_the_component_lists_its_parameters_and_checks_them(home: Path) -> None:
+def test_the_component_lists_its_parameters_and_checks_them(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert codegen("main.xml", cwd=home).returncode == 0
 
-    def call(*arguments: str) -> subprocess.CompletedProcess[str]:
-        environment = {"PYTHONPATH": str(ROOT), "COLUMNS": "140", "NO_COLOR": "1"}
-        command = [sys.executable, str(home / "main.py"), *arguments]
-        return subprocess.run(
-            command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
-        )
-
-    shown = call("--help").stdout
+    monkeypatch.setenv("COLUMNS", "140")
+    shown = run_file_here(home / "main.py", "--help").stdout
     assert re.search(r"--top-speed\s+\S+\s+In m/s\.\s+\[default: 0\.5\]", shown)
     assert re.search(r"--loud\b.*--no-loud\b", shown)
-    wrong = call("--top-speed", "fast")
+    wrong = run_file_here(home / "main.py", "--top-speed", "fast")
     assert wrong.returncode == 2
-    assert "--top-speed" in wrong.stderr
+    assert "--top-speed" in wrong.stdout
