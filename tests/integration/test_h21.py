@@ -14,6 +14,7 @@ from naoserver.body import H21, H25
 from naoserver.motions.postures import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
 from tests.support.motion_rig import MotionRig
 from tests.support.robot_server import served_to_client, wait_for
 from zenoh_ice import ObjectNotExistException, VirtualClock
@@ -77,13 +78,16 @@ def test_its_camera_knows_where_a_pixel_is_on_the_floor(nao):
 
 def test_it_gets_up():
     clock = VirtualClock()
-    rig = MotionRig(SimulatedRobot(clock=clock, skin=False, body=H21), clock)
+    robot = SimulatedRobot(clock=clock, skin=False, world=load_world("empty"), body=H21)
+    rig = MotionRig(robot, clock)
     rig.let_go(0.8)
     rig.robot.stage.push((80.0, 0.0, 0.0), 0.15)
     rig.let_go(3.0)
     assert rig.stance is Stance.BELLY
+    assert max(rig.robot.read().stiffnesses) == 0.0, "it let go in the fall"
     assert rig.go("Stand").status is ActionStatus.Done
     assert rig.posture == "Stand"
+    assert min(rig.robot.read().stiffnesses) == 1.0
 
 
 @pytest.mark.parametrize(("name", "moved"), [("Walk", 11), ("Reach", 4), ("StandUp", 21)])

@@ -27,7 +27,7 @@ class Rig:
         self.clock = VirtualClock()
         self.robot = SimulatedRobot(clock=self.clock, skin=False, world=load_world("empty"), **options)
         self.walker = self.robot.walker
-        self.go(1.0)
+        self.go(0.2)
 
     def go(self, seconds):
         self.clock.advance(seconds)
@@ -115,7 +115,7 @@ def test_the_odometry_knows_where_it_has_got_to():
 def test_it_begins_from_any_posture_on_its_feet(posture):
     rig = Rig(posture=posture)
     rig.walker.command(WalkVelocity(forward=0.2))
-    rig.go(6.0)
+    rig.go(5.0)
     assert rig.walker.walking
     assert rig.truth()[0] > 0.5
 
