@@ -228,6 +228,7 @@ class _JobThread(threading.Thread):
         self.stopping = False
         self._jobs = jobs
         self._clock = jobs[0].clock
+        self._due: dict[Job, float] = {}  # as each job said before the last wait
         self._retry: dict[Job, float] = {}  # when a failed job is tried again, in steady wall time
 
     def run(self) -> None:
@@ -236,7 +237,8 @@ class _JobThread(threading.Thread):
             if self.stopping:
                 return
             for job in self._jobs:
-                if self._retry.get(job, -math.inf) <= time.monotonic() and is_due(job, self._clock.now()):
+                due = self._due.get(job, math.inf) <= self._clock.now() + _RESOLUTION
+                if due and self._retry.get(job, -math.inf) <= time.monotonic():
                     self._do(job)
             self._wait()
 
@@ -251,7 +253,8 @@ class _JobThread(threading.Thread):
         """Wait until something is due, or has changed."""
         now, begun = self._clock.now(), time.monotonic()
         # On the jobs' clock also while idle: advancing a stepped one waits for its waiters.
-        seconds = min(min(job.due(now) for job in self._jobs) - now, _POLL * (self._clock.rate or 1.0))
+        self._due = {job: job.due(now) for job in self._jobs}
+        seconds = min(min(self._due.values()) - now, _POLL * (self._clock.rate or 1.0))
         self._clock.wait(self.changed, max(0.0, seconds))
         # Neither a job that fails nor a clock that has ended makes a busy loop.
         if not self.stopping:
