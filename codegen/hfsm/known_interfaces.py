@@ -11,7 +11,7 @@ import json
 import keyword
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -216,7 +216,8 @@ class _Finder:
     def all_interfaces(self, document: Path | None, include: Sequence[Path]) -> Iterator[KnownInterface]:
         yield from self._in_namespace(_OURS / _PACKAGE, None)
         for directory in interface_directories(document, include) if document else ():
-            yield from self._in_namespace(directory / _PACKAGE, directory)
+            if directory != _OURS:
+                yield from self._in_namespace(directory / _PACKAGE, directory)
         places = [(each.resolve(), False) for each in include]
         # Any package beside a document may be of another program.
         for directory, generated_only in [(document.parent.resolve(), True), *places] if document else places:
@@ -235,24 +236,29 @@ class _Finder:
     def _in_package(
         self, folder: Path, package: tuple[str, ...], scope: tuple[str, ...], directory: Path | None
     ) -> Iterator[KnownInterface]:
-        on_disk = {folder / name for name in _listed(folder) if name.endswith(".py")}
-        for module in sorted(on_disk.union(path for path in self.generated if path.parent == folder)):
-            for name in self._proxies(module):
+        for module, names in self._modules(folder):
+            for name in names:
                 yield KnownInterface("::".join((*scope, name)), ".".join(package), module, directory)
         if len(scope) < _MAX_DEPTH:
             for inner in self._packages(folder):
                 yield from self._in_package(inner, (*package, inner.name), (*scope, inner.name), directory)
 
-    def _proxies(self, module: Path) -> Iterable[str]:
-        text = self.generated.get(module)
-        if text is not None:
-            return _PROXY.findall(text)
-        status = module.stat()
-        return _read_proxies(module, status.st_mtime_ns, status.st_size)
+    def _modules(self, folder: Path) -> list[tuple[Path, Sequence[str]]]:
+        """Return the modules of a package, each with the interfaces whose proxies it defines."""
+        found: dict[str, tuple[Path, Sequence[str]]] = {
+            path.name: (path, _PROXY.findall(text))
+            for path, text in self.generated.items()
+            if path.parent == folder
+        }
+        for entry in _entries(folder):
+            if entry.name.endswith(".py") and entry.name not in found:
+                found[entry.name] = _proxies(entry)
+        return [found[name] for name in sorted(found)]
 
     def _packages(self, directory: Path) -> list[Path]:
         found = {path.parent for path in self.generated if path.parent.parent == directory}
-        beside = (directory / name for name in _listed(directory) if name.isidentifier())
+        folders = (each.name for each in _entries(directory) if each.is_dir())
+        beside = (directory / name for name in folders if name.isidentifier())
         found |= {package for package in beside if (package / "__init__.py").is_file()}
         return sorted(package for package in found if package.name.isidentifier())
 
@@ -260,16 +266,22 @@ class _Finder:
         return path in self.generated or path.is_file()
 
 
-def _listed(directory: Path) -> list[str]:
-    """Return the names in a directory, none if it cannot be read."""
+def _entries(directory: Path) -> list[os.DirEntry[str]]:
+    """Return what is in a directory, nothing if it cannot be read."""
     try:
         with os.scandir(directory) as entries:
-            return [entry.name for entry in entries]
+            return list(entries)
     except OSError:
         return []
 
 
+def _proxies(module: os.DirEntry[str]) -> tuple[Path, tuple[str, ...]]:
+    status = module.stat()
+    return _read_proxies(module.path, status.st_mtime_ns, status.st_size)
+
+
 @lru_cache(maxsize=256)
-def _read_proxies(module: Path, _changed_at: int, _size: int) -> tuple[str, ...]:
+def _read_proxies(module: str, _changed_at: int, _size: int) -> tuple[Path, tuple[str, ...]]:
     """Return the interfaces whose proxies a module defines; cached until the module changes."""
-    return tuple(_PROXY.findall(module.read_text(encoding="utf-8", errors="replace")))
+    path = Path(module)
+    return path, tuple(_PROXY.findall(path.read_text(encoding="utf-8", errors="replace")))
