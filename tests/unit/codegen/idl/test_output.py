@@ -14,6 +14,7 @@ from types import ModuleType
 import msgspec
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
@@ -25,7 +26,7 @@ from tests.support.places import DATA, ROOT
 from tests.support.slice_cases import all_cases
 from tests.support.slice_compiler import imported, sources_of, write_sources
 from tests.support.slice_grammar import slice_files
-from tests.support.wire_values import Desk, pack, packed, plain, struct_values, unpacked
+from tests.support.wire_values import TOGETHER, Desk, pack, packed, plain, struct_values, unpacked
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec
 
@@ -41,22 +42,24 @@ def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
         yield module
 
 
-def check_any_value(struct: type[msgspec.Struct]) -> None:
-    codec = Codec(struct)
+def check_any_values(structs: list[type[msgspec.Struct]]) -> None:
+    codecs = [Codec(struct) for struct in structs]
 
     @settings(max_examples=examples(6), deadline=None, suppress_health_check=list(HealthCheck))
-    @given(struct_values(struct, DESK))
-    def round_trip(value: msgspec.Struct) -> None:
-        payload = pack(codec, tuple(getattr(value, name) for name in codec.fields), "x")
-        assert unpacked(payload) == plain(value)
-        assert codec.unpack(packed(plain(value)), "x", DESK.stringToProxy) == value
+    @given(st.tuples(*(struct_values(struct, DESK) for struct in structs)))
+    def round_trip(values: tuple[msgspec.Struct, ...]) -> None:
+        for value, codec in zip(values, codecs, strict=True):
+            payload = pack(codec, tuple(getattr(value, name) for name in codec.fields), "x")
+            assert unpacked(payload) == plain(value)
+            assert codec.unpack(packed(plain(value)), "x", DESK.stringToProxy) == value
 
     round_trip()
 
 
 def test_any_value_crosses_the_wire(package: ModuleType) -> None:
-    for struct in structs_of(package):
-        check_any_value(struct)
+    structs = structs_of(package)
+    for first in range(0, len(structs), TOGETHER):
+        check_any_values(structs[first : first + TOGETHER])
 
 
 def test_members_that_are_missing_are_refused_unless_they_are_optional(package: ModuleType) -> None:

@@ -8,31 +8,34 @@ from pathlib import Path
 
 import msgspec
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import interfaces
 from tests.support.examples import examples
 from tests.support.generated_types import modules_of, structs_of
-from tests.support.wire_values import Desk, packed, plain, struct_values, unpacked
+from tests.support.wire_values import TOGETHER, Desk, packed, plain, struct_values, unpacked
 from zenoh_ice import ObjectPrx
 
 DESK = Desk()
 
 
-def check_any_value(struct: type[msgspec.Struct]) -> None:
-    decoder = msgspec.msgpack.Decoder(struct)
+def check_any_values(structs: list[type[msgspec.Struct]]) -> None:
+    decoders = [msgspec.msgpack.Decoder(struct) for struct in structs]
 
     @settings(max_examples=examples(6))
-    @given(struct_values(struct, DESK))
-    def round_trip(value: msgspec.Struct) -> None:
-        assert unpacked(msgspec.msgpack.encode(value)) == plain(value)
-        assert decoder.decode(packed(plain(value))) == value
+    @given(st.tuples(*(struct_values(struct, DESK) for struct in structs)))
+    def round_trip(values: tuple[msgspec.Struct, ...]) -> None:
+        for value, decoder in zip(values, decoders, strict=True):
+            assert unpacked(msgspec.msgpack.encode(value)) == plain(value)
+            assert decoder.decode(packed(plain(value))) == value
 
     round_trip()
 
 
 def test_every_struct_crosses_the_wire_as_a_map_of_its_members() -> None:
-    for struct in structs_of(interfaces):
-        check_any_value(struct)
+    structs = structs_of(interfaces)
+    for first in range(0, len(structs), TOGETHER):
+        check_any_values(structs[first : first + TOGETHER])
 
 
 def test_every_interface_has_a_proxy_and_a_servant() -> None:
