@@ -40,7 +40,7 @@ def write(path: Path) -> None:
 def test_an_exported_run_plays_from_disk(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "run.html"
     write(path)
-    with new_context(browser, 1280, 800) as context:
+    with new_context(browser) as context:
         context.set_offline(True)
         page = context.new_page()
         mishaps: list[str] = []

@@ -353,40 +353,40 @@ def editor_page(
 
 
 @functools.cache
-def idle_windows(browser: Browser, width: int, height: int) -> list[Page]:
-    """Return the windows of a size that no test has at present.
+def idle_windows(browser: Browser) -> list[Page]:
+    """Return the windows that no test has at present.
 
     Each is the only one of its context. It keeps the files of the editor's page in its memory, and its process.
     """
     return []
 
 
-def new_context(browser: Browser, width: int, height: int) -> BrowserContext:
+def new_context(browser: Browser) -> BrowserContext:
     """Return a context without any memory."""
-    return browser.new_context(viewport={"width": width, "height": height}, color_scheme="light")
+    return browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme="light")
 
 
 @contextlib.contextmanager
 def window(browser: Browser, origin: str, width: int, height: int, cached: bool) -> Iterator[Page]:
     """Provide a window that remembers nothing or, if `cached`, nothing but unchanging files."""
-    idle = idle_windows(browser, width, height) if cached else []
-    page = idle.pop() if idle else new_window(browser, width, height)
+    idle = idle_windows(browser) if cached else []
+    page = idle.pop() if idle else new_window(browser)
+    page.set_viewport_size({"width": width, "height": height})
     reusable = False
     try:
         yield page
         reusable = cached and not page.is_closed() and page.evaluate("origin") == origin
         if reusable:
             forget(page, origin)
-            page.set_viewport_size({"width": width, "height": height})
-            idle_windows(browser, width, height).append(page)
+            idle.append(page)
     finally:
         if not reusable:
             page.context.close()
 
 
-def new_window(browser: Browser, width: int, height: int) -> Page:
+def new_window(browser: Browser) -> Page:
     """Open a window for `EditorPage`."""
-    page = new_context(browser, width, height).new_page()
+    page = new_context(browser).new_page()
     for script in (KEEP_CONNECTIONS, KEEP_NOTICES, ROBOT_WAS_SHOWN):
         page.add_init_script(script)
     page.set_default_timeout(PAGE_LIMIT * 1000)
