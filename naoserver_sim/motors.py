@@ -60,7 +60,7 @@ class SetpointController:
         reach = self._speeds * period
         change = np.minimum(np.maximum(self._targets - self._setpoints, -reach), reach)
         self._setpoints += change
-        self._moving = bool(change.any())
+        self._moving = bool(np.count_nonzero(change))
         out[:] = self._setpoints
 
 
@@ -112,7 +112,7 @@ class Motors:
             self._changing = bool((self.stiffnesses != self._wanted).any())
             self.limp = np.flatnonzero(self.stiffnesses == 0.0)
             self._apply()
-        elif self._derated or self.temperatures.max() > HOT:
+        elif self._derated or np.count_nonzero(self.temperatures > HOT):
             self._apply()
 
     def _apply(self) -> None:

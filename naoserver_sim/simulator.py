@@ -26,9 +26,7 @@ STEPS_PER_TICK = 4
 _MOST_TICKS_AT_ONCE = 10
 _JOIN_TIMEOUT = 5.0
 _ROUNDING = 1e-6
-_DIVERGED: Final = [
-    int(getattr(mujoco.mjtWarning, f"mjWARN_{name}")) for name in ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
-]
+_DIVERGED: Final = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADCTRL) + 1)
 _SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
@@ -72,6 +70,8 @@ class Simulator:
         """Observers of the state at the end of each tick: called with its simulated time in s."""
         self._ticks = 0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
+        self._option = mj.opt
+        self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]  # a view
         data.ctrl[:] = setpoints.setpoints
         self._snapshot = self._take_snapshot()
 
@@ -111,16 +111,15 @@ class Simulator:
             self._ticks += 1
             for watch in self.watchers:
                 watch(self._ticks * self.tick_period)
-        if data.warning.number[_DIVERGED].any():
+        if any(self._diverged.tolist()):
             raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
         self._snapshot = self._take_snapshot()
 
     def _step(self) -> None:
         """Step the physics for a tick. The sensors measure in its last step alone: nobody looks before."""
-        option = self.mj.opt
-        option.disableflags |= _SENSORS
+        self._option.disableflags |= _SENSORS
         mujoco.mj_step(self.mj, self.data, nstep=STEPS_PER_TICK - 1)
-        option.disableflags &= ~_SENSORS
+        self._option.disableflags &= ~_SENSORS
         mujoco.mj_step(self.mj, self.data)
 
     def _take_snapshot(self) -> Snapshot:

@@ -232,7 +232,7 @@ class SimulatedWalker:
             return "it lies, or it falls; make it stand up first"
         if self._stage is _Stage.RESTING and sum(self._loads) < _WEIGHT:
             return "it does not stand on its feet"
-        if stiffnesses[self._motors].min() < _FIRM:
+        if min(stiffnesses[self._motors].tolist()) < _FIRM:
             return f"its legs are limp; make them stiff, {_FIRM:g} at least"
         return ""
 
