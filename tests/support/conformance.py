@@ -51,7 +51,7 @@ def simulated(options: ServerOptions | None, body: Body = H25) -> Iterator[Robot
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     from naoserver_sim.robot import SimulatedRobot
 
-    with served_to_client(SimulatedRobot(body=body), options) as nao:
+    with served_to_client(SimulatedRobot(skin=False, body=body), options) as nao:
         yield nao
 
 
