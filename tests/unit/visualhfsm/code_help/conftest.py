@@ -9,15 +9,15 @@ import pytest
 from jedi.cache import clear_time_caches
 from parso.cache import parser_cache
 
+from visualhfsm.code_help.parsed_files import keep_parsed_files
+
 
 @pytest.fixture(scope="package", autouse=True)
-def own_parsed_files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep parsed files for this process alone: jedi fails at one that another process is writing.
-
-    In the product that ends a process for code help, and `with_readable_files` asks again.
-    """
+def parsed_files() -> Iterator[None]:
+    """Keep parsed files where the product does, which has parsed most of them in other tests."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(jedi.settings, "cache_directory", str(tmp_path_factory.getbasetemp() / "parsed"))
+        patch.setattr(jedi.settings, "cache_directory", jedi.settings.cache_directory)
+        keep_parsed_files()
         yield
     # Searching for garbage among 200,000 objects takes 0.3 s, in any test that follows.
     parser_cache.clear()

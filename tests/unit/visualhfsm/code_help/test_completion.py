@@ -6,6 +6,7 @@ from pathlib import Path
 
 from visualhfsm.code_help.completion import complete
 from visualhfsm.code_help.component import TypedComponent
+from visualhfsm.code_help.parsed_files import with_readable_files
 
 # Jedi looks further into packages of this name, as into numpy, and fails at the ellipsis.
 PACKAGE = """
@@ -20,5 +21,6 @@ def test_a_name_at_which_jedi_fails_is_offered_beside_the_others(tmp_path: Path)
     (tmp_path / "tensorflow.py").write_text(PACKAGE, "utf-8")
     module = TypedComponent("", "", "", directories=(tmp_path,))
     code = "import tensorflow\ntensorflow."
-    found = complete(module.with_code(code), tmp_path / "main.xml", 2, len("tensorflow."))
+    typed = module.with_code(code)
+    found = with_readable_files(lambda: complete(typed, tmp_path / "main.xml", 2, len("tensorflow.")))
     assert {"Tensor", "zeros"} <= {each.label for each in found.options}

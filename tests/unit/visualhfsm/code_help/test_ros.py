@@ -12,6 +12,7 @@ from codegen.hfsm.known_interfaces import find_interfaces
 from tests.support.documents import document, state, sub
 from visualhfsm.code_help.completion import complete, signature
 from visualhfsm.code_help.component import TypedComponent, generate_around
+from visualhfsm.code_help.parsed_files import with_readable_files
 from visualhfsm.editing.places import Place
 
 TEXT = document(
@@ -42,9 +43,8 @@ def typed(tmp_path_factory: pytest.TempPathFactory) -> TypedComponent:
 
 
 def labels(typed: TypedComponent, code: str) -> list[str]:
-    found = complete(
-        typed.with_code(code), Path("main.py"), code.count("\n") + 1, len(code.rsplit("\n", maxsplit=1)[-1])
-    )
+    module, line, column = typed.with_code(code), code.count("\n") + 1, len(code.rpartition("\n")[2])
+    found = with_readable_files(lambda: complete(module, Path("main.py"), line, column))
     return [each.label for each in found.options if not each.label.startswith("_")]
 
 
@@ -77,7 +77,8 @@ def test_operations_and_fields_are_offered(typed: TypedComponent, code: str, wan
 
 def test_parameters_are_the_fields(typed: TypedComponent) -> None:
     code = "self.drive.publish("
-    found = signature(typed.with_code(code), Path("main.py"), 1, len(code))
+    module = typed.with_code(code)
+    found = with_readable_files(lambda: signature(module, Path("main.py"), 1, len(code)))
     assert found is not None
     assert [each.partition(":")[0] for each in found.parameters if ":" in each][-2:] == ["linear", "angular"]
     assert "the others are zero" in found.documentation
