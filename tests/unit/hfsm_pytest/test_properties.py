@@ -156,7 +156,7 @@ class TestCheckProperties:
             stated("never", "open/ringing", within="1900"),
             stated("eventually", "closed", within="100"),
         )
-        check_properties(write(tmp_path / "door.xml", *holding))
+        check_properties(write(tmp_path / "door.xml", *holding), examples=30)
 
     @pytest.mark.parametrize(
         ("broken", "text"),
