@@ -101,6 +101,7 @@ class Definitions:
         """Attributes of the component that are assigned."""
         self._users: dict[str, set[int]] = {}
         """The automata whose code uses an attribute, 0 for functions."""
+        self._answers: dict[tuple[ast.AST, int], Answer] = {}
         self.reflection = _REFLECTION | {
             name for name, full in self.libraries.items() if full.rpartition(".")[2] in _REFLECTION
         }
@@ -172,6 +173,12 @@ class Definitions:
 
     def answer_of_node(self, node: ast.AST, automaton: int) -> Answer:
         """Return the answer that a node allows; `automaton` is 0 in functions, whose variables are local."""
+        place = node, automaton
+        if place not in self._answers:  # code is evaluated several times
+            self._answers[place] = self._answer_of_node(node, automaton)
+        return self._answers[place]
+
+    def _answer_of_node(self, node: ast.AST, automaton: int) -> Answer:
         match node:
             case ast.Attribute(ctx=ast.Load()):
                 return self._answer_of_attribute(node, automaton)
