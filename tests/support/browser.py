@@ -166,14 +166,18 @@ class EditorPage:
         self.connections = Connections(page)
         self.editor = editor
         self.mishaps: list[str] = []
+        self.spent = False
+        """Whether the window was changed for good, such as its clock: then no other test has it."""
         page.on("pageerror", self._note_error)
         page.on("console", self._note_message)
         page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
 
     def leave(self) -> None:
-        """Listen no longer: the window will show something else."""
+        """Listen no longer: the window will show something else, unless it is spent."""
         self.page.remove_listener("pageerror", self._note_error)
         self.page.remove_listener("console", self._note_message)
+        if self.spent:
+            self.page.close()
 
     def _note_error(self, error: Error) -> None:
         self.mishaps.append(str(error))
@@ -340,8 +344,7 @@ def editor_page(
 ) -> Iterator[EditorPage]:
     """Open the editor in a window; fail if the page throws or logs an error.
 
-    Its files may come from the browser's cache if `cached`; then it does not always list what it loads. What a test
-    changes in the window for good, such as its clock, remains: such a test closes it, or has one that is not `cached`.
+    Its files may come from the browser's cache if `cached`; then it does not always list what it loads.
     """
     origin = f"http://{editor.host}"
     with window(browser, origin, width, height, cached) as page:
