@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import psutil
 import pytest
 from playwright.sync_api import Browser, expect
 
@@ -14,7 +13,7 @@ from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import patient_services
-from tests.support.processes import free_endpoint
+from tests.support.processes import children, free_endpoint
 from tests.support.robot_server import eventually
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
@@ -33,18 +32,6 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
         yield shown
     assert not children("naoserver_sim")
     assert not children("ballmover")
-
-
-def children(module: str) -> list[psutil.Process]:
-    """Return the processes that the editor has started of a module."""
-
-    def is_one(process: psutil.Process) -> bool:
-        try:
-            return process.status() != psutil.STATUS_ZOMBIE and module in process.cmdline()
-        except psutil.NoSuchProcess:  # it has just ended
-            return False
-
-    return [each for each in psutil.Process().children(recursive=True) if is_one(each)]
 
 
 def test_one_click_leads_to_a_robot_that_dances_in_3d_and_is_missed_when_it_is_lost(

@@ -9,13 +9,12 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-import psutil
 import pytest
 
 from naoserver.fake import FakeRobot
 from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.processes import free_endpoint
+from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from tests.support.security import Keys, routing
@@ -43,15 +42,6 @@ class Page:
             return states[-1] if states and matches(states[-1]) else None
 
         return await self.pushes.until(find)
-
-
-def children(module: str) -> list[psutil.Process]:
-    """Return the processes that were started here of a module."""
-    return [
-        each
-        for each in psutil.Process().children(recursive=True)
-        if each.status() != psutil.STATUS_ZOMBIE and module in each.cmdline()
-    ]
 
 
 def opened(

@@ -19,7 +19,7 @@ import psutil
 
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 
-__all__ = ["STEADY", "ComponentProcess", "announced", "assert_gone", "free_endpoint", "module"]
+__all__ = ["STEADY", "ComponentProcess", "announced", "assert_gone", "children", "free_endpoint", "module"]
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 STEADY = {"VISUALHFSM_LEASE": str(CALL_LIMIT)}
@@ -56,6 +56,22 @@ def free_endpoint() -> str:
             return f"tcp/127.0.0.1:{port}"
 
 
+def children(module: str) -> list[psutil.Process]:
+    """Return the processes that were started here, directly or not, of a Python module."""
+
+    def is_one(process: psutil.Process) -> bool:
+        deadline = time.monotonic() + EVENT_LIMIT
+        try:
+            while not (command := process.cmdline()):  # it is just becoming another program
+                assert time.monotonic() < deadline
+                time.sleep(0.001)
+        except psutil.NoSuchProcess:  # it has ended
+            return False
+        return module in command
+
+    return [each for each in psutil.Process().children(recursive=True) if is_one(each)]
+
+
 def assert_gone(processes: list[psutil.Process]) -> None:
     """Fail if some of these processes do not end."""
     _, alive = psutil.wait_procs(processes, timeout=END_LIMIT)
@@ -67,12 +83,13 @@ def assert_gone(processes: list[psutil.Process]) -> None:
 class ComponentProcess:
     """A process whose output, both streams together, is kept line by line.
 
-    Leaving the `with` block ends it: SIGINT, and SIGKILL when it has not ended 10 s later.
+    Leaving the `with` block ends it by SIGINT. One that has not ended by END_LIMIT fails, with what its threads did.
     """
 
     def __init__(self, command: list[str], environment: dict[str, str] | None = None) -> None:
         self.command = command
-        self._environment = {**os.environ, "PYTHONUNBUFFERED": "1", **(environment or {})}
+        of_python = {"PYTHONUNBUFFERED": "1", "PYTHONFAULTHANDLER": "1"}
+        self._environment = {**os.environ, **of_python, **(environment or {})}
         self._lines: list[str] = []
         self._changed = threading.Condition()
 
@@ -100,6 +117,8 @@ class ComponentProcess:
         try:
             self.process.wait(END_LIMIT)
         except subprocess.TimeoutExpired:
+            self.process.send_signal(signal.SIGABRT)  # Python writes what its threads do
+            self._reader.join(EVENT_LIMIT)
             self.process.kill()
             self.process.wait(END_LIMIT)
             raise AssertionError(f"{self.command} did not end at SIGINT:\n{self.output}") from None
