@@ -37,9 +37,7 @@ test: ## Run the linters and every test, and build the documentation
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/dev.stamp packages
 	@$(MAKE) --no-print-directory --jobs=2 all-tests lint docs
 
-# Collected once before: otherwise each process that runs tests would compile all of them, at the same time.
 all-tests:
-	@$(BIN)/python -m pytest --collect-only -qq >/dev/null || true
 	@$(BIN)/python -m pytest -n 5 --dist loadgroup -q --durations=10
 
 coverage: $(VENV)/dev.stamp packages ## Run every test and report what it covers of the packages and of the page
