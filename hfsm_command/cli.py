@@ -195,7 +195,7 @@ def _stop_signals() -> tuple[signal.Signals, ...]:
     return signal.SIGINT, signal.SIGTERM, *hangup
 
 
-def _leave_the_asked_for(app: typer.Typer) -> None:
+def _drop_other_commands(app: typer.Typer) -> None:
     """Drop the subcommands that were not asked for by name: to build all takes an eighth of the start."""
     if app.registered_callback and len(sys.argv) > 1:
         asked = [each for each in app.registered_commands if _name_of(each) == sys.argv[1]]
@@ -222,7 +222,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
         signal.signal(number, lambda number, _frame: os._exit(128 + number))
     gc.freeze()  # what was imported stays, and is not searched later, either
     gc.enable()
-    _leave_the_asked_for(app)
+    _drop_other_commands(app)
     atexit.register(gc.freeze)  # memory goes with the process: it is not searched for garbage first
     try:
         app()
