@@ -42,7 +42,7 @@ all-tests:
 
 coverage: $(VENV)/dev.stamp packages ## Run every test and report what it covers of the packages and of the page
 	@rm -rf coverage
-	@PAGE_COVERAGE=$(CURDIR)/coverage/page $(BIN)/coverage run -m pytest -n 4 --dist loadgroup -q || touch coverage/failed
+	@PAGE_COVERAGE=$(CURDIR)/coverage/page $(BIN)/coverage run -m pytest -n 5 --dist loadgroup -q || touch coverage/failed
 	@$(BIN)/coverage combine --quiet && $(BIN)/coverage report && $(BIN)/coverage html --quiet
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory cover-page; \
 	else echo "Node.js is not installed: the coverage of the page is not reported"; fi
