@@ -16,10 +16,12 @@ SECONDS ?=
 # Many containers set it. Then each process that runs tests, and each of the hundreds that the tests start, would
 # compile all its modules again, which takes a third of their time.
 unexport PYTHONDONTWRITEBYTECODE
+# Linters take the time that tests leave while they wait for robots.
+LATER := nice -n 7
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser node clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -34,10 +36,9 @@ quick-tests:
 	@TEST_EXAMPLES=0.1 $(BIN)/python -m pytest tests/unit -m "not slow and not sim" -n 2 -q
 
 test: ## Run the linters and every test, and build the documentation
-	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/dev.stamp packages
-	@$(MAKE) --no-print-directory --jobs=2 all-tests lint docs
+	@$(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs
 
-all-tests:
+all-tests: $(VENV)/dev.stamp packages
 	@$(BIN)/python -m pytest -n 5 --dist loadgroup -q --durations=10
 
 coverage: $(VENV)/dev.stamp packages ## Run every test and report what it covers of the packages and of the page
@@ -52,7 +53,7 @@ test-all: ## Run every test on each Python of PYTHONS that is installed, and nam
 	@skipped=; failed=; for python in $(PYTHONS); do \
 		if ! $$python -c pass 2>/dev/null; then skipped="$$skipped $$python"; continue; fi; \
 		echo "$$python:"; \
-		$(MAKE) --no-print-directory PYTHON=$$python VENV=$(VENV)/$$python packages $(VENV)/$$python/dev.stamp all-tests \
+		$(MAKE) --no-print-directory PYTHON=$$python VENV=$(VENV)/$$python all-tests \
 		|| failed="$$failed $$python"; \
 	done; \
 	echo "skipped, as not installed:$${skipped:- none}; failed:$${failed:- none}"; test -z "$$failed"
@@ -61,25 +62,29 @@ cover-page: tests/page/node_modules/.stamp
 	@npm run --silent --prefix tests/page coverage
 
 docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --clean && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
+	@NO_MKDOCS_2_WARNING=1 $(LATER) $(BIN)/mkdocs build --clean && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
 
 release: $(VENV)/release.stamp ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
 	@$(BIN)/python tools/setup/release.py
 
-lint: $(VENV)/dev.stamp ## Check format, style, types, import rules, generated files and the page
+lint: lint-page lint-python ## Check format, style, types, import rules, generated files and the page
+
+lint-python: $(VENV)/dev.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy .
+	$(LATER) $(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
 	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
-	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory lint-page; \
+
+lint-page: node ## Check the modules of the page: format, mistakes, types
+	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory check-page; \
 	else echo "Node.js is not installed: the page is not checked"; fi
 
 types: $(VENV)/dev.stamp
 	@$(BIN)/mypy .
 
-lint-page: tests/page/node_modules/.stamp ## Check the modules of the page: format, mistakes, types
-	npm run --silent --prefix tests/page check
+check-page: tests/page/node_modules/.stamp
+	$(LATER) npm run --silent --prefix tests/page check
 
 tests/page/node_modules/.stamp: tests/page/package-lock.json
 	npm ci --silent --prefix tests/page
@@ -121,14 +126,16 @@ ros-recordings: ## Record what genuine ROS makes of messages in tests/data/ros2,
 	@"$(ROS_PEERS)/bin/python" tests/ros_peers/record_types.py >tests/data/ros2/types.json.new 2>/dev/null
 	@mv tests/data/ros2/types.json.new tests/data/ros2/types.json
 
-packages: $(VENV)/python.stamp
-	@sh tools/setup/system_packages.sh $(BIN)/python gl chromium node
+packages: system browser node
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
 	@sh tools/setup/system_packages.sh $(BIN)/python gl
 
 browser: $(VENV)/python.stamp ## Install the browser in which the editor's page is tested
 	@sh tools/setup/system_packages.sh $(BIN)/python chromium
+
+node:
+	@sh tools/setup/system_packages.sh $(PYTHON) node
 
 $(VENV)/python.stamp:
 	@sh tools/setup/create_venv.sh $(PYTHON) $(VENV)

@@ -58,6 +58,7 @@ FLAGS: Final = (
     *("--disable-gpu", "--disable-dev-shm-usage"),
     "--renderer-process-limit=1",  # a window stays in its process, which keeps the files of the page
     f"--disable-features={','.join(FEATURES_OFF)}",
+    "--js-flags=--no-opt,--no-maglev",  # a page lives for seconds, too short for optimized code to pay
 )
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
 COLOR_RULES: Final = ("color-contrast", "link-in-text-block")

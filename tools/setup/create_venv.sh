@@ -15,7 +15,7 @@ fi
 # Debian keeps ensurepip in a separate package.
 if ! "$python" -c 'import ensurepip' >/dev/null 2>&1; then
   if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
-    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y python3-venv >/dev/null
+    sh "$(dirname "$0")/apt_install.sh" python3-venv
   else
     echo "error: $python cannot create virtual environments; type: sudo apt-get install python3-venv" >&2
     exit 1

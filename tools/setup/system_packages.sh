@@ -26,8 +26,7 @@ install_packages() {
   shift 2
   if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
     echo "installing $what: $*"
-    { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "$@" >/dev/null; } ||
-      echo "warning: apt-get failed; $consequence until it succeeds" >&2
+    sh "$(dirname "$0")/apt_install.sh" "$@" || echo "warning: apt-get failed; $consequence until it succeeds" >&2
   else
     echo "warning: $what is missing, so $consequence; type: sudo apt-get install $*" >&2
   fi
