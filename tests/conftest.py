@@ -72,13 +72,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
 
         def _assign_work_unit(self, node: Any) -> None:
             # Pages and unit tests keep processors busy, while others wait for robots that move in real time: one of
-            # three workers takes pages, and the first goes on with the last, the unit tests; all others take the
-            # first that are left. So unit tests, which never wait, are the end of the run.
+            # three workers takes pages, and goes on with the last, the unit tests; all others take the first that
+            # are left. So there is always one that does not wait, and the end of the run, unit tests, never does.
             scopes = list(self.workqueue)
-            index = self.nodes.index(node)
-            if scopes[0].startswith(ONE_BY_ONE) and index % 3 == 0:
+            busy = self.nodes.index(node) % 3 == 0
+            if scopes[0].startswith(ONE_BY_ONE) and busy:
                 chosen = scopes[0]
-            elif index == 0:
+            elif busy:
                 chosen = scopes[-1]
             else:
                 chosen = next((scope for scope in scopes if not scope.startswith(ONE_BY_ONE)), scopes[0])
