@@ -73,7 +73,9 @@ def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source)
     async def go(page: Page) -> None:
         await page.services.running.run(source, [])
         await page.follow("walker")
-        await page.snapshot(lambda live: int(live.component.automata[0].variables["beats"]) > 0)  # it has begun
+        await page.snapshot(
+            lambda live: int(live.component.automata[0].variables["beats"]) > 0
+        )  # it has begun
         await page.services.live.control("walker", "sendEvent", {"name": "go", "data": ""})
         before = await page.snapshot(lambda live: live.component.automata[0].state == 2)
 
