@@ -20,7 +20,7 @@ from tests.support.waiting import until
 from zenoh_ice import Settings
 from zenoh_ice.session import close_session, open_session
 
-MANY = 10_000
+MANY = 5_000
 BURST = 1_000  # read before the next is sent: Zenoh closes a link that a slow reader blocks for 2 s
 LASER = "sensor_msgs/msg/LaserScan"
 
