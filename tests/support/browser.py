@@ -230,10 +230,10 @@ class EditorPage:
         self.page.keyboard.insert_text(text)
 
     def name(self, text: str) -> None:
-        """Type the name of an element that was just drawn, or is being renamed."""
+        """Insert the name of an element that was just drawn, or is being renamed."""
         self.page.locator(".rename").wait_for()
-        self.page.keyboard.type(text)
-        self.page.keyboard.press("Enter")
+        self.insert(text)
+        self.press("Enter")
 
     def resize(self, width: int, height: int) -> None:
         """Give the window another size, and wait until it is drawn so: then all has followed that watches sizes."""
@@ -308,15 +308,14 @@ class EditorPage:
     def violations(self, *areas: str) -> list[str]:
         """Return what axe finds wrong in the page, or in those of some areas that are shown.
 
-        It looks at the light theme. Only colors differ in the dark one, so there it checks the colors again.
+        It looks at the theme that is shown. Only colors differ in the other one, so there it checks the colors again.
+        The page stays in that one, as to draw it once more takes time too.
         """
         if self.page.evaluate("!window.axe"):
             self.page.evaluate(AXE.read_text("utf-8"))
         found = self._violations(areas, {})
-        self._use_theme("dark")
-        found += self._violations(areas, {"runOnly": COLOR_RULES})
-        self._use_theme("light")
-        return found
+        self._change_theme()
+        return found + self._violations(areas, {"runOnly": COLOR_RULES})
 
     def _violations(self, areas: Sequence[str], options: dict[str, Any]) -> list[str]:
         # For what is not asked for, axe lists one element of each rule instead of all. Parsing all style sheets once
@@ -334,7 +333,9 @@ class EditorPage:
         )
         return found
 
-    def _use_theme(self, theme: Literal["light", "dark"]) -> None:
+    def _change_theme(self) -> None:
+        shown: str = self.page.evaluate("document.documentElement.dataset.theme")
+        theme: Literal["light", "dark"] = "light" if shown == "dark" else "dark"
         self.page.emulate_media(color_scheme=theme)
         self.page.wait_for_function("theme => document.documentElement.dataset.theme === theme", arg=theme)
 
