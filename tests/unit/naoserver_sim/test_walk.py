@@ -80,8 +80,8 @@ def test_it_is_a_walker_that_rests(rig):
 def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(velocity):
     rig = Rig(noise=True, seed=1)
     rig.walker.command(velocity)
-    rig.go(3.0)
-    reached = rig.speeds(3.0)
+    rig.go(2.0)
+    reached = rig.speeds(2.0)
     for value, wanted in zip(reached, astuple(velocity), strict=True):
         assert value == pytest.approx(wanted, rel=0.15, abs=0.03)
     rig.end()
@@ -124,8 +124,8 @@ def test_the_legs_are_never_asked_to_jump(rig):
     fastest = {joint.name: joint.max_velocity for joint in rig.robot.joints if joint.name in LEG_JOINTS}
     rig.walker.command(WalkVelocity(0.2, 0.05, 0.3))
     last = rig.commands()
-    for tick in range(500):
-        if tick == 300:
+    for tick in range(350):
+        if tick == 150:
             rig.walker.command(STILL)
         rig.go(TICK)
         now = rig.commands()
@@ -182,7 +182,7 @@ def test_an_arm_that_was_put_somewhere_before_stays_there(rig):
     rig.robot.command_positions({"RShoulderPitch": 0.2}, {"RShoulderPitch": 2.0})
     rig.go(1.0)
     rig.walker.command(WalkVelocity(forward=0.2))
-    for _ in range(30):
+    for _ in range(20):
         rig.go(0.1)
         assert rig.commands()["RShoulderPitch"] == pytest.approx(0.2)
 

@@ -65,7 +65,7 @@ SWINGS = ((-1.9, 0.1, -0.1), (1.9, 0.1, -0.1))
 def test_both_arms_at_the_highest_speed_do_not_throw_it_over(rig, posture, poses, fraction):
     rig.go(posture)
     body = rig.assembly.body
-    for number in range(12):
+    for number in range(8):
         pitch, roll, elbow = poses[number % len(poses)]
         left = {"LShoulderPitch": pitch, "LShoulderRoll": roll, "LElbowRoll": elbow}
         targets = left | {"RShoulderPitch": pitch, "RShoulderRoll": -roll, "RElbowRoll": -elbow}
