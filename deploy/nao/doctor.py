@@ -144,9 +144,9 @@ def check_installation() -> Iterator[Finding]:
     lacking: dict[str, list[str]] = {extra: [] for extra in _EXTRAS}
     for match in filter(None, map(_REQUIREMENT.match, lines)):
         name, oldest, extra = match.groups("")
-        installed = installed_version(name)
         if extra not in lacking:
             continue
+        installed = installed_version(name)
         if installed is None:
             lacking[extra].append(f"{name} is not installed")
         elif _numbers(installed) < _numbers(oldest):
