@@ -74,6 +74,15 @@ DRAWN_AT_SIZE: Final = """async ([width, height]) => {
     await frame();
 }"""
 
+# One question instead of one for each state: the page itself looks again with each frame.
+STATES_ARE: Final = """names => {
+    const states = [...document.querySelectorAll("hfsm-canvas .state")];
+    const isShown = (state, name) =>
+      `${state.ariaLabel},`.startsWith(`State ${name},`) &&
+      state.checkVisibility({visibilityProperty: true}) && state.getBoundingClientRect().width > 0;
+    return states.length === names.length && states.every((each, index) => isShown(each, names[index]));
+}"""
+
 # On a busy machine a message could be gone before it is looked for.
 KEEP_NOTICES: Final = """
     const genuine = window.setTimeout;
@@ -272,8 +281,8 @@ class EditorPage:
         mouse = self.page.mouse
         mouse.move(*start)
         mouse.down()
-        mouse.move((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, steps=4)
-        mouse.move(*end, steps=4)
+        mouse.move((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, steps=2)
+        mouse.move(*end, steps=2)
         mouse.up()
 
     def connect(self, origin: str, destination: str) -> None:
@@ -300,10 +309,11 @@ class EditorPage:
 
     def expect_states(self, *names: str) -> None:
         """Wait until there are exactly the states with these names, in this order, and are visible."""
-        expect(self.page.locator("hfsm-canvas .state")).to_have_count(len(names))
-        for name in names:
-            expect(self.state(name)).to_be_visible()
-        assert self.names() == list(names)
+        try:
+            self.page.wait_for_function(STATES_ARE, arg=names)
+        except Error:
+            assert self.names() == list(names)
+            raise
 
     def violations(self, *areas: str) -> list[str]:
         """Return what axe finds wrong in the page, or in those of some areas that are shown.
