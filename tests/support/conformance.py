@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 from functools import partial
 from typing import Final
+from unittest.mock import patch
 
 import pytest
 
@@ -72,13 +73,16 @@ def fake_as_naoqi(body: Body = H25) -> Iterator[str]:
 
 @contextmanager
 def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClient]:
-    """Serve a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi."""
+    """Serve a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi.
+
+    It is polled less often than a real one: most of the work would be polls.
+    """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     from naoserver_naoqi.link import RobotAddress
     from naoserver_naoqi.robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with fake_as_naoqi(body) as url:
+    with fake_as_naoqi(body) as url, patch("naoserver_naoqi.connection.PERIOD", 0.05):
         address = RobotAddress.parse(url)
         robot = NaoqiRobot(lambda _: connect_patiently(address), body=body)
         with served_to_client(robot, options) as nao:
