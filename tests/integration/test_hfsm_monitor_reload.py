@@ -461,7 +461,7 @@ def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(
             proxy.resume()
 
         def ask(*asked: Callable[[], object]) -> None:
-            for _ in range(30):
+            for _ in range(60):
                 with contextlib.suppress(NoSuchElement, InvalidValue, ReloadRefused):
                     chance.choice(asked)()
 

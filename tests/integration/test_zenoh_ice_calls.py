@@ -474,7 +474,7 @@ class TestTime:
         switch_interval = sys.getswitchinterval()
         sys.setswitchinterval(1e-5)
         try:
-            for burst in range(0, 1000, 50):
+            for burst in range(0, 2000, 50):
                 calls = [
                     (gripper.ice_oneway() if oneway else gripper).move.begin(float(number))
                     for number in range(burst, burst + 50)
@@ -483,7 +483,7 @@ class TestTime:
                 gripper.who()
         finally:
             sys.setswitchinterval(switch_interval)
-        assert servant.moved == list(range(1000))
+        assert servant.moved == list(range(2000))
 
     def test_calls_of_a_concurrent_servant_overlap(self, pair: Pair) -> None:
         servant = CalculatorI()

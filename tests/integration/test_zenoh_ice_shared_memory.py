@@ -257,7 +257,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
         with camera(client).getImageData.subscribe(look, queue=30) as reader:
             until(lambda: shared_maps() == others + 1, RUN_LIMIT)
             until(lambda: reader.lost > 0, RUN_LIMIT)
-            until(lambda: len(whole) >= 150, RUN_LIMIT)
+            until(lambda: len(whole) >= 300, RUN_LIMIT)
         assert all(whole)
         publisher.process.kill()
 

@@ -1,6 +1,6 @@
 """Football, `score`: it searches, walks behind the ball, and kicks it towards the goal, by what it sees.
 
-A match of two kicks, up to the goal, is the test of docs/tutorial/football.md.
+The whole match, up to the goal, is the test of docs/tutorial/football.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import {test} from "node:test";
 
-import {STATIC} from "../page.js";
+import {STATIC} from "./page.js";
 
 const {store} = await import(new URL("store.js", STATIC).href);
 const {outputLog} = await import(new URL("panels/output-log.js", STATIC).href);

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import {test} from "node:test";
 
-import {STATIC} from "../page.js";
+import {STATIC} from "./page.js";
 
 const {arc, bounds, contains, distance, drawnArc, handles, neighbor, LOOP, RADIUS} = await import(
   new URL("canvas/geometry.js", STATIC).href

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import {register} from "node:module";
 import {test} from "node:test";
 
-import {STATIC} from "../page.js";
+import {STATIC} from "./page.js";
 
 // As the import map of the page does.
 const three = JSON.stringify({url: new URL("vendor/three.js", STATIC).href, shortCircuit: true});

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import {test} from "node:test";
 
-import {STATIC} from "../page.js";
+import {STATIC} from "./page.js";
 
 const {Pace} = await import(new URL("monitor/pace.js", STATIC).href);
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import {test} from "node:test";
 
-import {STATIC} from "../page.js";
+import {STATIC} from "./page.js";
 
 const {Breakpoints} = await import(new URL("monitor/breakpoints.js", STATIC).href);
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import {test} from "node:test";
 
-import {STATIC} from "../page.js";
+import {STATIC} from "./page.js";
 
 const {lostIn, outgoing, ownerOf, pathTo, rootOf, titleOf} = await import(new URL("outline.js", STATIC).href);
 const {countOf, problemOf, problemOfAutomaton, sameProblem} = await import(new URL("problems.js", STATIC).href);
