@@ -18,10 +18,9 @@ from pathlib import Path
 from typing import Any, Final, Literal, cast
 
 import numpy as np
-from rosbags.interfaces import Msgdef, Nodetype
+from rosbags.interfaces import Nodetype
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
-from rosbags.typesys.store import Typestore
 
 from .exceptions import DefinitionError, MessageError, TypeUnknownError
 
@@ -67,33 +66,6 @@ _MISFITS: Final = (
 _UUID: Final = "unique_identifier_msgs/UUID goal_id\n"
 
 
-class _Store(Typestore):
-    """The types of a distribution, whose code to encode and decode is compiled once a process, and more."""
-
-    def __init__(self, distributed: Typestore) -> None:
-        super().__init__(max_sequence_length=distributed.max_sequence_length)
-        self._distributed = distributed
-        self.types |= distributed.types
-        self.fielddefs |= distributed.fielddefs
-
-    def get_msgdef(self, typename: str) -> Msgdef[object]:
-        """Return how a message is encoded and decoded."""
-        if typename in self._distributed.fielddefs:
-            return self._distributed.get_msgdef(typename)
-        return super().get_msgdef(typename)
-
-
-@cache
-def _distributed(name: str) -> Typestore:
-    """Return the types of a distribution."""
-    store = get_typestore(DISTRIBUTIONS[name])
-    store.max_sequence_length = _LONGEST_SEQUENCE
-    for each, (constants, fields) in store.fielddefs.items():
-        if "'char'" in str(fields):
-            store.fielddefs[each] = constants, [(field, _plain(kind)) for field, kind in fields]
-    return store
-
-
 class Types:
     """The types of one distribution, and those that were added.
 
@@ -107,7 +79,11 @@ class Types:
         if name not in DISTRIBUTIONS:
             raise TypeUnknownError(f"{name!r}: the distributions are {', '.join(DISTRIBUTIONS)}")
         self.distribution: Final = name
-        self._store: Final = _Store(_distributed(name))
+        self._store: Final = get_typestore(DISTRIBUTIONS[name])
+        self._store.max_sequence_length = _LONGEST_SEQUENCE
+        for each, (constants, fields) in self._store.fielddefs.items():
+            if "'char'" in str(fields):
+                self._store.fielddefs[each] = constants, [(field, _plain(kind)) for field, kind in fields]
         self._interfaces: dict[str, Kind] = dict.fromkeys(self._store.types, "msg")
         self._hashes: dict[str, str] = {}
         self._reading: Final = threading.RLock()
