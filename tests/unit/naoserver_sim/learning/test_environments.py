@@ -54,7 +54,7 @@ def test_gymnasium_finds_nothing_wrong(make, name):
     check_env(make(name).unwrapped, skip_render_check=True)
 
 
-@pytest.mark.parametrize("name", ["Walk", "Reach"])
+@pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
 def test_the_same_seed_is_the_same_episode_bit_by_bit_whatever_was_before(make, name):
     used, fresh = make(name), make(name)
     episode(used, 4, 5)
