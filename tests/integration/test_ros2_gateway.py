@@ -495,7 +495,9 @@ def test_the_command_ends_cleanly_at_ctrl_c(shared: Robot) -> None:
         process.wait_for(r"^ready: /red, ", START_LIMIT)
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130
-        assert process.output.count("\n") == 1, process.output
+        # On a busy machine it warns first that nothing answers so far.
+        reported = [line for line in process.output.splitlines() if "nothing of ROS answers" not in line]
+        assert len(reported) == 1, process.output
 
 
 def test_a_name_that_no_node_may_have_is_refused(shared: Robot) -> None:
