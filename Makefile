@@ -17,7 +17,7 @@ SECONDS ?=
 # compile all its modules again, which takes a third of their time.
 unexport PYTHONDONTWRITEBYTECODE
 # Linters take the time that tests leave while they wait for robots.
-LATER := nice -n 7
+LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
 
