@@ -12,6 +12,7 @@ import logging
 import re
 import secrets
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 from urllib.parse import parse_qs
@@ -254,7 +255,8 @@ class Root:
             raise ForbiddenPathError("the path is empty, too long, or contains a zero byte")
         try:
             path = (self.directory / text).resolve()
-            path.exists()
+            with suppress(FileNotFoundError, NotADirectoryError):
+                path.stat()
         except (OSError, RuntimeError) as error:  # a loop of links, or too long a name
             raise ForbiddenPathError(f"invalid path {text[:100]}") from error
         if not self.contains(path):

@@ -11,8 +11,6 @@ from tests.support.limits import EVENT_LIMIT
 
 pytest.importorskip("cv2")
 
-from naoserver_qi import vision
-
 WORLD = """
 [[signs]]
 position = [1.2, 0.3]
@@ -47,6 +45,8 @@ def seen(robot):
 @pytest.mark.sim
 def test_a_camera_sees_landmark_and_face(robot):
     pytest.importorskip("qi")
+    from naoserver_qi import vision
+
     picture = seen(robot)
     ((number, (x, _, width, _)),) = vision.find_landmarks(picture)
     assert number == 68
