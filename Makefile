@@ -33,7 +33,7 @@ check: $(VENV)/dev.stamp ## Format, lint, check types and run the quick unit tes
 	@$(MAKE) --no-print-directory --jobs=2 quick-tests types
 
 quick-tests:
-	@TEST_EXAMPLES=0.1 $(BIN)/python -m pytest tests/unit -m "not slow and not sim" -n 2 -q
+	@TEST_EXAMPLES=0.1 $(BIN)/python -m pytest tests/unit -m "not slow and not sim" -n 3 -q
 
 test: ## Run the linters and every test, and build the documentation
 	@$(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs
