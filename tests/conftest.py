@@ -75,11 +75,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
             # three workers takes pages, and goes on with the last, the unit tests; all others take the first that
             # are left. So there is always one that does not wait, and the end of the run, unit tests, never does.
             scopes = list(self.workqueue)
-            busy = self.nodes.index(node) % 3 == 0
-            if scopes[0].startswith(ONE_BY_ONE) and busy:
-                chosen = scopes[0]
-            elif busy:
-                chosen = scopes[-1]
+            if self.nodes.index(node) % 3 == 0:
+                chosen = scopes[0] if scopes[0].startswith(ONE_BY_ONE) else scopes[-1]
             else:
                 chosen = next((scope for scope in scopes if not scope.startswith(ONE_BY_ONE)), scopes[0])
             self.workqueue.move_to_end(chosen, last=False)

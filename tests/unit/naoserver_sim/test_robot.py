@@ -41,7 +41,7 @@ def setpoint(robot, joint):
 
 
 def trace(seed, steps):
-    """Command a robot about for some tenths of a second; return everything that can be read on the way."""
+    """Command a robot about, 0.1 s a step; return everything that can be read on the way."""
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False, seed=seed)
     seen = []
