@@ -44,11 +44,11 @@ _DESTROY_LIMIT: Final = 2.0  # s for which threads may still run
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
 _ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
 _MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
+_LOOK_AGAIN: Final = 0.05  # s after which a wait for the end looks for it
 
 _logger = logging.getLogger(__name__)
 
 _live: Final[set[Communicator]] = set()
-
 _zenoh_processes: Final[set[int]] = set()
 """Processes that opened a session, this one or one that it was forked from: Zenoh does not run in a fork."""
 
@@ -254,7 +254,11 @@ class Communicator:
 
     def waitForShutdown(self, timeout: float | None = None) -> bool:
         """Wait until `shutdown` or `destroy` is called, at most `timeout` s; return whether one was."""
-        return self._shutdown.wait(timeout)
+        end = time.monotonic() + (threading.TIMEOUT_MAX if timeout is None else timeout)
+        # Not `Event.wait`: Ctrl-C may leave its lock taken, and is not noticed if it comes right before.
+        while (left := end - time.monotonic()) > 0 and not self._shutdown.is_set():
+            time.sleep(min(left, _LOOK_AGAIN))
+        return self._shutdown.is_set()
 
     def destroy(self) -> None:
         """End everything: servants, streams, calls that wait, threads, the session.

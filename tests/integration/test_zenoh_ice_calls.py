@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import signal
 import sys
 import threading
 import time
@@ -612,6 +613,26 @@ class TestLife:
         call = CalculatorPrx.checkedCast(pair.client.stringToProxy("Last")).count.begin()
         assert pair.server.waitForShutdown(EVENT_LIMIT)
         assert call.exception(CALL_LIMIT) is not None  # the way back was closed
+
+    def test_a_signal_that_strikes_another_thread_ends_the_wait(self, pair: Pair) -> None:
+        noticed, overslept = threading.Event(), threading.Event()
+
+        def strike() -> None:
+            signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+            if not noticed.wait(EVENT_LIMIT):
+                overslept.set()
+                pair.server.shutdown()
+
+        def wait_for_the_strike() -> None:
+            striker.start()
+            pair.server.waitForShutdown()
+
+        striker = threading.Timer(0.1, strike)
+        with pytest.raises(KeyboardInterrupt):
+            wait_for_the_strike()
+        noticed.set()
+        striker.join(EVENT_LIMIT)
+        assert not overslept.is_set()
 
     def test_shutdown_withdraws_servants_and_keeps_proxies(self, pair: Pair, servant: CalculatorI) -> None:
         other = pair.client.createObjectAdapter("Other")
