@@ -34,7 +34,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
         yield page
 
 
-def test_a_box_may_be_drawn_while_another_window_adds_a_state_and_names_where_somebody_comes_near(
+def test_a_box_may_be_drawn_while_another_window_adds_a_state_names_are_near_and_the_map_leads_far(
     shown: EditorPage,
 ) -> None:
     expect(shown.page.locator("hfsm-canvas .state")).to_have_count(STATES)
@@ -60,3 +60,13 @@ def test_a_box_may_be_drawn_while_another_window_adds_a_state_and_names_where_so
     expect(shown.transition("go").locator(".handle")).to_be_visible()
     expect(shown.page.locator(".label .title")).to_have_text("go")
     assert 0 < shown.page.locator("hfsm-canvas .name").count() < STATES / 2
+
+    corner = shown.state(f"state {STATES - 1}")
+    expect(corner).not_to_be_in_viewport()
+    minimap = shown.page.get_by_role("img", name="Map of the automaton")
+    expect(minimap).to_be_visible()
+    area = minimap.bounding_box()
+    assert area is not None
+    mouse.click(area["x"] + area["width"] - 12, area["y"] + area["height"] - 12)
+    expect(corner).to_be_in_viewport()
+    expect(shown.state("state 1")).not_to_be_in_viewport()

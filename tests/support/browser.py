@@ -29,7 +29,7 @@ from codegen.hfsm import read_document
 from codegen.hfsm.document import Document
 from tests.support.editor import Editor
 from tests.support.limits import PAGE_LIMIT, START_LIMIT
-from tests.support.page_coverage import recorded
+from tests.support.page_coverage import PAGE_COVERAGE, recorded
 
 __all__ = [
     "NO_CHROMIUM",
@@ -384,6 +384,7 @@ def new_context(browser: Browser) -> BrowserContext:
 @contextlib.contextmanager
 def window(browser: Browser, origin: str, width: int, height: int, cached: bool) -> Iterator[Page]:
     """Provide a window that remembers nothing or, if `cached`, nothing but unchanging files."""
+    cached = cached and not PAGE_COVERAGE  # code that is compiled already has no counters of its branches
     idle = idle_windows(browser) if cached else []
     page = idle.pop() if idle else new_window(browser)
     page.set_viewport_size({"width": width, "height": height})

@@ -16,16 +16,17 @@ from playwright.sync_api import Page
 
 from tests.support.places import ROOT
 
-__all__ = ["recorded"]
+__all__ = ["PAGE_COVERAGE", "recorded"]
 
+PAGE_COVERAGE = os.environ.get("PAGE_COVERAGE")
+"""The folder of what is recorded, if anything is."""
 STATIC = ROOT / "visualhfsm" / "web" / "static"
 
 
 @contextlib.contextmanager
 def recorded(page: Page) -> Iterator[None]:
-    """Write the coverage of a page like Node.js with NODE_V8_COVERAGE, to the folder in PAGE_COVERAGE."""
-    folder = os.environ.get("PAGE_COVERAGE")
-    if not folder:
+    """Write the coverage of a page like Node.js with NODE_V8_COVERAGE, if it is asked for."""
+    if not PAGE_COVERAGE:
         yield
         return
     profiler = page.context.new_cdp_session(page)
@@ -34,10 +35,9 @@ def recorded(page: Page) -> Iterator[None]:
     yield
     scripts = profiler.send("Profiler.takePreciseCoverage")["result"]
     profiler.detach()
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    (Path(folder) / f"coverage-{uuid.uuid4()}.json").write_text(
-        json.dumps({"result": list(_of_files(scripts))})
-    )
+    folder = Path(PAGE_COVERAGE)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"coverage-{uuid.uuid4()}.json").write_text(json.dumps({"result": list(_of_files(scripts))}))
 
 
 def _of_files(scripts: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
