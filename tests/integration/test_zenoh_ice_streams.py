@@ -460,6 +460,25 @@ def _switches(thread: threading.Thread) -> int:
     return int(status.partition("\nvoluntary_ctxt_switches:")[2].split()[0])
 
 
+def test_ctrl_c_at_the_start_of_a_wait_is_all_that_is_raised(
+    pair: Pair, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+
+    start = threading.Thread.start
+
+    def interrupted(thread: threading.Thread) -> None:
+        if thread.name.startswith("stream "):
+            raise KeyboardInterrupt
+        start(thread)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            calculator.getReading.wait(timeout=EVENT_LIMIT)
+    pair.client.destroy()
+
+
 def test_subscription_waits_for_an_absent_servant_in_silence(
     pair: Pair, caplog: pytest.LogCaptureFixture
 ) -> None:

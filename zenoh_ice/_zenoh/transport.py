@@ -436,10 +436,11 @@ class _Inlet:
         return changed.wait_for(holds, timeout)
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        self._thread = UserCodeThread(
+        thread = UserCodeThread(
             target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._key}", daemon=True
         )
-        self._thread.start()
+        thread.start()
+        self._thread = thread  # not before: one that Ctrl-C kept from starting cannot be joined
 
     def open(self, sample: zenoh.Sample) -> Arrived:
         payload = self._transport.shared_memory.read(sample.payload, self._limit, f"sample of {self._key}")
@@ -449,8 +450,7 @@ class _Inlet:
     def close(self, timeout: float = 0.0) -> bool:
         self._closed.set()
         _undeclare(self._subscriber)  # ends the thread: its channel is closed
-        thread = self._thread
-        if thread is None or thread is threading.current_thread():
+        if (thread := self._thread) is None or thread is threading.current_thread():
             return True
         thread.join(timeout)
         return not thread.is_alive()
