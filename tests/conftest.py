@@ -21,6 +21,8 @@ import pytest
 import typer.testing
 from hypothesis import HealthCheck, settings
 
+pytest.register_assert_rewrite("tests.support")  # a failed assertion shows its values there, too
+
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage
 from tests.support.pages import DOCS, blocks_of
-from tests.support.panels import add
+from tests.support.panels import add, show_list
 from tests.support.screenshots import picture
 from tests.support.tutorial import page_of_a_reader, start_simulation
 
@@ -63,7 +63,7 @@ def test_the_first_behavior_is_drawn_run_broken_fixed_and_tested(
 def draw(shown: EditorPage) -> None:
     shown.page.get_by_role("button", name="Empty").click()
     expect(shown.page.locator("hfsm-canvas .empty")).to_be_visible()
-    shown.press("Alt+i")
+    show_list(shown, "Alt+i", "interface")
     add(shown, "interface", "Head").get_by_label("Interface", exact=True).fill("PoseHead")
     expect(shown.page.get_by_text("5 operations of PoseHead")).to_be_visible()
     picture(shown.page, "interface", "tutorial")

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, NoService, editor, services
 from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
-from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
+from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, show_list, undo_names
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.sessions import session
 
@@ -364,12 +364,12 @@ def test_entry_and_exit_code_and_arguments_have_tabs_that_arrows_go_through(
 
 
 def test_interfaces_parameters_properties_and_variables_are_edited(shown: EditorPage, path: Path) -> None:
-    shown.press("Alt+i")
+    show_list(shown, "Alt+i", "interface")
     entry = add(shown, "interface", "camera")
     entry.get_by_label("Interface", exact=True).fill("Camera")
     entry.get_by_label("Identity", exact=True).fill("CameraBottom")
 
-    shown.press("Alt+p")
+    show_list(shown, "Alt+p", "parameter")
     field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)
     field.fill("fast")
     expect(field).to_have_attribute("aria-invalid", "true")

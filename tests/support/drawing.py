@@ -10,7 +10,7 @@ from playwright.sync_api import Locator, expect
 
 from codegen.hfsm.document import Automaton, Document, Import, State, Transition
 from tests.support.browser import EditorPage
-from tests.support.panels import add
+from tests.support.panels import add, show_list
 
 __all__ = ["Draftsman"]
 
@@ -62,7 +62,7 @@ class Draftsman:
 
     def import_file(self, imported: Import) -> None:
         """Import the content of the shown automaton from another document."""
-        self.shown.press("Alt+t")
+        self._timing()
         self.shown.page.get_by_label("File", exact=True).fill(imported.file.text)
         self.shown.press("Tab")
 
@@ -118,8 +118,7 @@ class Draftsman:
 
     def automaton_data(self, automaton: Automaton) -> None:
         """Set the period, the variables and the functions of the shown automaton."""
-        self.shown.press("Alt+t")
-        self.shown.page.get_by_label("Period", exact=True).fill(automaton.iteration_time.text)
+        self._timing().fill(automaton.iteration_time.text)
         if automaton.variables.text:
             self.shown.press("Alt+v")
             self.code("Variables", automaton.variables.text)
@@ -127,9 +126,16 @@ class Draftsman:
             self.shown.press("Alt+f")
             self.code("Functions", automaton.functions.text)
 
+    def _timing(self) -> Locator:
+        """Show the data of the automaton, and wait for the focus: it comes late, and would go away from other fields."""
+        self.shown.press("Alt+t")
+        period = self.shown.page.get_by_label("Period", exact=True)
+        expect(period).to_be_focused()
+        return period
+
     def component_data(self) -> None:
         """Enter the description of the component, and what it uses."""
-        self.shown.press("Alt+i")
+        show_list(self.shown, "Alt+i", "interface")
         self.shown.page.get_by_label("Description", exact=True).fill(self.document.description.text)
         for library in self.document.libraries:
             self.entry("library", library.name.text, {})

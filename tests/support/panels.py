@@ -56,9 +56,20 @@ def choose(shown: EditorPage, name: str) -> None:
     expect(field).to_have_value(name)
 
 
+def adding(shown: EditorPage, noun: str) -> Locator:
+    """Return the button that adds an entry to a list."""
+    return shown.button(f"Add {'an' if noun[0] in 'aeiou' else 'a'} {noun}")
+
+
+def show_list(shown: EditorPage, key: str, noun: str) -> None:
+    """Press the key that shows an empty list, and wait for the focus: it comes late, and would go away from entries."""
+    shown.press(key)
+    expect(adding(shown, noun)).to_be_focused()
+
+
 def add(shown: EditorPage, noun: str, name: str) -> Locator:
     """Add an entry of a list, name it, and return its group."""
-    shown.button(f"Add {'an' if noun[0] in 'aeiou' else 'a'} {noun}").click()
+    adding(shown, noun).click()
     entry = shown.page.get_by_role("group", name=re.compile(f"^{noun} ")).last
     entry.locator("input").first.wait_for()
     expect(entry.locator("input").first).to_be_focused()
