@@ -11,7 +11,10 @@ UV := $(BIN)/uv pip install --python $(BIN)/python --constraint constraints.txt
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install
 PYTHONS ?= python3.11 python3.12 python3.13
 ROS_PYTHON ?= python3.11
-ROS_PEERS ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/visualhfsm/ros-peers
+CACHE := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/visualhfsm
+ROS_PEERS ?= $(CACHE)/ros-peers
+# One cache for all checkouts, as it goes by content: a new clone or worktree is checked in seconds.
+export MYPY_CACHE_DIR ?= $(CACHE)/mypy
 SECONDS ?=
 # Many containers set it. Then each process that runs tests, and each of the hundreds that the tests start, would
 # compile all its modules again, which takes a third of their time.
