@@ -230,6 +230,11 @@ class EditorPage:
         for key in keys:
             self.page.keyboard.press(key)
 
+    def edit_code(self) -> None:
+        """Show the code of what is selected, and wait for the focus: it comes late, and would go away from others."""
+        self.press("Shift+Enter")
+        expect(self.page.locator(".side:focus-within")).to_have_count(1)
+
     def type(self, text: str) -> None:
         """Type a text, key by key, so that what each key does in a code field counts."""
         self.page.keyboard.type(text)

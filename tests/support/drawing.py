@@ -49,7 +49,7 @@ class Draftsman:
 
     def _fires(self, transition: Transition) -> None:
         expect(self.shown.page.locator(".transition.selected")).to_have_count(1)
-        self.shown.press("Shift+Enter")
+        self.shown.edit_code()
         name = self.shown.page.get_by_role("textbox", name="Name of the transition")
         expect(name).to_have_value(transition.name)
         if transition.type == "time":
@@ -69,7 +69,7 @@ class Draftsman:
     def arguments(self, state: State) -> None:
         """Set the arguments of a state for its automaton."""
         self.shown.state(state.name).click()
-        self.shown.press("Shift+Enter")
+        self.shown.edit_code()
         self.shown.page.get_by_role("tab", name="Arguments").click()
         for argument in state.arguments:
             self.code(f"Argument {argument.name}", argument.value.text)
@@ -80,7 +80,7 @@ class Draftsman:
         if not state.code.text:
             return
         self.shown.state(state.name).click()
-        self.shown.press("Shift+Enter")
+        self.shown.edit_code()
         self.code(f"Code of the state {state.name}", state.code.text)
         self.shown.press("Escape")
 

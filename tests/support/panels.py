@@ -50,7 +50,7 @@ def choose(shown: EditorPage, name: str) -> None:
     """Select a transition, and show its code."""
     shown.button("Fit").click()
     shown.transition(name).locator(".handle").click()
-    shown.press("Shift+Enter")
+    shown.edit_code()
     field = shown.page.get_by_label("Name of the transition")
     field.wait_for()
     expect(field).to_have_value(name)

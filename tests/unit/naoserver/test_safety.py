@@ -421,9 +421,10 @@ def test_a_proven_motion_may_move_as_fast_as_the_motor():
     assert outcome.max_speeds["RShoulderPitch"] == LIMITS["RShoulderPitch"].max_velocity
 
 
-def test_a_target_that_is_out_of_range_by_a_rounding_is_not_called_limited():
-    outcome = Rig().move({"LHand": -1e-9})
-    assert (outcome.accepted, outcome.limitations) == ({"LHand": 0.0}, [])
+@pytest.mark.parametrize(("target", "limit"), [(-1e-9, 0.0), (1.0 + 1e-10, 1.0)])
+def test_a_target_that_is_out_of_range_by_a_rounding_is_not_called_limited(target, limit):
+    outcome = Rig().move({"LHand": target})
+    assert (outcome.accepted, outcome.limitations) == ({"LHand": limit}, [])
 
 
 def test_limitations_say_what_was_wrong_and_what_it_is_now():

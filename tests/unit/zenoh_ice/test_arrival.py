@@ -98,12 +98,14 @@ def test_what_msgspec_decodes_alone_is_decoded_as_it_is() -> None:
 
 
 def test_classes_made_later_arrive_too() -> None:
+    codec = Codec(HoldsAnimal)
+
     class Cat(Animal, tag="::zoo::Cat"):
         lives: Int
 
-    assert ANIMAL.unpack(animal(), "x").animal == Animal("a", None)
+    assert codec.unpack(animal(), "x").animal == Animal("a", None)
     value = Cat("Tom", None, 9)
-    assert ANIMAL.unpack(pack(ANIMAL, (value,), "x"), "x").animal == value
+    assert codec.unpack(pack(codec, (value,), "x"), "x").animal == value
 
 
 def test_what_is_decoded_adds_no_class_that_others_would_look_for() -> None:
