@@ -29,3 +29,12 @@ test("breakpoints that are set before the component answers are all kept", async
     [1, 2],
   );
 });
+
+test("breakpoints of before a restart come to those that are being set", async () => {
+  const {breakpoints, sent} = new Monitor();
+  await breakpoints.set(0, 1, "state", 1, "");
+  breakpoints.keep();
+  breakpoints.set(0, 1, "state", 2, "");
+  await breakpoints.restore({has: () => true});
+  assert.deepEqual(sent.slice(1), [[2], [2, 1]]);
+});

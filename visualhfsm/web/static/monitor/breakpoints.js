@@ -88,10 +88,19 @@ export class Breakpoints {
    * @param {{has: (breakpoint: Breakpoint) => boolean}} structure
    */
   restore(structure) {
-    const kept = this.#former.filter((each) => structure.has(each));
-    if (kept.length) this.#replace(kept);
+    this.#changed = this.#changed.then(async () => {
+      const kept = this.#former.filter(
+        (each) => structure.has(each) && !this.all.some((other) => areAtOne(each, other)),
+      );
+      if (kept.length) await this.#replace([...this.all, ...kept]);
+    });
+    return this.#changed;
   }
 }
+
+/** @param {Breakpoint} one @param {Breakpoint} other */
+const areAtOne = (one, other) =>
+  one.automaton === other.automaton && one.state === other.state && one.transition === other.transition;
 
 /**
  * The breakpoint of a state or transition.
