@@ -1,6 +1,6 @@
-"""Shared by all commands; here, Ctrl-C ends the command quietly while its modules load.
+"""Code that all commands share; this module lets Ctrl-C end a command quietly while its modules load.
 
-Every command begins with this, before it imports anything else; so this imports next to nothing itself.
+Every command imports it before anything else, so it imports as little as possible itself.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _INTERRUPTED = 130
 
 
 def begin_loading() -> None:
-    """Prepare for the import of a command: Ctrl-C ends the process at once, and nobody looks for garbage.
+    """Prepare to import a command: Ctrl-C ends the process at once, and garbage collection is off.
 
-    All that is made stays, and the search takes a tenth of the time. `hfsm_command.cli.run` ends both.
+    Imported objects all stay, and checking them takes a tenth of the time. `hfsm_command.cli.run` ends both.
     """
     end_at_ctrl_c()
     gc.disable()
@@ -29,7 +29,7 @@ def begin_loading() -> None:
 def end_at_ctrl_c() -> None:
     """Let Ctrl-C end the process at once, with exit code 130, until another handler takes its place.
 
-    Nothing is cleaned up: it is for as long as there is nothing to clean up.
+    Nothing is cleaned up, so use it only while there is nothing to clean up.
     """
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(_INTERRUPTED))
 
@@ -38,7 +38,7 @@ def missing_package(error: ModuleNotFoundError, extra: str) -> str:
     """Return what to do about a module that cannot be imported: install an extra, or rename a file."""
     name = error.name or ""
     first = sys.modules.get(name.partition(".")[0])
-    if first is not None and first.__name__ != name:  # a package of this name is there, but it is another
+    if first is not None and first.__name__ != name:  # another package of this name was imported
         place = first.__file__ or ", ".join(first.__path__)
         return f"{name} is not in {place}, which hides ours: rename it; `nao doctor` finds all such files"
     if name == "qi" and sys.version_info >= (3, 13):
@@ -47,5 +47,5 @@ def missing_package(error: ModuleNotFoundError, extra: str) -> str:
 
 
 def tether_command(place: str = "background") -> list[str]:
-    """Return the beginning of a command that ends when this process does, in the `foreground` or not."""
+    """Return the prefix that makes a command end with this process, in the `foreground` or not."""
     return [sys.executable, "-I", "-S", _TETHER, str(os.getpid()), place]

@@ -17,14 +17,14 @@ __all__ = ["ChildProcess", "signal_name"]
 _DRAIN: Final = 0.5
 """Seconds in which the output must end after the process; a grandchild may hold the pipe open."""
 _KILL_LIMIT: Final = 2.0
-"""Seconds in which a process must be gone after SIGKILL; only one stuck in the kernel takes longer."""
+"""Seconds within which a process must end after SIGKILL; only one stuck in the kernel takes longer."""
 
 
 class ChildProcess(asyncio.SubprocessProtocol):
     """A command in its own process group, which ends when this process does, however that happens.
 
-    `take` gets on the event loop what it writes: the descriptor, 1 or 2, and bytes; nothing more comes after
-    empty ones. What is left of the group after the end of the process is killed.
+    `take` is called on the event loop with its output: the descriptor, 1 or 2, and bytes; empty bytes are the
+    last. Processes of the group that outlive the command are killed.
     """
 
     def __init__(self, take: Callable[[int, bytes], None]) -> None:
@@ -49,7 +49,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
     ) -> None:
         """Start a command. Raises OSError when no process can be started.
 
-        One in the foreground has our terminal, and `take` gets nothing. If `merged`, errors come as output.
+        A foreground command uses our terminal, and `take` gets nothing. `merged` sends stderr to stdout.
         """
         options: dict[str, Any] = {"stdin": subprocess.DEVNULL, "start_new_session": True}
         if foreground:
@@ -85,8 +85,8 @@ class ChildProcess(asyncio.SubprocessProtocol):
     ) -> None:
         """End the process: SIGINT, then SIGTERM, then SIGKILL; `patience` has the seconds between them.
 
-        Setting `force` shortens every wait to nothing. The first signals go to the process alone, so that it
-        can end what it has started, or to the whole `group`.
+        Setting `force` skips every wait. The first signals go to the process alone, so that it can end its
+        child processes, or to the whole `group`.
         """
         if self._transport is None or self._ended is None:
             return
@@ -119,7 +119,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
 
     async def _end(self, transport: asyncio.SubprocessTransport) -> int:
         await self._exited.wait()
-        self._signal_group(signal.SIGKILL)  # what it left behind
+        self._signal_group(signal.SIGKILL)  # the processes that it left behind
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._closed.wait(), _DRAIN)
         transport.close()
@@ -132,7 +132,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
     # Called by the event loop.
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
-        """Hand on what was written."""
+        """Pass on the output."""
         self._take(fd, data)
 
     def process_exited(self) -> None:
@@ -145,5 +145,5 @@ class ChildProcess(asyncio.SubprocessProtocol):
 
 
 def signal_name(number: int) -> str:
-    """Return the name of a signal, such as SIGKILL, also of one that has none."""
+    """Return the name of a signal, such as SIGKILL, or `signal 99` for an unknown number."""
     return signal.Signals(number).name if number in signal.valid_signals() else f"signal {number}"

@@ -66,7 +66,7 @@ _SHARED: Final = [
 
 
 def describe(settings: Settings) -> str:
-    """Return a table of settings, of `[security]` those given, and where each comes from."""
+    """Return a table of the settings and the source of each; of `[security]`, only those that are set."""
     rows = {name: shown(value) for name, value in structs.asdict(settings).items() if name != "security"}
     for name, value in structs.asdict(settings.security).items():
         if f"security.{name}" in settings.origins:
@@ -81,11 +81,11 @@ def describe(settings: Settings) -> str:
 def with_settings(
     defaults: Mapping[str, object] | None = None,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options that all commands share; it takes what they say as `settings`.
+    """Give a command the options that all commands share; they are passed to it as `settings`.
 
-    `defaults` are those of the command where they differ from those of `Settings`. Logging is set
-    up before the command runs. With `--show-config` the settings are printed instead, on stderr what is
-    dangerous about them, and the exit code is 0.
+    `defaults` are the command's defaults that differ from those of `Settings`. Logging is set up before the
+    command runs. With `--show-config` the command prints the settings instead, and their dangers on stderr,
+    and exits with code 0.
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
@@ -114,7 +114,7 @@ def with_settings(
 
 
 def finite(value: float | None) -> float | None:
-    """Return a number of the command line; as the `callback` of an option it refuses `nan` and `inf`.
+    """Return a number from the command line, but refuse `nan` and `inf`: the `callback` of an option.
 
     Raises typer.BadParameter.
     """
@@ -124,10 +124,10 @@ def finite(value: float | None) -> float | None:
 
 
 def report_ready(text: str = "") -> None:
-    """Print that the command is ready, if there is a text, and report it to systemd where that started it.
+    """Print `text`, if any, and notify systemd, if it started the command, that the command is ready.
 
-    The protocol of sd_notify(3) is one datagram to the socket that the environment names; what the command
-    starts itself does not get the name.
+    The protocol of sd_notify(3) is one datagram to the socket that the environment names; child processes
+    do not inherit the name.
     """
     if text:
         typer.echo(text)
@@ -149,7 +149,7 @@ class Stop(threading.Event):
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """Let SIGINT, SIGTERM and SIGHUP set an event, and do nothing else, as long as a `with` block lasts.
+    """Let SIGINT, SIGTERM and SIGHUP only set an event, for the duration of a `with` block.
 
     The block runs on the main thread. It waits for the event or polls it, cleans up, and ends; then
     SystemExit is raised with 128 and the number of the signal, unless the block raised something itself.
@@ -169,8 +169,8 @@ def stop_on_signals() -> Iterator[Stop]:
             elif number in signals and time.monotonic() > deadline:
                 os._exit(128 + number)
 
-    # Python writes the numbers of signals into the pipe, whichever thread they strike and whatever the main
-    # thread waits for; the event is set by an ordinary thread, which may take locks.
+    # Python writes signal numbers to the pipe, whichever thread receives them and whatever the main thread
+    # waits for; an ordinary thread, which may take locks, sets the event.
     thread = threading.Thread(target=listen, name="signals", daemon=True)
     os.set_blocking(writer, False)
     thread.start()
@@ -196,7 +196,7 @@ def _stop_signals() -> tuple[signal.Signals, ...]:
 
 
 def _drop_other_commands(app: typer.Typer) -> None:
-    """Drop the subcommands that were not asked for by name: to build all takes an eighth of the start."""
+    """Drop all subcommands but the requested one: building all takes an eighth of the start-up time."""
     if app.registered_callback and len(sys.argv) > 1:
         asked = [each for each in app.registered_commands if _name_of(each) == sys.argv[1]]
         if asked:
@@ -220,10 +220,10 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end
     for number in _stop_signals():
         signal.signal(number, lambda number, _frame: os._exit(128 + number))
-    gc.freeze()  # what was imported stays, and is not searched later, either
+    gc.freeze()  # imported modules stay loaded: later collections need not search them
     gc.enable()
     _drop_other_commands(app)
-    atexit.register(gc.freeze)  # memory goes with the process: it is not searched for garbage first
+    atexit.register(gc.freeze)  # exiting frees all memory: skip the final garbage collection
     try:
         app()
     except errors as error:

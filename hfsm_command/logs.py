@@ -43,7 +43,7 @@ class _JsonFormatter(logging.Formatter):
 
 
 def set_up_logging(settings: Settings) -> None:
-    """Let the records of this process go where the settings say.
+    """Send the log records of this process to the destination in the settings.
 
     Raises ConfigurationException when the file cannot be written.
     """

@@ -20,7 +20,7 @@ CANNOT_RUN = 127
 
 
 def die_with(launcher: int) -> None:
-    """Ask the kernel for SIGTERM at the death of the launcher; exit when it is dead already."""
+    """Ask the kernel for SIGTERM when the launcher dies; exit if it is dead already."""
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.prctl(PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0) != 0:
         raise OSError(ctypes.get_errno(), "prctl(PR_SET_PDEATHSIG) failed")
@@ -29,9 +29,9 @@ def die_with(launcher: int) -> None:
 
 
 def take_terminal() -> None:
-    """Make this process group the one that the terminal's keys reach, if the launcher's was it.
+    """Make this process group the terminal's foreground group, if the launcher's was.
 
-    Ctrl-Z is ignored from here on: it would stop this process and leave a terminal that nobody serves.
+    Ctrl-Z is ignored from here on: it would stop this process and leave the terminal without a reader.
     """
     if not os.isatty(STDIN) or os.tcgetpgrp(STDIN) != os.getpgid(os.getppid()):
         return

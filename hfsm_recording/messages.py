@@ -1,8 +1,8 @@
 """The contents of a recording: the messages of each channel, as JSON.
 
-A channel's schema names the message, so that a reader need not know the topics. The order of messages in the
-file is that in which things happened; their time is that of the wall at the start of the component, plus
-component time. `context` says whose code was running: `automaton 3`, the start of the component (`start`),
+A channel's schema names the message, so that a reader need not know the topics. Messages are in the order in
+which things happened; their time is the wall time at the start of the component plus component time.
+`context` says whose code was running: `automaton 3`, the start of the component (`start`),
 the arrival of an asynchronous result (`future 2`), a callback (`subscription 1`), or empty for a thread that
 the runtime does not know.
 """
@@ -16,7 +16,7 @@ import msgspec
 from msgspec import Meta
 
 WATCHED: Final = "watched"
-"""The metadata of a recording that somebody made who watched the component: it is not replayed."""
+"""The metadata that marks a recording made by a watcher of the component: it cannot be replayed."""
 
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata about the component."""
@@ -55,7 +55,7 @@ class Change(OfAutomaton, frozen=True):
 
 
 class Guard(OfAutomaton, frozen=True):
-    """The guard of a transition was asked."""
+    """The guard of a transition was evaluated."""
 
     transition: int
     transition_name: Text
@@ -72,14 +72,14 @@ class Firing(OfAutomaton, frozen=True):
 
 
 class Variables(OfAutomaton, frozen=True):
-    """The variables of an automaton that a cycle changed; `gone` are those without a value."""
+    """The variables of an automaton that a cycle changed; `gone` names those without a value."""
 
     values: dict[str, Any]
     gone: list[str] = []
 
 
 class Timers(OfAutomaton, frozen=True):
-    """The s that are left to the timed transitions out of a state, by name, after a change of state."""
+    """The remaining s of the timed transitions out of a state, by name, after a change of state."""
 
     state_name: Text
     remaining: dict[str, float]
@@ -103,13 +103,13 @@ class Mark(Message, frozen=True):
 
 
 def values_of(pose: Any) -> list[float]:  # noqa: ANN401
-    """Return a place of a nao::Pose."""
+    """Return a nao::Pose as a place: its position and its quaternion."""
     at, turn = pose.position, pose.orientation
     return [at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w]
 
 
 class RobotPose(Message, frozen=True):
-    """Where the robot was, and in a simulation what can move: no input of the component.
+    """The pose of the robot and, in a simulation, of movable objects: not an input of the component.
 
     Angles in rad by joint. A place is a position in m in the world's frame, then a quaternion x, y, z, w.
     """
@@ -140,7 +140,7 @@ class Shape(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class World(Message, frozen=True):
-    """What a simulation showed but the robot."""
+    """The world of a simulation, without the robot."""
 
     shapes: list[Shape]
 
@@ -184,7 +184,7 @@ class LogLine(Message, frozen=True):
 
 
 class Reading(Message, frozen=True):
-    """A local reading of user code: a clock (`now`, `time.time`), how a sleep ended, an age."""
+    """A local reading by user code: a clock (`now`, `time.time`), the end of a sleep, or an age."""
 
     context: Text
     kind: Text
@@ -192,7 +192,7 @@ class Reading(Message, frozen=True):
 
 
 class Missing(msgspec.Struct, frozen=True):
-    """Bytes, such as those of an image, that stand elsewhere in the recording or nowhere."""
+    """Bytes, such as those of an image, that are elsewhere in the recording or were not recorded."""
 
     path: list[str | int]
     size: int
@@ -203,9 +203,8 @@ class Result(Message, frozen=True):
     """The result of an operation of a proxy.
 
     `kind` is call; begin and async of a call without waiting; latest and wait, which is over when it has
-    returned an error or a newer sample; subscribe and sample. `value` is for reading, and cut if it is long.
-    `packed` is the exact value as it travels, in base64, or None where there is none, or where it was
-    `too_large`.
+    returned an error or a newer sample; subscribe and sample. `value` is for people, and cut if it is long.
+    `packed` is the exact value as on the wire, in base64, or None if there is none or it was `too_large`.
     """
 
     context: Text
@@ -227,7 +226,7 @@ class Result(Message, frozen=True):
     """Whether it is the sample of this context's last reading of the stream."""
     age: float | None = None
     stream: Text = ""
-    """Id of the stream of the sample, another after each restart of the servant."""
+    """Id of the stream of the sample; it changes with each restart of the servant."""
 
 
 class Image(Message, frozen=True):
@@ -259,19 +258,19 @@ class Picture(Message, frozen=True):
 
 
 class Snapshot(Message, frozen=True):
-    """A component as its monitor showed it to who recorded it: a `hfsm::ComponentSnapshot` in JSON."""
+    """A component as its monitor reported it to the watcher: a `hfsm::ComponentSnapshot` in JSON."""
 
     component: msgspec.Raw
 
 
 class Gap(Message, frozen=True):
-    """Messages were lost, since the recording could not keep up."""
+    """Messages were lost because the recording could not keep up."""
 
     lost: int
 
 
 class Overlap(Message, frozen=True):
-    """User code blocked for so long that others went on beside it: their order is not known from here."""
+    """User code blocked for so long that other code ran beside it: from here on their order is unknown."""
 
     context: Text
     beside: Text
@@ -282,7 +281,7 @@ _OURS: Final[tuple[type[Message], ...]] = (
     EventSent, Mark, RobotPose, World, Action, Reading, Result, Gap, Overlap, Snapshot,
 )  # fmt: skip
 TO_LOOK_AT: Final[tuple[type[Message], ...]] = (Image, Picture, RobotPose, Snapshot, World)
-"""What a replay leaves aside: it is no input of the component, or, as an image, found by its hash."""
+"""Messages that a replay skips: they are not inputs of the component or, like images, found by hash."""
 MESSAGES: Final[dict[str, type[Message]]] = {
     "foxglove.Log": LogLine,
     "foxglove.RawImage": Image,

@@ -8,7 +8,7 @@ import msgspec
 
 
 class Side(msgspec.Struct):
-    """What one of the two did in the cycle in which they diverge."""
+    """The actions of the recording, or of the replay, in the cycle in which they diverge."""
 
     state: str
     state_after: str
@@ -16,11 +16,11 @@ class Side(msgspec.Struct):
     fired: list[str] = []
     errors: list[str] = []
     ran: bool = True
-    """Whether it had that cycle at all."""
+    """Whether it has that cycle at all."""
 
 
 class Divergence(msgspec.Struct, frozen=True):
-    """An automaton that does something else, in the cycle of a component time in s."""
+    """An automaton that behaves differently, in the cycle at a component time in s."""
 
     time: float
     automaton: int
@@ -62,7 +62,7 @@ class Begin(msgspec.Struct, frozen=True, tag="begin", tag_field="event"):
 
 
 class Progress(msgspec.Struct, frozen=True, tag="progress", tag_field="event"):
-    """The replay has come to a component time."""
+    """The replay has reached a component time."""
 
     seconds: float
 

@@ -1,7 +1,7 @@
-"""Read a recording within limits: nothing in it is executed, and no size in it is believed.
+"""Read a recording within limits: nothing in it is executed, and no size in it is trusted.
 
-The file is read as a stream: in memory are one record and one unpacked chunk at a time. An image stays in the
-file until it is read.
+The file is read as a stream: only one record and one unpacked chunk are in memory. An image stays in the file
+until it is read.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from .messages import MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
 LARGEST: Final = 64 << 20
-"""Bytes of a record, of what a chunk unpacks to, and of all sources together."""
+"""Most bytes of a record, of an unpacked chunk, and of all sources together."""
 LARGEST_MESSAGE: Final = 4 << 20
-"""Bytes of a message that is no image: the largest that the runtime writes has some 1 MiB."""
+"""Most bytes of a message other than an image: the largest that the runtime writes has about 1 MiB."""
 MOST_MESSAGES: Final = 5_000_000
-"""Six hours of a behavior with four automata, which makes some 230 messages a second."""
+"""Six hours of a behavior with four automata, which makes about 230 messages a second."""
 MOST_UNPACKED: Final = 1 << 30
 """Bytes that any recording may unpack to; a large one may unpack to `HIGHEST_RATIO` times its size."""
 HIGHEST_RATIO: Final = 1000
-"""The images of the fake robot, which are flat, unpack to some 130 times what they take in the file."""
+"""The images of the fake robot, which are flat, unpack to about 130 times their size in the file."""
 
 _FILE: Final = re.compile(r"(document|component|extension)/([\w.\- ]{1,200}\.(?:xml|py))")
 _MAGIC: Final = b"\x89MCAP0\r\n"
@@ -51,13 +51,13 @@ P = TypeVar("P", Image, Picture)
 
 
 class RecordingError(Exception):
-    """A recording cannot be read: it is none, is damaged at its beginning, or exceeds a limit."""
+    """A file is not a recording, is damaged at its beginning, or exceeds a limit."""
 
 
 class RawMessage(NamedTuple):
     """A message that is not decoded yet; `time` is in ns since the epoch.
 
-    `number` counts all messages of the file from 1, and `place` is where the record begins that holds it.
+    `number` counts all messages of the file from 1; `place` is the start of the record that holds it.
     """
 
     number: int
@@ -86,7 +86,7 @@ class RecordingFile:
         self.metadata: dict[str, str] = {}
         self.sources: dict[str, bytes] = {}
         self.truncated = False
-        """Whether the last walk through the messages ended at a broken record, and not at the end."""
+        """Whether the last iteration over the messages ended at a broken record instead of the end."""
         try:
             with suppress(*_BROKEN):  # what is missing is read below
                 self._read_head()
@@ -110,7 +110,7 @@ class RecordingFile:
         return {match[1]: (match[2], content) for match, content in matches if match}
 
     def messages(self) -> Iterator[RawMessage]:
-        """Yield the messages in the order of the file; one that was cut off ends where it is broken.
+        """Yield the messages in the order of the file; in a truncated file, those before the broken record.
 
         Raises RecordingError when a limit is exceeded.
         """
@@ -220,7 +220,7 @@ def _read_record(file: IO[bytes]) -> tuple[int, bytes]:
 
 
 def _unpack(opcode: int, payload: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield opcodes and payloads of the records in a chunk; another record is its own only one.
+    """Yield opcodes and payloads of the records in a chunk; any other record yields itself.
 
     The size of a chunk is checked before it is unpacked.
     """

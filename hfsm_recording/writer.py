@@ -22,7 +22,7 @@ _logger = logging.getLogger(__name__)
 _LOOK: Final = 0.1
 """Seconds between checks of the queue: waking the thread for each message would cost more than writing it."""
 _CHUNK: Final = 10
-"""Looks after which a chunk ends, so that a process that is killed has lost a second at most."""
+"""Checks after which a chunk ends, so that a killed process loses at most a second."""
 _CHUNK_SIZE: Final = 1 << 20
 _MOST_WAITING: Final = 50_000
 _MOST_BYTES: Final = 128 << 20
@@ -34,7 +34,7 @@ class RecordingFailedError(Exception):
 
 
 class Entry(NamedTuple):
-    """A message on its way; a function makes it on the writer's thread. `size` is about its bytes."""
+    """A queued message, or a function that makes it on the writer's thread. `size` estimates its bytes."""
 
     topic: str
     time: int
@@ -46,8 +46,8 @@ class RecordingWriter:
     """An MCAP file that is being written, until it is closed. Raises RecordingFailedError.
 
     A file that exists is never overwritten: it may be the only record of a run of the robot.
-    Messages that come faster than they can be written are dropped when too many wait, and a `Gap` stands in
-    their place. When the file cannot be written any more, that is logged once and the rest is dropped.
+    Messages that arrive faster than they can be written are dropped when too many wait, and a `Gap` takes
+    their place. When the file cannot be written any more, the error is logged once and the rest is dropped.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class RecordingWriter:
         self._lost = 0
         self._latest = start
         self.dropped = 0
-        """Messages that were lost so far."""
+        """Number of messages lost so far."""
         self._stopping = threading.Event()
         self._lock = threading.Lock()
         self._channels: dict[tuple[str, type[Message]], int] = {}
@@ -92,13 +92,13 @@ class RecordingWriter:
 
     @classmethod
     def watching(cls, path: Path, name: str, document: str) -> RecordingWriter:
-        """Record what somebody sees of a component; `document` is its text, empty where it is not known."""
+        """Record a component as a watcher sees it; `document` is the document's text, empty if unknown."""
         start = time.time_ns()
         metadata = {"name": name, "start": str(start), WATCHED: "yes"}
         return cls(path, metadata, {f"document/{name}.xml": document} if document else {}, start)
 
     def put(self, entry: Entry) -> None:
-        """Take a message; never waits."""
+        """Queue a message, without waiting."""
         with self._lock:
             self._latest = entry.time
             if len(self._queue) >= _MOST_WAITING or self._bytes + entry.size > _MOST_BYTES:
@@ -110,7 +110,7 @@ class RecordingWriter:
             self._bytes += entry.size
 
     def look(self, topic: str, message: Message, at: float) -> None:
-        """Take a message to be looked at, of a wall time in s, unless it is too large to be read."""
+        """Queue a message for viewers, at a wall time in s, unless it is too large to be read."""
         size = len(msgspec.json.encode(message))
         if size < LARGEST_MESSAGE:
             self.put(Entry(topic, round(at * 1e9), message, size))
@@ -156,7 +156,7 @@ class RecordingWriter:
         finally:
             with suppress(OSError):
                 self._file.close()
-        while not self._stopping.wait(1.0):  # it could not be written: nothing is kept for it
+        while not self._stopping.wait(1.0):  # the file cannot be written: drop what arrives
             self._queue.clear()
 
     def _drain(self) -> None:
@@ -166,7 +166,7 @@ class RecordingWriter:
             try:
                 message = entry.message if isinstance(entry.message, Message) else entry.message()
                 data = self._encoder.encode(message)
-            except Exception:  # a value of user code may be anything; it costs its message, not the file
+            except Exception:  # a value of user code may be anything: lose the message, not the file
                 _logger.exception("a message of %s could not be recorded", entry.topic)
                 message = Gap(1)
                 data = self._encoder.encode(message)

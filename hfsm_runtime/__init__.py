@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from .loading import add_to_path, load_extension, prepare_program
 
-prepare_program()  # before what takes long to import
+prepare_program()  # before the slow imports
 
 from .automaton import Automaton, Event, Input, State, Transition  # noqa: E402
 from .component import Component, Parameter, Proxy, Ros  # noqa: E402
@@ -50,14 +50,14 @@ def main(component: type[Component]) -> NoReturn:
 
 
 def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
-    """Return what makes messages of a type of ROS: see `hfsm_runtime.ros`."""
-    from .ros import ros_message as message  # only such components need what `ros2` needs
+    """Return a function that makes messages of a ROS type: see `hfsm_runtime.ros`."""
+    from .ros import ros_message as message  # only components that use ROS need its libraries
 
     return message(name, texts)
 
 
 def ros_tf() -> Any:  # noqa: ANN401
-    """Return what old documents use of the module `tf` of ROS 1."""
+    """Return the part of the module `tf` of ROS 1 that old documents use."""
     from types import SimpleNamespace
 
     from .ros import Transformations

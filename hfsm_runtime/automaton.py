@@ -1,4 +1,4 @@
-"""The structure of automata: what a generated component returns, and nothing that changes while it runs."""
+"""The structure of automata, as a generated component returns it: nothing in it changes at run time."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from .errors import DefinitionError
 from .source_map import text_of_guard
 
 REQUIRED: Final = object()
-"""Stands for the default of an input that has none."""
+"""The default of an input without a default value."""
 
 _BY_PLACE: Final = -1
-"""The id of a state or a transition that gets its place in the automaton as its id."""
+"""The id of a state or a transition whose place in the automaton becomes its id."""
 
 Arguments = Mapping[str, object] | Mapping[int, Mapping[str, object]]
-"""Values for inputs by their names; for the inputs of several automata by the automaton's id first."""
+"""Values of inputs by name; for several automata, by the automaton's id and then by name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened, sent to every automaton that is active; `data` is None or what was sent along.
+    """A named message to every active automaton, with optional `data`.
 
-    Data is what JSON knows: None, bool, int, float, str, lists, and dicts with str keys.
+    Data is a JSON value: None, bool, int, float, str, lists, and dicts with str keys.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Event:
 class Input(msgspec.Struct, frozen=True, kw_only=True):
     """A variable of an automaton that the state above it sets: of type int, float, bool, str or object.
 
-    Without a default, which is `REQUIRED`, the state has to hand it over.
+    If the default is `REQUIRED`, the state has to pass a value.
     """
 
     name: str
@@ -51,7 +51,7 @@ class State:
 
     Its `id` is by default its place in the automaton, from 1. `entry` runs when the state is entered and
     `exit` when it is left. After the entry `arguments` returns the values for the inputs of the children: by
-    the input's name for the only child, else by the id of the child and the input's name. With `restart` the
+    input name for an only child, otherwise by child id and then by input name. With `restart` the
     children start again each time the state is entered, instead of resuming. An automaton in a `final` state
     has finished.
     """
@@ -91,8 +91,8 @@ class Transition:
 
     Its `id` is by default its place in the automaton, from 1. It fires `seconds` of active time after the
     entry into its origin, at the `event` of that name, when the origin's children have `finished`, or else
-    when `guard` returns something true. The others may have a guard, too, which must hold as well. Its text
-    is `condition`, by default what it says in a generated component. `code` runs after the change of state.
+    when `guard` returns a true value. In the first three cases a `guard`, if given, must hold as well.
+    `condition` is its text, by default the one in the component. `code` runs after the change of state.
     Guard and code of a transition with an event take the `Event`.
     """
 
@@ -115,17 +115,17 @@ class Transition:
 
     @cached_property
     def delay(self) -> int | None:
-        """The time after which it fires in ns, None for one without."""
+        """The time in ns after which it fires, or None."""
         return None if self.seconds is None else round(self.seconds * 1e9)
 
 
 @dataclass(frozen=True)
 class Automaton:
-    """An automaton, whose `id` no other of the component has. Raises DefinitionError.
+    """An automaton; its `id` is unique in the component. Raises DefinitionError.
 
     `period` is the time between its cycles in s. `set_inputs` takes a value for each of `inputs`, by name.
-    Transitions out of a state are tried by priority, 1 first, and those without one after them, in their
-    order. `source` names the file that it was imported from.
+    Transitions out of a state are tried by priority, 1 first, then those without a priority in their order.
+    `source` names the file from which it was imported.
     """
 
     name: str

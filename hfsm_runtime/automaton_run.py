@@ -1,6 +1,6 @@
 """An automaton while it runs: its current state, whether it is a ghost, its active time, its events.
 
-Times are integer nanoseconds of component time, so that nothing is lost by adding them up.
+Times are integer nanoseconds of component time, so that sums are exact.
 """
 
 from __future__ import annotations
@@ -77,11 +77,11 @@ class Run:
     cut: bool = False
     """Whether the next cycle only continues where the last one paused, with the same events."""
     code_first: bool = False
-    """Whether that is at the code of the state."""
+    """Whether it continues at the code of the state."""
     waited: int = 0
     """The active time in the current state up to `since`."""
     since: int | None = None
-    """Since when active time counts on; None while it stands still."""
+    """The time from which active time counts; None while it stands still."""
     last_transition: int = 0
     forced: Transition | None = None
     """A transition that fires in the next cycle, whatever its guard says."""
@@ -97,15 +97,15 @@ class Run:
     due: int = 0
     """Their number when the running cycle began: it handles no others."""
     event: Event | None = None
-    """The event with which the running cycle asks its transitions."""
+    """The event with which the running cycle tries its transitions."""
     dropped: int = 0
     """Number of dropped events."""
     last_dropped: tuple[Event, DropReason, int] | None = None
-    """The newest of these, why, and the component time."""
+    """The newest dropped event, the reason, and the component time."""
     guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
-    """The last value of each guard out of the current state, and the cycle time of it."""
+    """The last value of each guard out of the current state, and the time of its cycle."""
     last_slot: int = -1
-    """The time that the last cycle which ended belongs to."""
+    """The time to which the last completed cycle belongs."""
     cycles: int = 0
     overruns: int = 0
     last_cycle: float = 0.0
@@ -135,14 +135,14 @@ class Run:
         return self.waited + (0 if self.since is None else max(0, now - self.since))
 
     def begin_in(self, state: State) -> None:
-        """Let a state be the first one, before anything has begun."""
+        """Make a state the first one to enter; call it before the start."""
         self.first = self.current = state
         self.owed = owes(state)
 
     def adopt(self, automaton: Automaton) -> State | None:
-        """Continue as another version of the automaton; return the state that it lost.
+        """Continue as another version of the automaton; return the state that it lost, if any.
 
-        The automaton has not entered any state then.
+        An automaton that lost its state has not entered any state.
         """
         left, self.automaton = self.current, automaton
         found = _counterpart(left, automaton)
@@ -193,7 +193,7 @@ def grow(root: Automaton) -> tuple[Run, ...]:
 
 
 def _counterpart(state: State, automaton: Automaton) -> State | None:
-    """Return the state of another version of an automaton that one of its states has become."""
+    """Return the counterpart of a state in another version of its automaton."""
     same = [other for other in automaton.states if other.id == state.id]
     same = same or [other for other in automaton.states if other.name == state.name]
     return same[0] if len(same) == 1 else None

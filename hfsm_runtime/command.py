@@ -34,7 +34,7 @@ from .runtime import Runtime
 if TYPE_CHECKING:
     from .ros import Node
 
-_LOOK: Final = 0.1  # s after which the main thread looks whether a signal came
+_LOOK: Final = 0.1  # s between two checks of the main thread for signals
 _RETRY: Final = 1.0  # s between two checks whether refused commands are accepted again
 
 _OnError = Annotated[
@@ -157,7 +157,7 @@ _ROS_DEFAULTS: Final = {"ros": False, "ros_namespace": "/"}
 def main(component: type[Component]) -> NoReturn:
     """Run a component from the command line, and exit.
 
-    The exit code is 0 when it ends by itself or by its monitor, 1 after an error, 130 after Ctrl-C and 143
+    The exit code is 0 when it finishes or its monitor stops it, 1 after an error, 130 after Ctrl-C and 143
     after SIGTERM; in each case the robot is stopped first.
     """
     cli.run(make_app(component), expected=(ComponentError,))
@@ -165,7 +165,7 @@ def main(component: type[Component]) -> NoReturn:
 
 @dataclass(frozen=True)
 class World:
-    """What a component acts on: the communicator of its proxies, what connects them, and what it runs in."""
+    """A component's world: the communicator of its proxies, a function that connects them, its runtime."""
 
     communicator: Communicator
     connect: Callable[[Component], None]
@@ -175,7 +175,7 @@ class World:
 def make_app(
     component: type[Component], trial: Callable[[], AbstractContextManager[World]] | None = None
 ) -> typer.Typer:
-    """Return the command of a component; a `trial` makes the world that it runs in instead of the realm's."""
+    """Return the command of a component; a `trial` provides a world in place of the realm's."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     module = getattr(inspect.getmodule(component), "__spec__", None)
     name = f"python -m {module.name}" if module else f"python {PurePath(inspect.getfile(component)).name}"
@@ -328,7 +328,7 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
 @contextmanager
 def _ros_node(component: type[Component], settings: Settings, options: Mapping[str, Any]) -> Iterator[Node]:
     """Open a node of ROS for a component in a `with` block."""
-    from ros2 import DEFAULT_SETTINGS, RosError  # only such components need what it needs
+    from ros2 import DEFAULT_SETTINGS, RosError  # only components that use ROS need its libraries
 
     from .ros import Node
 
@@ -352,7 +352,7 @@ def _ros_node(component: type[Component], settings: Settings, options: Mapping[s
 
 
 def _with_endpoints(connect: Callable[[Component], None], node: Node) -> Callable[[Component], None]:
-    """Return what connects a component's proxies, and what it uses of ROS."""
+    """Return a function that connects a component's proxies, and its ends of ROS."""
     from .ros import Endpoints
 
     endpoints = Endpoints(node, node.types)
@@ -365,7 +365,7 @@ def _with_endpoints(connect: Callable[[Component], None], node: Node) -> Callabl
 
 
 def _shown(monitor: Monitor, node: Node | None) -> AbstractContextManager[object]:
-    """Return what shows a component in the graph of ROS, if it has a node there."""
+    """Return a context manager that shows a component in the graph of ROS, if it has a node there."""
     if node is None:
         return nullcontext()
     from .debugger.ros import RosMonitor
@@ -378,7 +378,7 @@ _PREFIX: Final = "parameter_"
 
 
 def with_parameters(component: type[Component]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command an option for each parameter of a component; it takes the values as `parameters`."""
+    """Give a command an option for each parameter of a component; the values are passed as `parameters`."""
 
     def decorate(function: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(function)
@@ -400,7 +400,7 @@ def with_parameters(component: type[Component]) -> Callable[[Callable[..., None]
 
 
 def _with_ros(function: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of ROS, which it takes as `ros`."""
+    """Give a command the options of ROS, which are passed to it as `ros`."""
 
     @functools.wraps(function)
     def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
@@ -424,10 +424,10 @@ def option_of(name: str) -> str:
 
 
 def make_component(component: type[Component], parameters: Mapping[str, object]) -> Any:  # noqa: ANN401
-    """Return a component with the values of its parameters, which its `__init__` sees already."""
+    """Return a component with the values of its parameters set before its `__init__` runs."""
     made = component.__new__(component)
     vars(made).update(parameters)
-    made.__init__()  # type: ignore[misc]  # of the document, if it has one
+    made.__init__()  # type: ignore[misc]  # the document's, if it defines one
     return made
 
 

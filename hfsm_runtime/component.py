@@ -38,7 +38,7 @@ class _Declared(Generic[P]):
         return self if instance is None else self._value()
 
     def _value(self) -> P:
-        """Return the attribute as long as nothing has been assigned to it."""
+        """Return the value of the attribute while nothing is assigned to it."""
         raise NotImplementedError
 
 
@@ -96,7 +96,7 @@ class _Itself:
 
 
 class _ItsClock:
-    """The clock that a component goes by, unless a document calls something else `clock`."""
+    """The clock of a component, unless a document defines something else with the name `clock`."""
 
     def __get__(self, instance: Component | None, owner: type[Component]) -> Clock:
         return (owner if instance is None else instance)._hfsm_clock
@@ -105,10 +105,10 @@ class _ItsClock:
 class Component:
     """The `self` of user code: proxies and functions of the document, the clock and the log.
 
-    A subclass names the document it was generated from, what follows an error (`stop` or `continue`) and a
-    refused command (`pause` or `error`), has the texts of the project's own types of ROS, and defines
-    `automaton`. Nobody must rely on `__init__`, `clock`,
-    `log`, `sleep`, `send` and `mark`, so that a document may define functions with these names.
+    A subclass gives the document it was generated from, the reactions to an error (`stop` or `continue`) and
+    to a refused command (`pause` or `error`), and the texts of the project's own types of ROS. It defines
+    `automaton`. Other code must not rely on `__init__`, `clock`, `log`, `sleep`, `send` and `mark`, because a
+    document may define functions with these names.
     """
 
     clock = _ItsClock()
@@ -116,7 +116,7 @@ class Component:
     log: logging.Logger = logging.getLogger("component")
     """The log of user code."""
 
-    # What VisualStates calls the parts that are all one here.
+    # VisualStates has names for several parts, which are all the component here.
     interfaces = rosNode = globalNamespace = namespace = _Itself()
 
     _hfsm_document: ClassVar[str] = ""
@@ -152,16 +152,16 @@ class Component:
         raise NotImplementedError
 
     def sleep(self, seconds: float) -> None:
-        """Wait by the component's clock; ends early, with the whole cycle, when the component does."""
+        """Wait by the component's clock; when the component ends, the wait and the whole cycle end early."""
         if self._hfsm_sleep is None:
             self.clock.sleep(seconds)
         else:
             self._hfsm_sleep(seconds)
 
     def send(self, name: str, data: object = None) -> None:
-        """Send an event to every automaton that is active; nobody is before the component has started.
+        """Send an event to every active automaton; none is active before the component has started.
 
-        `data` is what JSON knows. Raises EventError.
+        `data` is a JSON value. Raises EventError.
         """
         if self._hfsm_send is None:
             make_event(name, data)
@@ -171,8 +171,8 @@ class Component:
     def mark(self, camera: str, u: float, v: float, label: str = "") -> None:
         """Mark a pixel of a camera's picture, such as where a ball is, for all viewers of the picture.
 
-        It is `u` pixels right of the top left corner and `v` below it. The mark is shown for 0.5 s, or until
-        one with the same label takes its place. Raises MarkError.
+        The pixel is `u` pixels right of the top left corner and `v` below it. The mark is shown for 0.5 s, or
+        until another with the same label replaces it. Raises MarkError.
         """
         mark = make_mark(camera, u, v, label)
         if self._hfsm_mark is not None:
@@ -186,7 +186,7 @@ def equip(
     send: Callable[[str, object], None],
     mark: Callable[[Mark], None] | None = None,
 ) -> None:
-    """Give a component its clock, and what its `sleep`, `send` and `mark` do."""
+    """Give a component its clock, and the functions behind its `sleep`, `send` and `mark`."""
     component._hfsm_clock = clock
     component._hfsm_sleep = sleep
     component._hfsm_send = send
@@ -225,14 +225,14 @@ def source_of(component: Component) -> str:
 
 
 def make_automata(component: Component) -> Automaton:
-    """Return the automata of a component, which runs the variables of its document.
+    """Return the automata of a component; this runs the variables of its document.
 
-    Raises DefinitionError, ZenohIceError when they need a server that is not there, and VariablesError for
-    any other exception in them.
+    Raises DefinitionError, ZenohIceError when the variables need a server that is offline, and VariablesError
+    for any other exception in them.
     """
     sleep, send, mark = component._hfsm_sleep, component._hfsm_send, component._hfsm_mark
     component._hfsm_sleep = component._hfsm_send = _too_early
-    component._hfsm_mark = None  # nobody looks yet
+    component._hfsm_mark = None  # there are no viewers yet
     try:
         return component.automaton()
     except (ComponentError, ZenohIceError):

@@ -29,20 +29,20 @@ class Supervisor(Protocol):
         """Handle an exception of user code; raises CycleEnded to end the cycle."""
 
     def succeeded(self, run: Run) -> None:
-        """Handle a cycle that went through to its end."""
+        """Handle a cycle that was completed."""
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
-        """Handle automata below a state that `run` leaves that are still in a cycle."""
+        """Handle automata still in a cycle below a state that `run` leaves."""
 
 
 def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
     """Run one cycle of an automaton, which belongs to the component time `now`; a ghost runs none.
 
-    The entry into the current state comes first, where it is still owed. Then the transitions out of it are
-    asked, and the first that holds fires: the automata below the old state become ghosts and end their
-    running cycles, exit code, the change of state, the transition's code and entry code follow, and then the
-    timers of the new state start and the automata below it wake. At last the code of the current state runs.
-    Less time than a period counts as no time, so that timers keep to the schedule of the cycles.
+    First, the entry into the current state is completed, if it is still owed. Then the transitions out of it
+    are tried, and the first that holds fires: the automata below the old state become ghosts and end their
+    running cycles; exit code, change of state, the transition's code and entry code follow; then the timers
+    of the new state start and the automata below it wake. Finally the code of the current state runs.
+    If the entry ends within a period it counts as no time, so that timers keep to the schedule of cycles.
     """
     if not tree.begin_cycle(run):
         return
@@ -100,9 +100,9 @@ def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
 def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
     """Return the transition that is to fire, if any: the one that is forced, or the first that holds.
 
-    They are tried with the oldest event. An event that fires none of them is dropped, and transitions that
-    wait for an event are asked with the next one. An event stays first when another transition fires before
-    it, and when the cycle is cut short in between.
+    Transitions are tried with the oldest event. An event that fires none of them is dropped, and those that
+    wait for an event are tried with the next one. An event stays first in the queue when another transition
+    fires before it, and when the cycle is cut short in between.
     """
     forced = run.forced
     if forced is not None:
@@ -120,7 +120,7 @@ def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) ->
         if event is None:
             return None
         tree.take_event(run, event, now, handled=False)
-        transitions = tuple(each for each in transitions if each.event)  # the others have been asked
+        transitions = tuple(each for each in transitions if each.event)  # the others have been tried
 
 
 def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
@@ -135,7 +135,7 @@ def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: S
     if not triggered or transition.guard is None:
         return triggered
     guard = _bound(run, transition, transition.guard)
-    value = _call(tree, run, lambda: bool(guard()), supervisor) is True  # what it returns may refuse, too
+    value = _call(tree, run, lambda: bool(guard()), supervisor) is True  # bool() may fail, too
     run.guards[transition.id] = value, now
     for observer in tree.observers:
         observer.guard_evaluated(run, transition, value, now)
@@ -192,7 +192,7 @@ def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
 def _left_for_good(run: Run) -> list[tuple[Run, State]]:
     """Return the states whose exit code runs when an automaton leaves its state, in this order."""
     left: list[tuple[Run, State]] = []
-    if run.current.restart and not run.waking:  # those not woken since have left already
+    if run.current.restart and not run.waking:  # if not woken since, they have left already
         for child in run.below:
             if child.entered is not None and not child.owed and not child.finished:
                 left += _left_for_good(child)
@@ -214,7 +214,7 @@ def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervis
     """Return the result of a piece of user code, or None when it failed and the cycle continues."""
     try:
         return code()
-    except Exception as error:  # noqa: BLE001 - anything may come out of user code; the supervisor reports it
+    except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
         for observer in tree.observers:
             observer.code_failed(run, error)
         supervisor.failed(run, error)

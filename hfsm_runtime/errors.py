@@ -10,11 +10,11 @@ _LONGEST: Final = 4000
 
 
 class ComponentError(Exception):
-    """The root of what the runtime raises about a component."""
+    """The base class of the runtime's errors about a component."""
 
 
 class ArgumentError(ComponentError, TypeError):
-    """A state hands something to an input of its automata that the input cannot be."""
+    """The arguments of a state do not fit the inputs of its automata."""
 
 
 class DefinitionError(ComponentError):
@@ -26,7 +26,7 @@ class EventError(ComponentError, ValueError):
 
 
 class MarkError(ComponentError, ValueError):
-    """Nothing can be marked on a picture like this."""
+    """A mark has an invalid camera, place or label."""
 
 
 class MissingLibraryError(ComponentError, ImportError):
@@ -53,7 +53,7 @@ class NotConnectedError(ComponentError, AttributeError):
 
 
 class ReloadRefusedError(ComponentError):
-    """A component cannot be replaced by what its file holds now; it runs on as it was."""
+    """A component cannot be replaced with the present version of its file; it continues unchanged."""
 
 
 class UnknownElementError(ComponentError):
@@ -61,11 +61,11 @@ class UnknownElementError(ComponentError):
 
 
 class ValueTypeError(ComponentError, TypeError):
-    """A value from outside is not of the type of what it is for, or is no value at all."""
+    """A value from outside has the wrong type, or is invalid."""
 
 
 class VariablesError(ComponentError):
-    """The variables of a document could not be given their first values."""
+    """The variables of a document could not be initialized."""
 
 
 class OnError(StrEnum):
@@ -96,7 +96,7 @@ def describe(error: BaseException) -> str:
 
 
 def part_of_component(error: BaseException, file: str) -> TracebackType | None:
-    """Return the traceback of an exception from a component's own code on, without what called it."""
+    """Return the traceback of an exception from a component's own code on, without its callers."""
     found = error.__traceback__
     while found is not None and found.tb_frame.f_code.co_filename != file:
         found = found.tb_next

@@ -25,8 +25,8 @@ class Observer:
     def entered(self, run: Run, transition: Transition | None) -> bool:  # noqa: ARG002
         """Return whether to pause: a state was entered, by a transition or as the initial one.
 
-        Its entry is complete and its code has not run. Where any observer pauses, the automaton continues
-        from here in its next cycle.
+        Its entry is complete and its code has not run. If any observer pauses, the automaton continues from
+        here in its next cycle.
         """
         return False
 

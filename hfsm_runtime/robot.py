@@ -15,7 +15,7 @@ from .errors import ComponentError
 _STOP: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
 _ASK: Final = 1000.0
-"""Time limit in wall ms of the question who may command the robot."""
+"""Time limit in wall ms for asking who may command the robot."""
 
 _logger = logging.getLogger(__name__)
 
@@ -38,7 +38,7 @@ def connect(component: Component, communicator: Communicator) -> None:
         except ObjectNotExistException as error:
             problems.append(f"self.{name}: {error}")
             if not communicator.identities(untyped.ice_getRealm()):
-                break  # the realm is empty: a wait for each of the others would find the same
+                break  # the realm is empty: waiting for each of the others would show the same
         except ZenohIceError as error:
             problems.append(f"self.{name}: {error}")
         else:
@@ -61,8 +61,8 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
 def commands_accepted(safety: SafetyPrx, holder: str) -> bool:
     """Return whether the robot may accept commands again after it refused one.
 
-    `holder` held it then; empty when nobody did. `Safety` knows of emergency stops and leases. Where
-    it cannot be asked, or nothing it knows is the reason, only another command can find out.
+    `holder` held the robot then; it is empty if nobody did. `Safety` reports emergency stops and leases. If
+    it cannot be reached, or reports no reason for the refusal, only another command can find out.
     """
     try:
         state = safety.ice_invocationTimeout(_ASK).getSafetyState()
@@ -72,10 +72,10 @@ def commands_accepted(safety: SafetyPrx, holder: str) -> bool:
 
 
 def stop_robot(component: Component) -> None:
-    """Stop what a component may have commanded: call what the IDL marks as the stop of each of its proxies.
+    """Stop everything that a component may have commanded: call the operations that the IDL marks as stops.
 
-    Over ROS, publish the messages that stop, and cancel goals. It takes at most 1.5 s; what does not answer
-    is logged.
+    Over ROS, publish the messages that stop, and cancel goals. This takes at most 1.5 s; missing answers are
+    logged.
     """
     calls: dict[Future[Any], str] = {}
     for name in proxies_of(component):
@@ -90,7 +90,7 @@ def stop_robot(component: Component) -> None:
             except ZenohIceError as error:
                 _logger.warning("self.%s could not be stopped: %s", name, error)
     if ros_of(component):
-        from .ros import stop_ends  # only such components need what `ros2` needs
+        from .ros import stop_ends  # only components that use ROS need its libraries
 
         stop_ends(component)
     done, late = wait(calls, _STOP)

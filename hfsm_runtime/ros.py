@@ -1,9 +1,9 @@
-"""What a component's topics, services and actions of ROS 2 are in user code.
+"""A component's topics, services and actions of ROS 2, as user code sees them.
 
-They stand on a `RosNode`: a node of ROS, that of a test, or one that records or replays.
+They use a `RosNode`: a node of ROS, that of a test, or one that records or replays.
 """
 
-# ruff: noqa: D102 - what an end does is said by the classes for user code
+# ruff: noqa: D102 - the classes for user code document what the ends do
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class ActionClient(Protocol):
 
 
 class RosNode(Protocol):
-    """What makes the ends of topics, services and actions: `ros2.Node`, or what stands in for it."""
+    """A maker of the ends of topics, services and actions: `ros2.Node`, or a stand-in for it."""
 
     def create_publisher(self, type: str, name: str, qos: QoS, /) -> Outgoing: ...
     def create_subscription(self, type: str, name: str, *, qos: QoS) -> Incoming: ...
@@ -102,17 +102,17 @@ class Publisher:
 
     @property
     def subscribers(self) -> int:
-        """How many listen now."""
+        """The current number of subscribers."""
         return self.end.subscribers
 
     def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
-        """Publish a message, or one of some fields: the others are zero. Raises ros2.MessageError."""
+        """Publish a message, or one with the given fields: the others are zero. Raises ros2.MessageError."""
         whole = self._make(message, **fields)
-        self._is_driving = True  # first: a stop may come while it is published
+        self._is_driving = True  # set first: a stop may arrive during the publication
         self.end.publish(whole)
 
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
-        """Yield what publishes a default message, if that stops something that was published before."""
+        """Yield a function that publishes a default message, if that stops an earlier one."""
         if self._stop and self._is_driving:
             self._is_driving = False
             yield lambda _limit: self.end.publish(self._make(None))
@@ -127,12 +127,12 @@ class Subscription:
 
     @property
     def value(self) -> Any:  # noqa: ANN401
-        """The newest message, or a default one before any came."""
+        """The newest message, or a default one before the first."""
         sample = self.end.latest()
         return self._make(None) if sample is None else sample.value
 
     def latest(self) -> Sample[Any] | None:
-        """Return the newest sample, with its `value` and its `age`; None before any came."""
+        """Return the newest sample, with its `value` and its `age`; None before the first."""
         return self.end.latest()
 
     def next(self, timeout: float = 2.0) -> Sample[Any]:
@@ -152,7 +152,7 @@ class Service:
         return self.end.wait(timeout)
 
     def call(self, request: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Any:  # noqa: ANN401
-        """Call the service with a request, or one of some fields, and return the response."""
+        """Call the service with a request, or one with the given fields, and return the response."""
         return self.end.call(self._make(request, **fields), timeout=timeout)
 
     def call_async(self, request: Any = None, /, **fields: object) -> Future[Any]:  # noqa: ANN401
@@ -169,7 +169,7 @@ class Action:
         self._goals: list[Goal] = []
 
     def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:  # noqa: ANN401
-        """Send a goal, or one of some fields. Raises ros2.GoalRejectedError.
+        """Send a goal, or one with the given fields. Raises ros2.GoalRejectedError.
 
         The returned goal has `status`, `feedback` (the newest, or None), `done`, `result(timeout)` and
         `cancel(timeout)`.
@@ -179,7 +179,7 @@ class Action:
         return sent
 
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
-        """Yield what cancels each goal that is not done."""
+        """Yield a function for each unfinished goal that cancels it."""
         while self._goals:
             goal = self._goals.pop()
             if not goal.done:
@@ -195,9 +195,9 @@ class Endpoints:
         self._made: dict[tuple[object, ...], object] = {}
 
     def connect(self, component: Component) -> None:
-        """Connect what a component declares and what is not connected yet. Raises ComponentError.
+        """Connect the declared ends of a component that are not connected yet. Raises ComponentError.
 
-        Another version of a component gets what has the same declaration.
+        Another version of a component gets the ends that have the same declaration.
         """
         try:
             for name, text in component._hfsm_ros_types.items():
@@ -236,12 +236,12 @@ class Endpoints:
 
 
 def message_of(types: Types, name: str, message: Any = None, /, **fields: object) -> Any:  # noqa: ANN401
-    """Return a message of a type: the given one, or one of some fields. Raises ros2.MessageError."""
+    """Return a message of a type: the given one, or one with the given fields. Raises ros2.MessageError."""
     return types.coerce(name, message, **fields)
 
 
 def stop_ends(component: Component) -> None:
-    """Stop what a component drives over ROS; what fails is logged."""
+    """Stop everything that a component drives over ROS; failures are logged."""
     end = time.monotonic() + _LIMIT
     for name in ros_of(component):
         used = vars(component).get(name)
@@ -253,7 +253,7 @@ def stop_ends(component: Component) -> None:
 
 
 class Transformations:
-    """What documents of VisualStates use of the module `tf` of ROS 1, as `tf.transformations`."""
+    """The part of the module `tf` of ROS 1 that documents of VisualStates use, as `tf.transformations`."""
 
     @staticmethod
     def euler_from_quaternion(quaternion: Sequence[float]) -> tuple[float, float, float]:
@@ -265,13 +265,13 @@ class Transformations:
 
 
 def types_of(component: Component) -> Types:
-    """Return all types, with those of a component's project."""
+    """Return all types of ROS, with those of a component's project."""
     return _types_with(tuple(component._hfsm_ros_types.items()))
 
 
 @functools.lru_cache(maxsize=8)
 def _types_with(texts: tuple[tuple[str, str], ...]) -> Types:
-    """Return all types, with a project's own ones, by their texts."""
+    """Return all types of ROS, with a project's own ones, by their texts."""
     types = Types()
     for name, text in texts:  # each after those that it needs
         types.add(name, text)
@@ -279,7 +279,7 @@ def _types_with(texts: tuple[tuple[str, str], ...]) -> Types:
 
 
 def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
-    """Return what makes messages of a type with some fields, the others zero, as ROS 1 did."""
+    """Return a function that makes messages of a type with some fields, the others zero, as in ROS 1."""
 
     def make(**fields: object) -> Any:  # noqa: ANN401
         return _types_with(tuple((texts or {}).items())).make(name, **fields)

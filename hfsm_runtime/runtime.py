@@ -34,7 +34,7 @@ _STOP: Final = 2.0
 _GAP: Final = 0.5
 """Wall seconds to wait for a moment without any cycle, in which the automata are replaced."""
 _END: Final = 0.5
-"""Wall seconds that running cycles have to end when it does not, while no other begins."""
+"""Wall seconds for running cycles to end if there is no such moment; meanwhile no other begins."""
 RETRY: Final = 1.0
 """The shortest time in wall seconds from a refused command until the automata may try again."""
 
@@ -42,10 +42,10 @@ RETRY: Final = 1.0
 class Runtime(Observer):
     """The life of a component: made, started, perhaps paused and resumed, and stopped once.
 
-    Making it runs the variables of the document; raises what `make_automata` does. `ended` is set when the
-    component is to end: by an error, by `request_stop`, by its own code, or since the root has finished.
-    `servers_present` returns whether the servants of the component's proxies can be reached, as far as is
-    known.
+    Creating it runs the variables of the document; raises the exceptions of `make_automata`. `ended` is set
+    when the component is to end: by an error, by `request_stop`, by its own code, or because the root has
+    finished. `servers_present` returns whether the servants of the component's proxies can be reached, as far
+    as is known.
     """
 
     def __init__(
@@ -68,9 +68,9 @@ class Runtime(Observer):
         self.clock = clock
         """The clock of the component."""
         self.speed = 0.0
-        """Seconds of component time in a wall second, which can be changed in a trial; otherwise 0."""
+        """Seconds of component time per wall second in a trial, where it can be changed; otherwise 0."""
         self.joints: Callable[[], dict[str, float]] = dict
-        """Returns the angles of the joints in rad of a trial's fake robot; without one none."""
+        """Returns the joint angles in rad of a trial's fake robot; none outside a trial."""
         self.marks = Marks()
         """The component's marks on the pictures of its cameras."""
         equip(component, clock, self._sleep, self.send, self.mark)
@@ -112,7 +112,7 @@ class Runtime(Observer):
         return any(run.in_cycle for run in self.tree.runs)
 
     def begin_at(self, automaton: int, state: int) -> None:
-        """Let a state and those above it be the first ones; call it before `start`.
+        """Make a state, and those above it, the first ones to enter; call it before `start`.
 
         Raises UnknownElementError.
         """
@@ -142,7 +142,7 @@ class Runtime(Observer):
             )
 
     def pause(self) -> None:
-        """Let running cycles end and start none, until `resume`."""
+        """Let running cycles end, and start no others until `resume`."""
         with self.tree.lock:
             self.refusal = None
             self._threads.pause()
@@ -157,8 +157,8 @@ class Runtime(Observer):
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it periodically.
 
-        `commands_accepted` is called with the reported holder of the robot, at the earliest
-        1 s after it. Commands may be refused again, and the component pauses again.
+        `commands_accepted` is called with the reported holder of the robot, at the earliest 1 s after the
+        refusal. If commands are refused again, the component pauses again.
         """
         refusal = self.refusal
         if (
@@ -176,7 +176,7 @@ class Runtime(Observer):
             self._threads.step(runs)
 
     def force(self, automaton: int, transition: int) -> None:
-        """Fire a transition at the next cycle of its automaton, whatever its guard says.
+        """Fire a transition in the next cycle of its automaton, whatever its guard returns.
 
         Raises UnknownElementError, also when the transition does not leave the current state.
         """
@@ -196,7 +196,7 @@ class Runtime(Observer):
     def set_variable(self, automaton: int, name: str, value: object) -> None:
         """Set a variable of an automaton, or with 0 a parameter of the component.
 
-        Raises UnknownElementError, and ValueTypeError for a value of another type than it is to have.
+        Raises UnknownElementError, and ValueTypeError for a value of the wrong type.
         """
         with self.tree.lock:
             if automaton:
@@ -210,13 +210,13 @@ class Runtime(Observer):
             setattr(self.component, name, convert(value, wanted, f"the parameter {name}"))
 
     def set_speed(self, speed: float) -> None:  # noqa: ARG002
-        """Let time pass faster or slower, in s a wall second. Raises ValueTypeError outside a trial."""
+        """Set the speed of time, in s per wall second. Raises ValueTypeError outside a trial."""
         raise ValueTypeError(f"{self.name} is no trial: it runs in the time of its robot")
 
     def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
-        """Let another version of the component take the place of this one, between two cycles.
+        """Replace the component with another version of it, between two cycles.
 
-        `runs` are its automata; `apply` puts them into the tree at a component time in ns. Return the wall
+        `runs` are its automata; `apply` puts them into the tree at a component time in ns. Returns the wall
         seconds in which no cycle could begin. Raises ReloadRefusedError when the component has ended, or a
         cycle does not end within 1 s.
         """
@@ -236,9 +236,9 @@ class Runtime(Observer):
             self._threads.wake()
 
     def _wait_for_gap(self) -> float:
-        """Wait for a moment without any cycle; return since when none could begin, by `perf_counter`.
+        """Wait for a moment without any cycle; return the `perf_counter` since which none could begin.
 
-        When it does not come in time, no cycle may begin until it does.
+        If there is no such moment in time, no cycle may begin until there is.
         """
         found, began = self.tree.wait_for_gap(_GAP), time.perf_counter()
         if not found:

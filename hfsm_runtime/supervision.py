@@ -1,4 +1,4 @@
-"""Handling of errors: they are logged, remembered for the monitor, and answered by the policy."""
+"""Handle errors: log them, remember them for the monitor, and apply the policy."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from .tree import DropReason, Run, Tree
 _KEPT: Final = 20
 _LONGEST_MESSAGE: Final = 1000
 _QUIET: Final = 10.0
-"""Wall seconds in which an error that repeats itself is logged once."""
+"""Wall seconds in which a repeated error is logged once."""
 _HARDWARE_FAILURES: Final = 10
-"""Consecutive cycles with failing hardware that make an error; before, a picture may just be late."""
+"""Consecutive cycles with failing hardware that make an error; fewer may just mean a late picture."""
 
 UNAVAILABLE: Final = (
     ConnectionLostException,
@@ -49,7 +49,7 @@ UNAVAILABLE: Final = (
 class Refusal(msgspec.Struct, frozen=True):
     """A refused command: where and why (`message`), and the holder of the robot, if any.
 
-    `since` is steady wall time in s.
+    `since` is monotonic wall time in s.
     """
 
     message: str
@@ -58,7 +58,7 @@ class Refusal(msgspec.Struct, frozen=True):
 
 
 class _Outage:
-    """Automata that wait for the same thing, each until it gets through a cycle or is a ghost."""
+    """Automata that wait for the same thing, each until it completes a cycle or becomes a ghost."""
 
     def __init__(self) -> None:
         self._waiting: set[Run] = set()
@@ -76,7 +76,7 @@ class _Outage:
         return first
 
     def recovered(self, run: Run) -> float | None:
-        """Count a cycle that went through; return how many s it was, if it is over now."""
+        """Note a completed cycle; return the duration of the outage in s if it is over now."""
         before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not run}
         return time.monotonic() - self._began if before and not self._waiting else None
 
@@ -84,13 +84,13 @@ class _Outage:
 class Supervision(Observer):
     """Handle the errors in the cycles of one component.
 
-    `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when they
-    say so, and `refused` when a command was refused and the component is to pause.
+    `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when an
+    error is to stop the component, and `refused` when a refused command is to pause it.
 
-    While a server is offline the cycles that need it are ended, and tried again at their next time: the log
-    says once that it is gone and once that it is back. It is back when `servers_present` says so and the
-    automata that missed it get through a cycle, or have become ghosts. A refusal is logged in the same way:
-    it is over when the refused automata complete a cycle.
+    While a server is offline, the cycles that need it are ended, and tried again at their next time; the log
+    reports once that it is offline and once that it is back. It is back when `servers_present` returns true
+    and the automata that missed it have completed a cycle or become ghosts. A refusal is logged in the same
+    way: it is over when the refused automata complete a cycle.
     """
 
     def __init__(
@@ -167,7 +167,7 @@ class Supervision(Observer):
             raise CycleEnded from error
 
     def succeeded(self, run: Run) -> None:
-        """End what a cycle that went through has recovered from."""
+        """End the outages that a completed cycle has recovered from."""
         if self._hardware_failures:
             self._hardware_failures.pop(run, None)
         if self._refused:
@@ -182,7 +182,7 @@ class Supervision(Observer):
                     self._log.warning("the server is back after %.1f s", seconds)
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
-        """Report automata below a state that was left that are still in a cycle."""
+        """Report automata still in a cycle below a state that was left."""
         for child in late:
             message = (
                 f"still in a cycle 1 s after {run.automaton.name} left the state {run.current.name}: "
@@ -197,7 +197,7 @@ class Supervision(Observer):
         self._log.warning("%s: %s", _place(run), message)
 
     def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
-        """Log a dropped event: too many are an error, the others stand in the log once for each place."""
+        """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
         message = f"the event {event.name!r} is dropped: {reason}"
         if reason is DropReason.OVERFLOW:
             self._record(run, "", message)

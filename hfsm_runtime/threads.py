@@ -21,7 +21,7 @@ from .tree import ChangeKind, Run, Tree
 _logger = logging.getLogger(__name__)
 
 _IDLE: Final = 2.0
-"""The longest wait in wall seconds of a thread that has nothing to do; whatever concerns it wakes it."""
+"""The longest wait in wall seconds of an idle thread; any change that concerns it wakes it."""
 _RESOLUTION: Final = 1e-9
 """Seconds; sums of floats are not exact."""
 _STEP: Final = 2.0
@@ -34,8 +34,8 @@ _ALARM_ENDS: Final = 1.0
 class Threads(Observer):
     """A thread for each automaton of a tree. Start and stop it once.
 
-    `crashed` is called on the thread of an automaton that ends by anything but an exception of its code,
-    such as `sys.exit()` there.
+    `crashed` is called on the thread of an automaton that ends by anything but an ordinary exception, such as
+    `sys.exit()` in its code.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Threads(Observer):
             self._stopping = True
         self.wake()
         for worker in self._workers.values():
-            worker.stepped.set()  # nobody waits for a step that does not come any more
+            worker.stepped.set()  # nobody must wait for a step that will not run any more
         self._alarm.stop()
         deadline = time.monotonic() + timeout
         threads = [worker.thread for worker in self._workers.values() if worker.thread.ident is not None]
@@ -123,9 +123,9 @@ class Threads(Observer):
                     _logger.warning("the step of %s takes longer than %g s", run.automaton.name, _STEP)
 
     def sleep(self, clock: Clock, seconds: float, ended: threading.Event) -> bool:
-        """Wait on behalf of user code; false, and no wait, when this is no automaton's thread.
+        """Wait on behalf of user code; return false at once on a thread that is not an automaton's.
 
-        Returns early when the component has `ended`, and raises CycleCutError when the cycle is to.
+        Returns early when the component has `ended`, and raises CycleCutError when the cycle is to end.
         """
         worker: _Worker | None = getattr(self._own, "worker", None)
         if worker is None:
@@ -227,7 +227,7 @@ class _Worker:
 class Alarm:
     """Sets events at component times in ns, on its own thread. Start and stop it once.
 
-    A state that is entered may wake hundreds of automata, whose threads would all fight for the interpreter
+    Entering a state may wake hundreds of automata, whose threads would all compete for the interpreter only
     to find out that their first cycles are spread over the period.
     """
 
@@ -260,7 +260,7 @@ class Alarm:
             self._news.set()
 
     def look(self) -> None:
-        """Check the time again, which has stood still, or was far from the next alarm."""
+        """Check the time again: it has stood still, or was far from the next alarm."""
         self._news.set()
 
     def _run(self) -> None:

@@ -106,7 +106,7 @@ def slot_from(now: int, interval: int) -> int:
 def delay_in_slot(index: int, interval: int) -> int:
     """Return how long after the beginning of its slots the automaton of this number wakes.
 
-    Threads that woke all at once would fight for the interpreter, and a few would win it late. The cycle
+    Threads that all woke at once would compete for the interpreter, and some would get it late. The cycle
     belongs to the time of its slot nevertheless.
     """
     return index * _APART % interval

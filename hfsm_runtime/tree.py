@@ -52,7 +52,7 @@ class Tree:
     def begin_at(self, automaton: int, state: int) -> None:
         """Let `start` enter a state, and the owners above it, instead of the initial ones.
 
-        Each begins as usual when it is entered the next time. Raises UnknownElementError.
+        Automata that start again later begin in their initial states. Raises UnknownElementError.
         """
         run = self._by_id.get(automaton)
         if run is None:
@@ -88,7 +88,7 @@ class Tree:
     def next_event(self, run: Run, now: int) -> Event | None:
         """Return the oldest due event for which a transition out of the current state waits.
 
-        It stays in the queue until it fires one, or is dropped. Those before it are dropped.
+        It stays in the queue until it fires a transition or is dropped. Events before it are dropped.
         """
         if not run.due:
             return None
@@ -126,19 +126,19 @@ class Tree:
             return True
 
     def end_cycle(self, run: Run) -> None:
-        """Give an automaton free that `begin_cycle` claimed."""
+        """Release an automaton that `begin_cycle` claimed."""
         with self.lock:
             run.in_cycle = run.in_step = False
             self._cycle_ended.notify_all()
 
     def may_go_on(self, run: Run) -> bool:
-        """Return whether a running cycle need not end early: it does for a ghost, and while held."""
+        """Return whether a running cycle may continue: not of a ghost, and not while the tree is held."""
         return run.on_duty and (run.in_step or not self.held)
 
     def leave(self, run: Run, now: int) -> bool:
         """Begin to leave the current state: all automata below become ghosts.
 
-        False, and no change, when the automaton has become a ghost itself in the meantime.
+        Returns false, and changes nothing, if the automaton itself has become a ghost in the meantime.
         """
         with self.lock:
             if not run.on_duty:
@@ -162,7 +162,7 @@ class Tree:
     def change(self, run: Run, transition: Transition, now: int) -> bool:
         """Change the state; its timers do not run and the automata below sleep until `enter`.
 
-        False, and no change, in a cycle that ends so late that the automaton is active again.
+        Returns false, and changes nothing, in a cycle so late that the automaton is active again.
         """
         with self.lock:
             if run.claimed != run.activations:
@@ -174,7 +174,7 @@ class Tree:
     def enter(self, run: Run, now: int) -> None:
         """Start the timers of the current state, whose entry is complete, and wake the automata below it.
 
-        Those of a ghost start when it is active again.
+        The timers of a ghost start when it is active again.
         """
         with self.lock:
             if run.claimed == run.activations:
@@ -183,7 +183,7 @@ class Tree:
                     self._settle(run, now)
 
     def finish(self, run: Run, now: int) -> None:
-        """Let an automaton have finished."""
+        """Mark an automaton as finished."""
         with self.lock:
             if run.on_duty and not run.finished:
                 run.finished = True
@@ -198,16 +198,16 @@ class Tree:
     def wait_for_gap(self, timeout: float) -> bool:
         """Wait, under the lock, for a moment without any cycle, which lasts as long as the lock is kept.
 
-        `timeout` is in s of wall time; false when it is over.
+        Returns false after `timeout` s of wall time.
         """
         return self._cycle_ended.wait_for(lambda: not any(run.in_cycle for run in self.runs), timeout)
 
     def replace(self, grown: tuple[Run, ...], now: int) -> Replaced:
-        """Let other automata take the place of these while no cycle runs; call it under the lock.
+        """Replace the automata while no cycle runs; call it under the lock.
 
-        `grown` are new ones, as `grow` returns them. Where one has the id of an automaton that is here, that
-        one continues, in the state of the same id, or else of the same name when only one has it; one whose
-        state is gone restarts. The values of guards are forgotten.
+        `grown` are the new ones, as `grow` returns them. A present automaton with the id of a new one
+        continues, in the state of the same id, or otherwise of the same name if only one has it; if its state
+        is gone, it restarts. The values of guards are forgotten.
         """
         before = self._by_id
         runs = tuple(before.get(run.automaton.id, run) for run in grown)

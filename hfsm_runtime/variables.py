@@ -28,7 +28,7 @@ _KINDS: Final = (Real, str, (list, tuple), dict)
 def variables_of(automaton: Automaton) -> dict[str, str]:
     """Return the variables that the automaton's code uses, by name, each as its repr cut to 120 characters.
 
-    A variable that no code has assigned yet is not there; nor are functions, classes and modules.
+    Variables that no code has assigned yet are left out, and so are functions, classes and modules.
     """
     return {name: short_repr(value) for name, value in sorted(values_of(automaton).items())}
 
@@ -47,7 +47,7 @@ def values_of(automaton: Automaton) -> dict[str, object]:
 
 
 def cells_of(automaton: Automaton) -> dict[str, CellType]:
-    """Return where the closures of an automaton's code keep its variables, by name."""
+    """Return the closure cells of an automaton's variables, by name."""
     functions: list[Callable[..., object] | None] = [automaton.set_inputs]
     for state in automaton.states:
         functions += [state.entry, state.code, state.exit, state.arguments]
@@ -65,7 +65,7 @@ def cells_of(automaton: Automaton) -> dict[str, CellType]:
 def assign(automaton: Automaton, name: str, value: object) -> None:
     """Set a variable that the automaton's code uses.
 
-    Values come as JSON, which has no tuples: a list for a variable that is a tuple becomes one.
+    Values arrive as JSON, which has no tuples: a list for a variable that is a tuple becomes a tuple.
 
     Raises UnknownElementError when it uses none of this name, or the name is that of a function, and
     ValueTypeError when it is an input of another type.
@@ -101,7 +101,7 @@ def _with_tuples(value: object, present: object) -> object:
 
 
 def check_kind(automaton: Automaton, name: str, value: object) -> None:
-    """Raise ValueTypeError for a value that is another kind of thing than a variable is now.
+    """Raise ValueTypeError for a value of another kind than the present one of a variable.
 
     Kinds are numbers, texts, lists and dictionaries; None may become anything, and anything None.
     """
@@ -150,7 +150,7 @@ def short_repr(value: object) -> str:
 
 
 class _BoundedRepr(reprlib.Repr):
-    """A repr that does not walk through a million elements to show twenty. Good for one value."""
+    """A repr that does not walk through a million elements to show twenty. Use it for one value only."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -166,7 +166,7 @@ class _BoundedRepr(reprlib.Repr):
         self._left -= 1
         return super().repr1(x, level) if self._left >= 0 else "..."
 
-    # reprlib's own sort what they show, which is not how Python shows it, and costs as much as all of it.
+    # reprlib's methods sort the elements: Python does not, and it costs as much as showing all of them.
 
     def repr_dict(self, value: dict[object, object], level: int) -> str:
         if value and level <= 0:

@@ -1,6 +1,6 @@
 """Run a component in virtual time, in one thread: the same way every time, as fast as the processor.
 
-This is how behaviours are tested. Cycles run in the order of their times, and of several at one time those of
+This is how behaviors are tested. Cycles run in the order of their times; at the same time, cycles of
 ancestors run first.
 """
 
@@ -47,13 +47,13 @@ class _Tracer(Observer):
 class VirtualRun:
     """A component that runs while `advance` is called.
 
-    Proxies are not connected: assign to the component's attributes what stands for them. `trace` is every
-    change since the start, the entry into the initial states included. `self.sleep` moves the time on; the
-    cycles that fall due in the meantime run after it. When the root has finished nothing runs any more.
-    `on_halt` is called once when an error has ended it, before the time moves on.
-    While `refusal` is set a refused command pauses the component: `time` stands still, and after each second
-    of the clock the automata try again if `commands_accepted` agrees; it gets the reported holder of
-    the robot.
+    Proxies are not connected: assign stand-ins to the component's attributes. `trace` has every change since
+    the start, including the entry into the initial states. `self.sleep` advances the time; the cycles that
+    fall due in the meantime run after it. When the root has finished, nothing runs any more.
+    `on_halt` is called once when an error has ended the run, before the time advances further.
+    While `refusal` is set, a refused command pauses the component: `time` stands still, and after each second
+    of the clock the automata try again if `commands_accepted` returns true; its argument is the reported
+    holder of the robot.
     """
 
     def __init__(
@@ -148,7 +148,7 @@ class VirtualRun:
         self.tree.send(make_event(name, data), self._timeline.now())
 
     def replace(self, component: Component, apply: Callable[[int], object]) -> None:
-        """Continue in another version of the component; `apply` puts its automata into the tree at a time."""
+        """Continue with another version of the component; `apply` puts its automata into the tree."""
         now = self._timeline.now()
         with self.tree.lock:
             apply(now)
@@ -160,7 +160,7 @@ class VirtualRun:
         heapq.heapify(self._due)
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
-        """Return when one automaton entered which state, its initial one included."""
+        """Return the states that an automaton has entered, the initial one included, each with its time."""
         return [
             (change.time, change.state)
             for change in self.trace
@@ -171,7 +171,7 @@ class VirtualRun:
         self.clock.advance(max(0.0, seconds))
 
     def _move_to(self, when: int) -> int:
-        """Let the time pass until `when`; return what it is then, which may be later."""
+        """Advance the time to `when`; return the new time, which may be later."""
         now = self._timeline.now()
         if now < when:
             self.clock.advance((when - now) / _SECOND)

@@ -1,6 +1,6 @@
-"""Debug a running component, and serve that to others.
+"""Debug a running component, and serve its monitor to clients.
 
-`monitor` is the servant of `HfsmMonitor` and `snapshot` what it shows. `breakpoints`, with `expressions` for
-their conditions, and `explanation` say where automata stop and why; `reload` replaces the component by what
-its file holds now.
+`monitor` has the servant of `HfsmMonitor`, and `snapshot` makes the data that it publishes. `breakpoints`,
+with `expressions` for their conditions, pauses automata, and `explanation` says why transitions do not fire.
+`reload` replaces the component with the present version of its file.
 """

@@ -1,4 +1,4 @@
-"""Breakpoints: where a component is to pause, and where it did."""
+"""Breakpoints: where a component is to pause, and where it has paused."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SELF: Final = "self"
 
 
 class Breakpoints(Observer):
-    """The breakpoints of a component, and those at which it stands; make it before the component starts."""
+    """The breakpoints of a component, and those at which it has paused; create it before the start."""
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
@@ -39,7 +39,7 @@ class Breakpoints(Observer):
 
     @property
     def stopped_at(self) -> list[Breakpoint]:
-        """The breakpoints that were reached by automata that have not gone on since."""
+        """The breakpoints that automata have reached without continuing since."""
         with self._lock:
             return [one for stopped in self._stopped_at.values() for one in stopped]
 
@@ -47,7 +47,7 @@ class Breakpoints(Observer):
         """Replace all breakpoints; none is replaced when one of them is wrong.
 
         Raises UnknownElementError for elements that the component does not have, and ValueTypeError for
-        conditions that are none, or use names that the automaton's code does not use.
+        invalid conditions, or conditions with names that the automaton's code does not use.
         """
         found = list(breakpoints)
         if len(found) > _MOST:
@@ -123,7 +123,7 @@ class Breakpoints(Observer):
         return condition
 
     def _holds(self, condition: Expression | None, run: Run) -> bool:
-        """Return whether a condition holds; one without a value counts as true, and is reported."""
+        """Return whether a condition holds; a condition without a value counts as true, and is reported."""
         if condition is None:
             return True
         parameters = Members(parameter_values(self._runtime.component))

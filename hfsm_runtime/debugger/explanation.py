@@ -1,4 +1,4 @@
-"""Explain why an automaton is where it is: what keeps each transition out of its state from firing."""
+"""Explain why an automaton stays in its state: what keeps each transition out of it from firing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MOST_EVENTS: Final = 5
 
 
 def explain(tree: Tree, run: Run, timeline: Timeline) -> Explanation:
-    """Say of each transition out of the current state of an automaton why it has not fired."""
+    """Return the reasons why the transitions out of an automaton's current state have not fired."""
     with tree.lock:
         now = timeline.now()
         asked = dict(run.guards)
@@ -90,7 +90,7 @@ def _asked(transition: Transition, *, value: bool, ago: float) -> str:
 
 
 def _values(run: Run, condition: str) -> str:
-    """Return what the names in a condition stand for now, where nothing has to be executed to know it."""
+    """Return the current values of the names in a condition, as far as known without executing code."""
     found = values_in(condition, values_of(run.automaton), _MOST_VALUES)
     values = [f"{name} is {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items()]
     return f"; now {', '.join(values)}" if values else ""

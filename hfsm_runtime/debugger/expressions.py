@@ -1,9 +1,9 @@
-"""Evaluate the conditions of breakpoints, which arrive over the network: none of it is executed.
+"""Evaluate the conditions of breakpoints, which arrive over the network, without executing them as code.
 
-An expression is parsed by Python and walked here. It knows names, constants, comparisons, `and`, `or`, `not`,
-`if else`, the arithmetic of numbers, and members of plain data: of dicts, lists, tuples, texts and structures
-of the interfaces. Nothing is called, no attribute of any other object is read, and what a step may cost
-has a bound.
+Python parses an expression, and this module walks its tree. It may have names, constants, comparisons, `and`,
+`or`, `not`, `if else`, the arithmetic of numbers, and members of plain data: of dicts, lists, tuples, texts
+and structures of the interfaces. Nothing is called, no attribute of any other object is read, and the cost
+of each step is bounded.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _COMPARISONS: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], object]]] = {
 
 
 class ExpressionError(ValueError):
-    """An expression is not one that may be evaluated, or has no value; the message names the column."""
+    """An expression must not be evaluated, or has no value; the message names the column."""
 
 
 class Members(dict[str, object]):
@@ -83,7 +83,7 @@ class Expression:
 
 
 def values_in(code: str, names: Mapping[str, object], most: int) -> dict[str, object]:
-    """Return the plain data that names in code stand for, and members of them, by how they are written.
+    """Return the plain data behind names in code and their members, by their text in the code.
 
     The code is an expression of any kind, such as one that calls something; nothing of it is executed.
     """
@@ -260,7 +260,7 @@ def _bounded(node: ast.expr, value: object) -> object:
 
 
 def _data(node: ast.expr, value: object) -> object:
-    """Return plain data that can be compared without asking any object."""
+    """Return plain data, which can be compared without running methods of user objects."""
     try:
         return plain(value)
     except ValueError as error:
@@ -291,9 +291,9 @@ def _copy(value: object, left: list[int], depth: int) -> object:
 
 
 def _scalar(value: object) -> object:
-    """Return a number or a text of a type derived from Python's own as one of Python's own.
+    """Return a number or a text of a derived type as a value of the builtin type.
 
-    Only the type is asked, and only Python's own methods are used: what the value's class defines is not run.
+    Only the type is inspected, and only methods of builtin types are used: the value's class runs no code.
     """
     kind = type(value)
     if kind is bool:

@@ -32,18 +32,18 @@ _INTERVAL: Final = 0.1
 """Seconds of wall time between snapshots while nothing changes."""
 _CLOSE: Final = 2.0
 _LONGEST_REASON: Final = 2000
-"""Characters of what user code may have raised."""
+"""Most characters of a reason, which may be the text of an exception from user code."""
 _LONGEST_NAME: Final = 200
 _LARGEST_VALUE: Final = 65_536
-"""Bytes of JSON that are taken for a value."""
+"""Most bytes of JSON that are accepted as a value."""
 
 _logger = logging.getLogger(__name__)
 
 
 class _Servant(hfsm.HfsmMonitor):
-    """The servant of one component; `connect` connects proxies that a reload brings."""
+    """The servant of one component; `connect` connects proxies that a reload adds."""
 
-    ice_concurrent = True  # a step may last, and must not keep others from looking
+    ice_concurrent = True  # a step may take long, and must not block other clients
 
     def __init__(
         self, runtime: Runtime, breakpoints: Breakpoints, connect: Callable[[Component], None]
@@ -144,12 +144,12 @@ def _checked(name: str) -> str:
 
 
 class Monitor(Observer):
-    """Serve the monitor of a component as `Hfsm.<name>` for the time of a `with` block.
+    """Serve the monitor of a component as `Hfsm.<name>` during a `with` block.
 
-    Snapshots are published each 0.1 s and at every change of state, while there are listeners. Changes that
-    follow each other faster than they can be sent are shown together. The last snapshot is taken at the end.
-    `connect_proxies` connects those that a reload brings, without it over the same communicator.
-    Raises UnknownElementError and ValueTypeError for breakpoints that cannot be.
+    Snapshots are published every 0.1 s and at every change of state, while there are listeners. Changes that
+    are faster than they can be sent share a snapshot. The last snapshot is taken at the end.
+    `connect_proxies` connects proxies that a reload adds, by default over the same communicator.
+    Raises UnknownElementError and ValueTypeError for invalid breakpoints.
     """
 
     def __init__(
@@ -196,8 +196,8 @@ class Monitor(Observer):
                 try:
                     publisher.publish(self.servant.getSnapshot(), self.runtime.clock.now())
                     reported = False
-                except Exception:  # variables are user objects, and a watcher must not end the watching
-                    if not reported:  # ten times a second would hide all else
+                except Exception:  # variables are user objects, whose errors must not end the monitor
+                    if not reported:  # ten reports a second would hide everything else
                         _logger.exception("snapshots cannot be published")
                     reported = True
             if not last:

@@ -1,7 +1,7 @@
-"""Replace a running component by what its file holds now, without stopping it.
+"""Replace a running component with the present version of its file, without stopping it.
 
 Whatever may fail or take long comes first: the file is loaded, its automata are made and its new proxies
-connected. Only then the old ones are exchanged for them, between two cycles.
+connected. Only then do they replace the old ones, between two cycles.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from .expressions import plain
 
 
 class Reloading:
-    """Reload one component, as often as asked; make it before the component starts.
+    """Reload one component, any number of times; create it before the component starts.
 
     `connect` connects the proxies of a component that are not connected yet.
     """
@@ -53,7 +53,7 @@ class Reloading:
     def reload(self) -> ReloadReport:
         """Continue with the present file of the component; keep the states, timers and variables it has.
 
-        Raises ReloadRefusedError; the component then runs on as it was.
+        Raises ReloadRefusedError; the component then continues unchanged.
         """
         if not self._busy.acquire(blocking=False):
             raise ReloadRefusedError("another reload is under way")
@@ -110,16 +110,16 @@ class ReloadableRun(VirtualRun):
 
 
 FirstValues = Mapping[str, object]
-"""Copies of the values that the variables of an automaton began with, by name, where they are plain data."""
+"""Copies of the initial values of an automaton's variables, by name, where they are plain data."""
 
 
 def first_values_of(runs: tuple[Run, ...]) -> dict[int, FirstValues]:
-    """Return what the variables of automata begin with, by the automaton's id; call it before they run."""
+    """Return the initial values of the automata's variables, by automaton id; call it before they run."""
     first: dict[int, FirstValues] = {}
     for run in runs:
         first[run.automaton.id] = values = {}
         for name, value in values_of(run.automaton).items():
-            with suppress(ValueError):  # another object: whether it changes is not known
+            with suppress(ValueError):  # not plain data: whether it changes is unknown
                 values[name] = plain(value)
     return first
 
@@ -127,9 +127,9 @@ def first_values_of(runs: tuple[Run, ...]) -> dict[int, FirstValues]:
 class Replacement:
     """Another version of a component, with its automata, made while the former one still runs.
 
-    It takes the attributes of the former one, then `connect` connects the proxies that are new. Making it
-    runs the variables of the document; raises what `make_automata` does, and DefinitionError. `not_kept` says
-    what the new version could not keep, as text; it is complete after `apply`.
+    It takes over the attributes of the former version, then `connect` connects new proxies. Creating it runs
+    the variables of the document; raises the exceptions of `make_automata`, and DefinitionError. `not_kept`
+    has texts about what the new version could not keep; it is complete after `apply`.
     """
 
     def __init__(
@@ -146,7 +146,7 @@ class Replacement:
     def apply(self, tree: Tree, first: Mapping[int, FirstValues], now: int) -> Replaced:
         """Take the place of the former version, under the lock of the tree and while no cycle runs.
 
-        `first` is what the variables of the former version began with.
+        `first` has the initial values of the former version's variables.
         """
         for new in self.runs:
             old = tree.run(new.automaton.id)
@@ -178,7 +178,7 @@ def _label(run: Run) -> str:
 def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:
     """Give variables of a new version of an automaton their old values; return the names of those lost.
 
-    One that still has its first value gets that of the new version: a number changed in the document counts.
+    One that still has its first value gets the new version's: a number changed in the document takes effect.
     """
     cells = cells_of(new)
     lost = []
@@ -214,7 +214,7 @@ def _share_attributes(old: Component, new: Component) -> None:
 
 
 def _kept(old: Component, new: type[Component]) -> tuple[set[str], list[str]]:
-    """Return the names of the attributes that another version of a component takes, and what it does not."""
+    """Return the names of attributes that another version of a component keeps, and texts on the others."""
     former, present = _declarations(old), _declarations(new)
     lost = [f"the parameter {name} is gone" for name in parameters_of(old) if name not in parameters_of(new)]
     kept = set()
@@ -234,7 +234,7 @@ def _kept(old: Component, new: type[Component]) -> tuple[set[str], list[str]]:
 
 
 def _declarations(component: Component | type[Component]) -> dict[str, object]:
-    """Return what makes parameters and proxies of two versions of a component the same, by attribute."""
+    """Return the declarations of parameters and proxies, by attribute, to compare two versions."""
     parameters, proxies = parameters_of(component), proxies_of(component)
     return {name: type(declared.default) for name, declared in parameters.items()} | {
         name: (declared.identity, declared.type) for name, declared in proxies.items()
@@ -288,7 +288,7 @@ def _load_again(former: type[Component], path: Path) -> type[Component]:
 
 
 def components_in(module: ModuleType) -> list[type[Component]]:
-    """Return the components that a module defines itself, which it may have under other names, too."""
+    """Return the components that a module defines itself, each once even if it has several names."""
     found = (
         value
         for value in vars(module).values()

@@ -1,4 +1,4 @@
-"""Show a component in the graph of ROS 2, and let ROS steer it through the doors of its monitor."""
+"""Show a component in the graph of ROS 2, and let ROS steer it through the operations of its monitor."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _TRIGGER: Final = "std_srvs/srv/Trigger"
 _NO_DATA: Final = b"\x80\x02}."
 """An empty dict, pickled: viewers of SMACH unpickle the data of each status."""
 _HEARTBEAT: Final = 1.0
-"""Wall seconds after which those that listen get everything again, as SMACH's viewers expect."""
+"""Wall seconds after which everything is published again, as SMACH's viewers expect."""
 _GATHERING: Final = 0.02
 """Wall seconds in which changes are gathered."""
 _MOST_TRANSITIONS: Final = 1000  # that wait to be published
@@ -43,7 +43,7 @@ _logger = logging.getLogger(__name__)
 
 
 class RosMonitor(Observer):
-    """Show a component by a node of ROS for the time of a `with` block.
+    """Show a component as a node of ROS during a `with` block.
 
     Its topics are `~/smach/container_structure` and `~/smach/container_status`, with one message for each
     automaton, and `~/transitions`. Its services are `~/pause`, `~/resume`, `~/step`, `~/reload`, `~/stop`,
@@ -58,9 +58,9 @@ class RosMonitor(Observer):
         self._generation = -1
         self._paths: dict[int, str] = {}
         self._events: dict[tuple[str, str], Service] = {}
-        """What serves an event, by its own name and that of the service."""
+        """The services that send events, by the names of event and service."""
         self._parameters: dict[str, object] = {}
-        """What the node has, by name."""
+        """The parameters that the node has, by name."""
         self._dirty: set[int] = set()
         self._fired: Final[deque[tuple[int, Run, Transition]]] = deque(maxlen=_MOST_TRANSITIONS)
         self._wake: Final = threading.Event()
@@ -70,7 +70,7 @@ class RosMonitor(Observer):
     def __enter__(self) -> Self:
         """Announce everything. Raises RosError."""
         node = self._node
-        depth = min(len(self._runtime.tree.runs), 10_000)  # a late subscription gets one of each automaton
+        depth = min(len(self._runtime.tree.runs), 10_000)  # late subscribers get one of each automaton
         latched = QoS(durability="transient_local", depth=depth)
         self._structure = node.create_publisher(_STRUCTURE, "~/smach/container_structure", latched)
         self._status = node.create_publisher(_STATUS, "~/smach/container_status", latched)
@@ -103,7 +103,7 @@ class RosMonitor(Observer):
             log.removeHandler(self._handler_of_logs)
         self._handler_of_logs.close()
 
-    # What the automata notify
+    # Notifications from the automata
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
         """Publish the automaton's state soon."""
@@ -115,10 +115,10 @@ class RosMonitor(Observer):
         self._fired.append((self._node.clock(), run, transition))
         self._wake.set()
 
-    # What ROS asks for
+    # Requests from ROS
 
     def _handler(self, act: Callable[[], object]) -> Callable[[Any], dict[str, object]]:
-        """Return the handler of a service that does something and says how it went."""
+        """Return the handler of a service that performs an action and reports the outcome."""
 
         def handle(_request: Any) -> dict[str, object]:  # noqa: ANN401
             try:
@@ -147,9 +147,9 @@ class RosMonitor(Observer):
             self._monitor.servant.setVariable(0, name, msgspec.json.encode(value).decode())
         except (hfsm.NoSuchElement, hfsm.InvalidValue) as error:
             raise ValueError(error.what) from error
-        self._parameters[name] = value  # what the node is about to have
+        self._parameters[name] = value  # the node is about to set it, too
 
-    # What is published
+    # Publishing
 
     def _publish(self) -> None:
         last, beat = False, time.monotonic()

@@ -27,7 +27,7 @@ def structure_of(runtime: Runtime) -> hfsm.ComponentStructure:
 
 
 def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> hfsm.ComponentSnapshot:
-    """Return what a component is doing that was started at a wall time in s since the epoch."""
+    """Return a snapshot of a component; `started_at` is its start as a wall time in s since the epoch."""
     with runtime.tree.lock:
         now, reloads = runtime.timeline.now(), runtime.reloads
         automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]

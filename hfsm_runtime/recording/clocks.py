@@ -1,4 +1,4 @@
-"""Intercept what a component reads of clocks: its own, and the module `time` where user code imported it."""
+"""Intercept a component's readings of its clock, and of the module `time` where user code imported it."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _TIME_FUNCTIONS: Final = (
 
 
 Ask = Callable[[str, Callable[[], Any], Callable[[], float] | None], Any]
-"""Return a reading of a kind, which the function makes; another one says for how many s it waits, if it does.
+"""Return a reading of a kind: one function makes it, the other returns for how many s it waits, if it does.
 
-A recording calls the function and writes the reading down; a replay returns what was written.
+A recording calls the function and writes the reading down; a replay returns the recorded reading.
 """
 
 

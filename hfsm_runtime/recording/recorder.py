@@ -1,4 +1,4 @@
-"""Put together what a recording says of automata: an observer, and the bookkeeping that others share."""
+"""Record what automata do: an observer, and the bookkeeping that all recorders share."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class CodeLock:
     """Let the threads of a component run user code one at a time, so that their order can be recorded.
 
     A thread holds the lock from the beginning of a cycle to its end, except while it waits: for a servant,
-    for a time, or for the automata below. What it does in between happens at once as far as the others can
-    see, so that the order of the holders is all that a replay needs to know of threads.
+    for a time, or for the automata below. What it does in between is atomic for other threads, so a replay
+    needs only the order of the holders.
 
     A thread that waits for more than `patience` wall seconds takes the lock from its holder, whose
     code blocks unseen; both run side by side then, and `overlap` is called with the two contexts.
@@ -75,7 +75,7 @@ class CodeLock:
 
     @contextmanager
     def held(self, context: str) -> Iterator[None]:
-        """Hold the lock in a `with` block; within code that holds it already the block belongs to that."""
+        """Hold the lock in a `with` block; if this thread holds it already, its context does not change."""
         if self.context is not None:
             yield
             return
@@ -87,7 +87,7 @@ class CodeLock:
 
     @contextmanager
     def released(self) -> Iterator[None]:
-        """Let other threads run code in a `with` block, which waits; whatever it reads is nobody's."""
+        """Let other threads run code in a `with` block that waits; its readings belong to no context."""
         context = self.context
         if context is None:
             yield
@@ -100,7 +100,7 @@ class CodeLock:
 
 
 class Recorder(Observer):
-    """The common path of all recording: the order of things, their time, and their context.
+    """The common path of all recording: it determines the order of messages, their time and their context.
 
     `write` takes a message and never waits, and `start` is the wall time of the start in ns. `context` says
     whose code this thread runs, by default the holder of the lock.
@@ -138,13 +138,13 @@ class Recorder(Observer):
         self._write(Entry(topic, self.now(), message, size))
 
     def reading(self, kind: str, value: object) -> None:
-        """Record what user code read; nothing outside of it."""
+        """Record a reading by user code; outside user code do nothing."""
         context = self._context()
         if context is not None:
             self.put("/readings", messages.Reading(context, kind, value))
 
     def ask(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> Any:  # noqa: ANN401
-        """Return a reading of a clock, recorded; while it waits other threads run code."""
+        """Return a reading of a clock and record it; while it waits, other threads run code."""
         with nullcontext() if waits is None else self.lock.released():
             value = read()
         self.reading(kind, value)
@@ -239,7 +239,7 @@ class VariableWatch:
             if callable(value) or type(value).__name__ == "module":
                 continue
             shown = readable(value)
-            encoded = msgspec.json.encode(shown)  # 1, 1.0 and true are equal, and not the same
+            encoded = msgspec.json.encode(shown)  # 1, 1.0 and true are equal, but not the same
             if known.get(name) != encoded:
                 known[name], changed[name] = encoded, shown
         return changed, gone

@@ -20,7 +20,7 @@ from .recorder import Recorder, describe_error
 from .values import readable
 
 _BULK: Final = 1024
-"""Bytes sequences of more bytes than this are kept apart from the values that hold them."""
+"""Byte sequences longer than this are kept apart from the values that contain them."""
 _LARGEST: Final = 256 * 1024
 _REMEMBERED: Final = 64
 _MALFORMED: Final = (ValueError, TypeError, RecursionError, OverflowError, MemoryError)
@@ -44,8 +44,8 @@ class Exchange:
 class Results:
     """Record the exchanges with one servant, under the name of the component's attribute.
 
-    Images, and whatever else is many bytes, are written only where the recorder is to; otherwise their size
-    and hash are, so that a replay can say what is missing.
+    Images and other long byte sequences are written only if the recorder records images; otherwise only their
+    size and hash are, so that a replay can report what is missing.
     """
 
     def __init__(self, recorder: Recorder, attribute: str, resolve: Resolve) -> None:
@@ -79,12 +79,12 @@ def arguments_of(payload: bytes) -> Any:  # noqa: ANN401 - JSON
 
 
 def digest(data: bytes) -> str:
-    """Return the hash of bytes by which a recording knows them."""
+    """Return the hash by which a recording identifies bytes."""
     return hashlib.blake2b(data, digest_size=12).hexdigest()
 
 
 def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[bytes, Bulk]:
-    """Return a result without the long byte sequences in it, and these."""
+    """Split a result into a value without long byte sequences, and these sequences."""
     found: Bulk = []
     if isinstance(payload, Parted):
         paths = operation.result.byte_sequences

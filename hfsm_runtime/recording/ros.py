@@ -1,7 +1,7 @@
 """The ends of topics, services and actions while a component is recorded or replayed.
 
-What user code gets from them are readings, like those of a clock: a recording makes them at a genuine end
-and writes them down, a replay has no end and returns what was written.
+User code gets readings from them, as from a clock: a recording takes them from a genuine end and writes them
+down; a replay has no genuine end and returns the recorded readings.
 """
 
 # ruff: noqa: D102 - the classes stand in for those of `ros2`
@@ -25,14 +25,14 @@ from .clocks import Ask
 from .values import readable
 
 Differs = Callable[[str, object, object], object]
-"""Called in a replay with what user code sends, as it was recorded and as it is."""
+"""Called in a replay with a message that user code sends: the recorded one and the present one."""
 
 _LARGEST: Final = 1 << 20
 """Bytes of the largest message that is recorded."""
 
 
 class _Asked:
-    """One end, or in a replay none, whose results are asked for."""
+    """An end whose results are readings; in a replay there is no genuine end."""
 
     def __init__(self, node: AskedNode, type_name: str, name: str, end: Any) -> None:  # noqa: ANN401
         self._node: Final = node
@@ -41,7 +41,7 @@ class _Asked:
         self._end: Final = end
 
     def _ask(self, what: str, read: Callable[[], Any], waits: float | None = None) -> Any:  # noqa: ANN401
-        """Return what a function returns, JSON, or raise what it raises, now or when it was recorded."""
+        """Return the JSON that a function returns, or raise its exception; in a replay, the recorded one."""
 
         def attempt() -> Any:  # noqa: ANN401
             try:
@@ -68,8 +68,8 @@ class _Asked:
     def _message(
         self, what: str, part: str, read: Callable[[], Any], waits: float | None = None
     ) -> tuple[Any, bool]:
-        """Return the message that a function returns or returned, and whether there is a reading."""
-        genuine: list[Any] = []  # which is what user code gets, however large
+        """Return the message of a function, or the recorded one, and whether there is a reading."""
+        genuine: list[Any] = []  # user code gets this one, however large
 
         def write() -> dict[str, Any]:
             genuine.append(read())
@@ -79,7 +79,7 @@ class _Asked:
         return (genuine[0] if genuine else self._read(found, part)), found is not None
 
     def _read(self, found: Any, part: str = "") -> Any:  # noqa: ANN401
-        """Return the message that was written; None where there was none."""
+        """Return the recorded message, or None if there was none."""
         if not isinstance(found, dict) or not found:
             return None
         if "too_large" in found:
@@ -104,9 +104,9 @@ class _Publisher(_Asked):
 
 class _Subscription(_Asked):
     _newest: Sample[Any] | None = None
-    """The last one that user code got."""
+    """The last sample that user code got."""
     _genuine: Sample[Any] | None = None
-    """What it was made of; None in a replay."""
+    """The genuine sample behind it; None in a replay."""
 
     def latest(self) -> Sample[Any] | None:
         return self._sample(self._ask("latest", lambda: self._described(self._end.latest())))
@@ -119,7 +119,7 @@ class _Subscription(_Asked):
         return sample
 
     def _described(self, sample: Sample[Any] | None) -> dict[str, Any]:
-        """Return a sample as it is recorded: empty if there is none, short for the one that code has."""
+        """Return a sample as it is recorded: empty if there is none, short if user code has it already."""
         if sample is None:
             return {}
         if self._genuine is sample:
@@ -222,7 +222,7 @@ class _Goal(_Asked):
 
 
 class AskedNode:
-    """A node of ROS whose ends ask; `end` is a genuine one in a recording, and None in a replay."""
+    """A node of ROS whose ends give readings; `end` is a genuine one in a recording, and None in a replay."""
 
     def __init__(self, types: Types, ask: Ask, differs: Differs = lambda *_: None) -> None:
         self.types: Final = types
@@ -254,7 +254,7 @@ def _written(types: Types, message: Any) -> dict[str, Any]:  # noqa: ANN401
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401
-    """Return a message as JSON, for people."""
+    """Return a message as readable JSON."""
     if hasattr(value, "__msgtype__"):
         return {name: _plain(each) for name, each in vars(value).items() if not name.startswith("_")}
     return readable(value.tolist() if hasattr(value, "tolist") else value)
@@ -283,6 +283,6 @@ def recorded_ros(component: Component, ask: Ask) -> Iterator[None]:
 
 
 def replayed_ros(component: Component, ask: Ask, differs: Differs) -> None:
-    """Let a component get from ROS what was recorded."""
+    """Give a component what was recorded in place of ROS."""
     types = types_of(component)
     Endpoints(AskedNode(types, ask, differs), types).connect(component)

@@ -1,4 +1,4 @@
-"""A component whose run is recorded: the same runtime, whose inputs and outputs are written down."""
+"""The runtime of a component whose run is recorded: all inputs and outputs are written down."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from .transport import recorded_proxies
 START: Final = "start"
 """The context of code before the first cycle."""
 MONITOR: Final = "monitor"
-"""The context of what the monitor does."""
+"""The context of actions of the monitor."""
 
 _logger = logging.getLogger(__name__)
 
@@ -56,7 +56,7 @@ _PACKAGES: Final = ("visualhfsm", "eclipse-zenoh", "msgspec", "mcap")
 
 @contextlib.contextmanager
 def recording(component: Component, path: Path, *, with_images: bool = False) -> Iterator[Recorder]:
-    """Record a component, which is connected and has not run yet, for the time of a `with` block.
+    """Record a component that is connected and has not run yet, during a `with` block.
 
     Give the recorder to a `RecordedRuntime`. Raises ComponentError when the file cannot be written.
     """
@@ -93,7 +93,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
             stack.enter_context(recorded_proxies(component, recorder))
             stack.enter_context(intercepted_time(type(component), recorder.ask))
             if ros_of(component):
-                from .ros import recorded_ros  # only such components need what `ros2` needs
+                from .ros import recorded_ros  # only components that use ROS need its libraries
 
                 stack.enter_context(recorded_ros(component, recorder.ask))
             yield recorder
@@ -111,7 +111,7 @@ def _warn_of_images(attribute: str) -> None:
 
 
 def random_state() -> str:
-    """Return the state of the generators that user code finds ready-made, Python's and NumPy's, as JSON."""
+    """Return the states of the global random generators of Python and NumPy as JSON."""
     state: dict[str, Any] = {"python": random.getstate(), "numpy": None}
     numpy = sys.modules.get("numpy")
     if numpy is not None:
@@ -121,7 +121,7 @@ def random_state() -> str:
 
 
 def restore_random(text: str) -> None:
-    """Give the generators of random numbers the state that was recorded. Raises ValueError."""
+    """Restore the recorded states of the random generators. Raises ValueError."""
     try:
         state = msgspec.json.decode(text)
         version, internal, gauss = state["python"]
@@ -195,7 +195,7 @@ class RecordedRuntime(Runtime):
         recorder.put("/actions", Action("made", {**policies, "periods": periods}))
 
     def begin_at(self, automaton: int, state: int) -> None:
-        """Let a state and those above it be the first ones."""
+        """Make a state, and those above it, the first ones to enter."""
         super().begin_at(automaton, state)
         self._recorder.action("begin_at", automaton=automaton, state=state)
 
@@ -205,7 +205,7 @@ class RecordedRuntime(Runtime):
         super().start()
 
     def pause(self) -> None:
-        """Let running cycles end and start none."""
+        """Let running cycles end, and start no others."""
         with self.action("pause"):
             super().pause()
 
@@ -217,7 +217,7 @@ class RecordedRuntime(Runtime):
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused."""
         with self.action("step", automaton=automaton):
-            pass  # not within: its cycles take the lock
+            pass  # step outside the block: the cycles take the lock
         super().step(automaton)
 
     def force(self, automaton: int, transition: int) -> None:
@@ -257,7 +257,7 @@ class RecordedRuntime(Runtime):
         """Record a control command, in a `with` block that executes it."""
         inside = self._recorder.lock.context is not None
         with self._recorder.lock.held(MONITOR):
-            if not inside:  # otherwise it follows from the code that does it, or from a breakpoint
+            if not inside:  # otherwise it results from user code, or from a breakpoint
                 self._recorder.action(kind, **arguments)
             yield
 
@@ -285,7 +285,7 @@ class RecordedRuntime(Runtime):
 
 
 def _json(value: object) -> str:
-    """Return a value exactly; one that JSON lacks is refused by its receiver, and may be null here."""
+    """Return a value as exact JSON; null for one that JSON lacks, because its receiver refuses it."""
     try:
         return msgspec.json.encode(value).decode()
     except (TypeError, ValueError, RecursionError):
@@ -293,7 +293,7 @@ def _json(value: object) -> str:
 
 
 def _sources(component: Component) -> dict[str, str]:
-    """Return the files that make the component, by attachment.
+    """Return the files that make up the component, by attachment.
 
     They are the document, its imports, the component's Python, and the handwritten code beside it.
     """

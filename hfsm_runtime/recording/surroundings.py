@@ -1,6 +1,6 @@
-"""Record where the robot and the things around it are, to be looked at later.
+"""Record the poses of the robot and of the things around it, for viewers.
 
-It is no input of the component, and a replay leaves it out: what the component itself asks is recorded apart.
+They are not inputs of the component, and a replay skips them: the component's own calls are recorded apart.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["recorded_surroundings"]
 _PERIOD: Final = 0.1
 """Wall seconds between two poses."""
 _OLDEST: Final = 1.0
-"""Wall seconds after which a sample says nothing of now."""
+"""Wall seconds after which a sample is out of date."""
 _AGAIN: Final = 20
 """Poses after which a call that failed is repeated."""
 _PATIENCE: Final = 1000
@@ -40,7 +40,7 @@ def recorded_surroundings(communicator: Communicator, recorder: Recorder) -> Ite
 
     def watch() -> None:
         while not stopping.wait(_PERIOD):
-            with contextlib.suppress(ZenohIceError):  # a robot that comes or goes, or another interface
+            with contextlib.suppress(ZenohIceError):  # the robot comes or goes, or has another interface
                 surroundings.look()
 
     thread = threading.Thread(target=watch, name="recording of the robot", daemon=True)
@@ -66,7 +66,7 @@ class _Surroundings:
         self._before: RobotPose | None = None
 
     def look(self) -> None:
-        """Record the pose of now if it is another one. Raises ZenohIceError."""
+        """Record the current pose if it has changed. Raises ZenohIceError."""
         present = self._communicator.identities()
         self._looks += 1
         if self._looks % _AGAIN == 1:

@@ -1,8 +1,8 @@
-"""The transport of a component that is recorded: what goes through it is written down.
+"""The transport of a recorded component: it writes down everything that passes through.
 
-It calls and listens through the communicator that the component was connected by, and payloads pass as they
-are. Presence, the reasons of failures and retries are decided below it: what is recorded is
-the outcome, and a replay decides nothing again.
+It calls and listens through the communicator that connected the component, and passes payloads unchanged.
+Presence, the reasons of failures and retries are decided below it: only the outcome is recorded, and a replay
+does not decide anything again.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ NOTHING: Final = b"\x80"
 
 
 class ObservedTransport(InProcessTransport):
-    """The root of transports that decide what a component sees, and when.
+    """The base class of transports that decide what a component sees, and when.
 
-    `communicator` stands on it, and leaves it to the transport to find servants and to wait.
+    `communicator` uses it, and leaves finding servants and waiting to it.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -119,7 +119,7 @@ def target_of(proxy: ObjectPrx) -> Target:
 def encoded_sample(
     operation: Operation[..., Any], payload: bytes | Parted, about: dict[str, Any], age: Callable[[], float]
 ) -> Arrived:
-    """Return a sample of an operation as it comes from a transport; `about` is what `Result` says of one."""
+    """Return a sample as a transport delivers it; `about` has the fields of a `Result` about a sample."""
     time = math.nan if about["time"] is None else about["time"]
     fingerprint = operation.interface.fingerprint if operation.interface else ""
     attachment = encode_sample_attachment(
@@ -189,14 +189,14 @@ class _RecordingTransport(ObservedTransport):
         self.recorder.reading("future", future.done())
 
     def results(self, target: Target) -> Results:
-        """Return what records the exchanges with a servant."""
+        """Return the recorder of the exchanges with a servant."""
         names = (name for name, known, _ in self._proxies if known == target)
         made = Results(self.recorder, next(names, str(target)), self.below.stringToProxy)
         return self._results.setdefault(target, made)
 
 
 class _Encoded:
-    """A codec that lets payloads through as they are."""
+    """A codec that passes payloads unchanged."""
 
     make: Final = msgspec.Raw
     decode: Final = None
@@ -213,14 +213,14 @@ class _Encoded:
 
 @cache
 def _encoded(operation: Operation[..., Any]) -> Operation[..., Any]:
-    """Return an operation that takes and brings payloads in place of values."""
+    """Return an operation that takes and returns payloads instead of values."""
     made = copy(operation)
     vars(made).update(arguments=_Encoded(operation.arguments), result=_Encoded(operation.result))
     return made
 
 
 class _Recorded:
-    """One operation of a servant. What no code under the lock does is not recorded."""
+    """One operation of a servant. Only calls by code that holds the lock are recorded."""
 
     def __init__(
         self, transport: _RecordingTransport, target: Target, operation: Operation[..., Any]
@@ -233,7 +233,7 @@ class _Recorded:
 
     @contextmanager
     def _recorded(self, kind: str, arguments: bytes | None = None) -> Iterator[Exchange]:
-        """Record an exchange at the end of a `with` block, with what that raises."""
+        """Record an exchange at the end of a `with` block, including any exception."""
         exchange = Exchange(self._operation, kind, arguments)
         context = self._lock.context
         try:
@@ -246,7 +246,7 @@ class _Recorded:
                 self._results.put(exchange, context)
 
     def _begin(self, kind: str, arguments: bytes | None = None) -> int:
-        """Record the beginning of what arrives later; return its ticket."""
+        """Record the beginning of an exchange whose result arrives later; return its ticket."""
         if self._lock.context is None:
             return 0
         with self._recorded(kind, arguments) as exchange:
@@ -254,7 +254,7 @@ class _Recorded:
         return ticket
 
     def _arrive(self, context: str, ticket: int, exchange: Exchange, deliver: Callable[[], object]) -> None:
-        """Record what arrives, and hand it over under the lock."""
+        """Record an arriving result, and deliver it under the lock."""
         if not ticket:
             deliver()
             return
@@ -291,7 +291,7 @@ class _RecordedCaller(_Recorded):
         attachment: bytes,  # noqa: ARG002
         done: Callable[[Outcome | SystemException], object],
     ) -> Callable[[], object]:
-        """Call without waiting; what `done` leads to runs under the lock."""
+        """Call without waiting; `done`, and what it causes, runs under the lock."""
         future: Future[bytes | Parted] = self._call.begin(payload)
         ticket = self._begin("begin", payload)
 
@@ -311,7 +311,7 @@ class _RecordedCaller(_Recorded):
 
 
 def _take(exchange: Exchange, call: Callable[[], bytes | Parted]) -> Outcome:
-    """Return what a call brings, and note it."""
+    """Return the outcome of a call, and note it."""
     try:
         exchange.packed = result = call()
     except UserException as error:
@@ -323,7 +323,7 @@ def _take(exchange: Exchange, call: Callable[[], bytes | Parted]) -> Outcome:
 class _RecordedInlet(_Recorded):
     """The listening end of a stream: records which sample is read, and when.
 
-    Samples are those of the reader below, with the payload for a value.
+    Samples are those of the reader below, with payloads as values.
     """
 
     def __init__(
@@ -337,14 +337,14 @@ class _RecordedInlet(_Recorded):
         self._subscription: Subscription[Any] | None = None
 
     def poll(self) -> Sample[Any] | None:
-        """Return the newest sample if it is another one than the last time."""
+        """Return the newest sample if it has changed since the last call."""
         with self._recorded("latest") as exchange:
             before, self._newest = self._newest, self._reader.latest()
             if self._lock.context is not None:
                 self._show(exchange)
         if self._newest is before:
             return None
-        if self._newest is None:  # nobody had asked for long
+        if self._newest is None:  # nobody had read the stream for long
             self._transport.forget(self._target, self._operation)
         return self._newest
 
@@ -376,7 +376,7 @@ class _RecordedInlet(_Recorded):
         return True
 
     def _show(self, exchange: Exchange) -> None:
-        """Let a record say which sample is the newest."""
+        """Record which sample is the newest."""
         sample = self._newest
         if sample is not None and sample is self._last_recorded:
             exchange.extra = {"same": True, "sequence": sample.sequence}

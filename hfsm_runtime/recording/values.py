@@ -21,17 +21,17 @@ _ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
 
 
 def readable(value: object) -> Any:  # noqa: ANN401 - JSON
-    """Return a value as JSON knows it.
+    """Return a value in types of JSON.
 
     Numbers that JSON lacks become texts (`nan`, `inf`), bytes their number, structs and mappings become
     objects, other objects their repr without addresses. After 256 elements, 8 levels, or 1024 characters
-    `...` stands for the rest. The same value makes the same JSON in every process.
+    `...` replaces the rest. The same value makes the same JSON in every process.
     """
     return _convert(value, [_MOST_NODES], 0)
 
 
 def without_addresses(text: str) -> str:
-    """Return a text without the addresses of objects, which are others in each process."""
+    """Return a text without the addresses of objects, which differ from process to process."""
     return _ADDRESS.sub("", text)
 
 
@@ -81,5 +81,5 @@ def _convert(value: Any, left: list[int], depth: int) -> Any:  # noqa: ANN401
 
 
 def _is_plain(value: object) -> bool:
-    """Return whether it is safe to walk through: not what user code defined, nor what computes its items."""
+    """Return whether a value is safe to iterate over: its class is not user code, and computes no items."""
     return type(value).__module__ in ("builtins", "collections", "types")

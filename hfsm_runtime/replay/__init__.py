@@ -1,1 +1,1 @@
-"""Run a component against a recording: the same way again, or as an edited one would have run."""
+"""Run a component against a recording: as it ran then, or as an edited version would have run."""

@@ -52,7 +52,7 @@ def replay(
 ) -> None:
     """Run a generated component against a recording, and compare.
 
-    The output are lines of JSON: `begin`, then `end`. What user code prints goes to stderr.
+    The output is lines of JSON: `begin`, then `end`. What user code prints goes to stderr.
     """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # there is nothing to clean up, and user code may not end
     output = os.dup(1)

@@ -1,4 +1,4 @@
-"""Compare what a replay does with what was recorded, automaton by automaton, and say where they part."""
+"""Compare a replay with its recording, automaton by automaton, and report where they diverge."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST_DIFFERENCES: Final = 200
 _MOST_AUTOMATA: Final = 10_000
 _MOST_STEPS: Final = 100_000
 _MOST_BEHIND: Final = 10_000
-"""Acts, or cycles, by which one side may be behind the other before they count as parted."""
+"""Acts, or cycles, by which one side may lag behind the other before they count as diverged."""
 
 
 @dataclass
@@ -44,7 +44,7 @@ class _Half:
     def side(self, at: int, steps: list[Step]) -> Side:
         if at in self.frames:
             return self.frames[at].side
-        # No cycle, or none that the comparison still has.
+        # There is no such cycle, or the comparison no longer has it.
         before = ["", *(step.state for step in steps if step.time < at / _SECOND)]
         after = ["", *(step.state for step in steps if step.time <= at / _SECOND)]
         return Side(before[-1], after[-1], ran=False)
@@ -62,7 +62,7 @@ class _Pair:
 
 
 class Comparison:
-    """Take both traces as they come; after `finish` it says what it found.
+    """Take both traces as they arrive; the results are complete after `finish`.
 
     `divergences` are acts that differ: changes of state, transitions, events, errors; at most one of each
     automaton, in the order of time. `differences` are values that differ, while the acts are the same.
@@ -92,7 +92,7 @@ class Comparison:
         self._take(record.time, record.message, record.data, recorded=True)
 
     def replayed(self, time: int, message: messages.Message) -> None:
-        """Take what the replay would have recorded."""
+        """Take a message that a recording of the replay would have."""
         self._take(time, message, self._encoder.encode(message), recorded=False)
 
     def called(self, time: int, context: str, what: str, recorded: object, replayed: object) -> None:
@@ -210,7 +210,7 @@ class Comparison:
                     values = mine.get(name), other.get(name)
                     self._report(Difference(at / _SECOND, pair.automaton, pair.name, kind, name, *values))
         waiting = [half.acts[0][0] for half in (pair.recorded, pair.replayed) if half.acts]
-        if waiting and waiting[0] <= at:  # what one has done the other would have done by now
+        if waiting and waiting[0] <= at:  # by now the other side would have done the same
             pair.parted_at = waiting[0]
         for half in (pair.recorded, pair.replayed):
             for old in [each for each in half.frames if each < at]:

@@ -25,7 +25,7 @@ from .threads import Answers, ReplayThread, ReplayThreads
 
 _SECOND: Final = 1_000_000_000
 _PROGRESS: Final = 1.0
-"""Wall seconds between words of how far it is."""
+"""Wall seconds between reports of progress."""
 _MOST_OVERLAPS: Final = 20
 
 
@@ -59,7 +59,7 @@ class Replay:
         self.now: Final = self._answers.now
         self.comparison: Final = self._answers.comparison
         self.guesses: Final = self._answers.latest.guesses
-        """Number of questions without a recorded answer that got an older one, by question."""
+        """Number of requests without a recorded answer that got an older one, by request."""
         recorder = Recorder(self._compare, 0, lambda: self._threads.context)
         recorder.component_time = self.now
         self._begun: set[str] = set()
@@ -103,7 +103,7 @@ class Replay:
         return self.comparison
 
     def _begin(self) -> None:
-        """Make the component, on a thread of the replay, since its variables may read whatever they like."""
+        """Make the component, on a thread of the replay, because its variables may read anything."""
         thread = self._threads[START]
         thread.run(partial(self._host.make, self._make))
         while not thread.idle:
@@ -117,13 +117,13 @@ class Replay:
         self._note_document()
 
     def _note_document(self) -> None:
-        """Note when the document is not the one that was recorded, as far as its name says."""
+        """Note when the document is not the recorded one, judging by its name."""
         recorded, here = self.recording.metadata.get("document"), self._host.component._hfsm_document
         if recorded and here != recorded:
             self.notes.append(f"the recording is of {recorded}, and {here} is compared with it")
 
     def _exchange(self, make: Callable[[], Component]) -> None:
-        """Let another version of the component take over."""
+        """Continue with another version of the component."""
         at = self._answers.own_time = self.now()
         thread = self._threads["exchange"]
         not_kept: list[str] = []
@@ -137,7 +137,7 @@ class Replay:
         self.notes += [f"it could not keep: {text}" for text in not_kept]
         self._note_document()
 
-    # The drive.
+    # Driving the code.
 
     def _step(self, record: Record) -> None:
         message = record.message
@@ -167,7 +167,7 @@ class Replay:
             self._script.advance()
 
     def _drive(self, record: Record, context: str) -> None:
-        """Resume the code of a context with its own state, or leave that state."""
+        """Give a record to the code of its context, which may have to begin its cycle, or skip the record."""
         thread = self._threads[context]
         automaton = context.startswith("automaton ")
         if automaton and context not in self._begun:
@@ -178,7 +178,7 @@ class Replay:
             self._script.advance()
             self._deliver(thread, record, context)
             if record.message.kind == "async" and thread.idle:
-                self._threads.pop(context).close()  # nothing more arrives there
+                self._threads.pop(context).close()  # no more results arrive there
         elif isinstance(record.message, Cycle) or thread.idle:
             self._script.advance()
         else:
@@ -202,7 +202,7 @@ class Replay:
         self._look_after(thread)
 
     def _end_cycle(self, message: Cycle) -> None:
-        """Let a cycle that takes longer here than it took come to its end."""
+        """Let a cycle end that takes longer in the replay than in the recording."""
         context = automaton_context(message.automaton)
         thread = self._threads[context]
         while not thread.idle and self._answers.fatal is None:
@@ -210,7 +210,7 @@ class Replay:
         self._begun.discard(context)
 
     def _answer(self, thread: ReplayThread, record: Record | None) -> None:
-        """Give waiting code what it wants: this record, one further on, or nothing."""
+        """Answer waiting code: with this record, a later one, or nothing."""
         want = thread.want
         assert want is not None
         if record is not None and want.fits(record):
@@ -224,7 +224,7 @@ class Replay:
         self._look_after(thread)
 
     def _end_cycles_below(self, thread: ReplayThread) -> None:
-        """Let automata end their cycles whose parent waits for that, where the recording does not say how."""
+        """End the cycles of automata whose parent waits for that, where the recording does not say how."""
         for run in self._host.tree.runs:
             below = self._threads[automaton_context(run.automaton.id)]
             while below is not thread and run.in_cycle and not run.active and not below.idle:
@@ -271,7 +271,7 @@ class Replay:
 
     def _take_settings(self, arguments: dict[str, Any]) -> None:
         """Take the settings of the component: its policies, and the periods of its automata."""
-        with suppress(ValueError):  # that of the document, then
+        with suppress(ValueError):  # then the document's policy applies
             self._on_error = OnError(arguments.get("on_error", ""))
         with suppress(ValueError):
             self._on_refused = OnRefused(arguments.get("on_refused", ""))
@@ -282,7 +282,7 @@ class Replay:
     # Automata that run in the replay and did not in the recording.
 
     def _is_unrecorded(self, run: Run) -> bool:
-        """Return whether the cycles of an automaton are not those of the recording, but its own."""
+        """Return whether an automaton runs cycles that the recording does not have."""
         automaton = run.automaton
         recorded_period = self._periods.get(automaton.id, 0)
         return automaton.id not in self._recorded_active or recorded_period != automaton.interval

@@ -68,7 +68,7 @@ class Host(Observer):
         self._timeline = InterceptedTimeline(VirtualClock(), self._answers.ask)
 
     def begin_at(self, arguments: Mapping[str, object]) -> None:
-        """Let the state be the first one that was it in the recording, if it is still there."""
+        """Begin in the state in which the recorded component began, if it still exists."""
         automaton, state = arguments.get("automaton"), arguments.get("state")
         if isinstance(automaton, int) and isinstance(state, int) and not self.started:
             with suppress(UnknownElementError):
@@ -92,11 +92,11 @@ class Host(Observer):
 
     @property
     def resting(self) -> bool:
-        """Whether no code is under way: the moment to exchange it."""
+        """Whether no cycle is running, so that the component can be exchanged."""
         return self.started and not any(run.in_cycle for run in self.tree.runs)
 
     def exchange(self, make: Callable[[], Component], at: int) -> list[str]:
-        """Let another version of the component take the place of this one; return what it could not keep."""
+        """Replace the component with another version of it; return what that could not keep."""
         component = make()
         replacement = Replacement(self.component, component, self._equip)
         with self.tree.lock:
@@ -106,7 +106,7 @@ class Host(Observer):
         return replacement.not_kept
 
     def _equip(self, component: Component) -> None:
-        """Give a component what it sees of the world."""
+        """Connect a component to the recorded world."""
         with suppress(msgspec.MsgspecError, AttributeError):
             values = msgspec.json.decode(self._recording.metadata.get("parameters", "{}").encode())
             declared = parameters_of(component)
@@ -115,14 +115,14 @@ class Host(Observer):
                     setattr(component, name, value)
         self._transport.connect(component)
         if ros_of(component):
-            from ..recording.ros import replayed_ros  # only such components need what `ros2` needs
+            from ..recording.ros import replayed_ros  # only components that use ROS need its libraries
 
             replayed_ros(component, self._answers.ask, self._differs)
         self._stack.enter_context(intercepted_time(type(component), self._answers.ask))
         equip(component, InterceptedClock(VirtualClock(), self._answers.ask), self._sleep, self._send)
 
     def _differs(self, what: str, recorded: object, replayed: object) -> None:
-        """Take what code sends over ROS, where it differs from what was recorded."""
+        """Report a message that code sends over ROS and that differs from the recorded one."""
         context = self._answers.context
         if context is not None:
             self._answers.comparison.called(self._answers.now(), context, what, recorded, replayed)
@@ -154,14 +154,14 @@ class Host(Observer):
 
 
 class _ReplayTree(Tree):
-    """Automata that hand over when they did."""
+    """Automata that hand over when they did in the recording."""
 
     def __init__(self, root: Automaton, answers: Answers) -> None:
         super().__init__(root)
         self._answers = answers
 
     def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:  # noqa: ARG002
-        """Wait until the automata below have ended their cycles, or had not when the wait was given up."""
+        """Wait until the automata below have ended their cycles, or until the recorded wait was given up."""
         if not run.below:
             return []
         late = self._answers.ask("handover")
@@ -170,7 +170,7 @@ class _ReplayTree(Tree):
 
 
 def act(host: Host, action: Action, now: int) -> None:
-    """Do what an action says at a component time in ns; one that was refused is refused again."""
+    """Carry out an action at a component time in ns; one that was refused is refused again."""
     arguments = action.arguments
     number = arguments.get("automaton")
     run = host.tree.run(number) if isinstance(number, int) else None

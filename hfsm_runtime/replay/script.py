@@ -1,4 +1,4 @@
-"""The recording as a script: the next message, the used ones, and the state of knowledge at each time."""
+"""The recording as a script: the next message, the used ones, and the newest values at each time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _CLOCKS: Final = {"now", "time.time", "time.monotonic", "time.perf_counter"}
 _CLOCKS_NS: Final = {"time.time_ns", "time.monotonic_ns", "time.perf_counter_ns"}
 _VALUES: Final = frozenset({"call", "latest", "wait", "async", "sample"})
 _POLL: Final = 1000
-"""ns that pass when an edited document reads a clock, so that a loop that waits by it comes to its end."""
+"""ns that pass when an edited document reads a clock, so that a loop that polls it ends."""
 
 
 class ReplayError(ComponentError):
@@ -45,7 +45,7 @@ class ReplayError(ComponentError):
 
 
 class NothingRecordedError(ReplayError):
-    """The edited document reads what nobody had read until then, so the recording has no value for it."""
+    """The edited document reads a value that nobody had read until then: the recording does not have it."""
 
 
 class ReplayEndedError(BaseException):
@@ -120,7 +120,7 @@ class Want:
 
 
 class Script:
-    """Walk through a recording. `passed` is called with each record as the walk leaves it behind."""
+    """Walk through a recording. `passed` is called with each record that the walk passes."""
 
     def __init__(self, recording: Recording, end: int, passed: Callable[[Record], None]) -> None:
         self.time = 0
@@ -155,7 +155,7 @@ class Script:
             self._use(0)
 
     def stop(self) -> None:
-        """Let this be the end."""
+        """End the script here."""
         self._coming = iter(())
         self._ahead.clear()
 
@@ -200,7 +200,7 @@ class Script:
 
 
 class LatestValues:
-    """Keep the newest values of a recording, and answer with them what it has no answer for."""
+    """Keep the newest values of a recording, and answer requests that have no recorded answer."""
 
     def __init__(self) -> None:
         self.guesses: Counter[str] = Counter()
@@ -210,7 +210,7 @@ class LatestValues:
         self._passed: dict[str, int] = {}
 
     def learn(self, record: Record) -> None:
-        """Take what was recorded."""
+        """Take the value of a record."""
         message = record.message
         if isinstance(message, Result):
             if message.kind in _VALUES and message.packed is not None:

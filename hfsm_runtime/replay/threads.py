@@ -1,4 +1,4 @@
-"""Threads that run the user code of a replay one at a time, and what answers them from the recording."""
+"""Threads that run the user code of a replay one at a time, and their answers from the recording."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _PATIENCE: Final = 30.0
 """Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
 _CLOSE: Final = 2.0
 _MOST: Final = 10_000
-"""Threads at a time."""
+"""Most threads at the same time."""
 _MOST_GUESSES: Final = 100_000
-"""Answers without a record in one cycle: code that asks for more does not end."""
+"""Most answers without a record in one cycle: code that asks for more would not end."""
 _NUMBERS: Final = frozenset({"component", "now", "rate"})
 _SECOND: Final = 1_000_000_000
 
@@ -59,7 +59,7 @@ class ReplayThread:
         self._switch()
 
     def wait(self, want: Want) -> Record | None:
-        """Wait, in the code, for what `resume` brings."""
+        """Wait for the answer from `resume`; called by the code."""
         self.want = want
         if not self._closing:
             self._back.release()
@@ -106,7 +106,7 @@ class ReplayThreads(dict[str, ReplayThread]):
 
     @property
     def current(self) -> ReplayThread | None:
-        """The one that calls; None on a thread that is no replay's."""
+        """The calling thread; None on one that does not belong to the replay."""
         found: ReplayThread | None = getattr(self._here, "thread", None)
         return found
 
@@ -129,11 +129,11 @@ class ReplayThreads(dict[str, ReplayThread]):
 
 
 class Answers:
-    """Answer what user code reads from a script.
+    """Answer the requests of user code from a script.
 
-    Where the next record is the answer it is used at once; otherwise the thread waits until its driver brings
-    the answer, or says that there is none. While there is an `own_time` in ns the code is none that was
-    recorded, and there is never one.
+    If the next record is the answer, it is used at once; otherwise the thread waits until its driver provides
+    the answer, or reports that there is none. While `own_time` in ns is set, the code was not recorded, and
+    there is never an answer.
     """
 
     def __init__(self, script: Script, threads: ReplayThreads) -> None:
@@ -158,9 +158,9 @@ class Answers:
         return self._script.time if self.own_time is None else self.own_time
 
     def take(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
-        """Return what the recording has in answer to code that asks; None where it has nothing.
+        """Return the recorded answer to a request of code, or None if there is none.
 
-        With `park` it may wait until the recording is there.
+        With `park` it may wait until the replay has reached the answer.
         """
         thread = self._threads.current
         if thread is None:

@@ -1,4 +1,4 @@
-"""The transport of a component that is replayed: the recording answers its calls and brings its samples."""
+"""The transport of a replayed component: the recording answers its calls and has its samples."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .threads import Answers
 
 
 class ReplayTransport(ObservedTransport):
-    """Answer calls, and bring samples, from a recording."""
+    """Answer calls and deliver samples from a recording."""
 
     def __init__(self, recording: Recording, answers: Answers) -> None:
         try:
@@ -36,14 +36,14 @@ class ReplayTransport(ObservedTransport):
         self.answers: Final = answers
         self.recording: Final = recording
         self.names: Final[dict[Target, str]] = {}
-        """The names by which the recording knows servants: the attributes of the recorded component."""
+        """The names by which the recording identifies servants: the attributes of the recorded component."""
         with suppress(msgspec.MsgspecError, ConfigurationException):
             proxies = msgspec.json.decode(recording.metadata.get("proxies", "{}"), type=dict[str, str])
             for name, identity in proxies.items():
                 self.names.setdefault(target_of(self.communicator.stringToProxy(identity)), name)
 
     def connect(self, component: Component) -> None:
-        """Give a component the proxies that it does not have from another version of it."""
+        """Give a component the proxies that it has not taken over from another version of it."""
         for name, declared in proxies_of(component).items():
             if isinstance(vars(component).get(name), ObjectPrx):
                 continue
@@ -54,7 +54,7 @@ class ReplayTransport(ObservedTransport):
             vars(component)[name] = proxy
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return what calls an operation."""
+        """Return the caller of an operation."""
         return _ReplayedCaller(self, target, operation, timeout)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:  # noqa: ARG002
@@ -66,7 +66,7 @@ class ReplayTransport(ObservedTransport):
         raise ReplayError(f"whether {target} is a {type_id} was not recorded: cast its proxy unchecked")
 
     def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:  # noqa: ARG002
-        """Wait until what the recording has arrived."""
+        """Wait until the recorded result has arrived."""
         self.answers.ask("future")
 
 
@@ -82,7 +82,7 @@ class _Replayed:
         self._name: Final = transport.names.get(target, str(target))
 
     def _want(self, kind: str) -> Want:
-        """Return what to ask the recording for."""
+        """Return the request for the recording."""
         return Want(kind, self._name, self._operation.name)
 
     def _failure(self, message: Result) -> ZenohIceError:
@@ -183,7 +183,7 @@ class _ReplayedCaller(_Replayed):
 
 
 class _ReplayedInlet(_Replayed):
-    """The listening end of a stream: brings a record where a sample was seen that is new to the reader."""
+    """The listening end of a stream: returns a record where the recorded code saw a new sample."""
 
     def __init__(self, transport: ReplayTransport, target: Target, operation: Operation[..., Any]) -> None:
         super().__init__(transport, target, operation)
@@ -211,7 +211,7 @@ class _ReplayedInlet(_Replayed):
         return record
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
-        """Wait as it was waited until a function that polls returns true."""
+        """Wait, as in the recording, until a function that polls returns true."""
         want = self._want("wait")
         while not holds():
             with released(changed):
@@ -252,6 +252,6 @@ class _ReplayedInlet(_Replayed):
 
 
 def result_in(record: Record) -> Result:
-    """Return the message of a record that is one of an operation."""
+    """Return the message of a record about an operation."""
     assert isinstance(record.message, Result)
     return record.message
