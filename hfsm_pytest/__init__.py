@@ -33,7 +33,7 @@ _MODULES: Final = {
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401
-    # Every run of pytest loads the plugin, and with it this: what it has is imported when it is asked for.
+    # Every run of pytest loads the plugin, and with it this package, so its names are imported on first use.
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)

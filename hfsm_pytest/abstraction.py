@@ -1,6 +1,6 @@
-"""A document without its code: automata whose guards are what a test says, for whatever robot.
+"""Automata of a document without its code: a test sets their guards, and the robot plays no part.
 
-It is the model checker's view, run by the runtime itself: states, timers, events and hierarchy.
+This is the model checker's view, run by the runtime itself: states, timers, events and hierarchy.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _SECOND: Final = 1e9
 
 
 def abstract_component(document: Document, path: Path) -> type[Component]:
-    """Return a component with the automata of a document, whose guards are false and which has no code."""
+    """Return a component with the automata of a document, without code and with all guards false."""
     model = read_model(document, path)
 
     class Abstract(Component, document=path.name):

@@ -1,4 +1,4 @@
-"""A behavior under test: a component that runs in virtual time with a robot, and everything to see of it."""
+"""A behavior under test: a component in virtual time with a robot, and access to everything it does."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ Condition = str | Callable[[], object] | Callable[["Behavior"], object]
 class Behavior(ReloadableRun):
     """A component under test, in virtual time and with a robot; the fixture `behavior` makes it.
 
-    An exception in its code fails the test, unless `on_error` is given: then the policy applies, `errors`
-    says what happened, and when it is `stop` the robot is stopped as by the real component. A refused
-    command is no error where the document lets it pause the component. Automata are named by their name,
-    their path (`followBall/green`: the states that own them) or their id.
+    An exception in its code fails the test, unless `on_error` is given: then this policy applies, `errors`
+    lists the exceptions, and the policy `stop` stops the robot as a real component does. A refused command
+    is not an error if the document lets it pause the component. Methods take an automaton by its name, its
+    path (`followBall/green`: the states that own it) or its id.
     """
 
     component: Any
@@ -131,19 +131,19 @@ class Behavior(ReloadableRun):
                     f"{name_of(condition, 'the condition')} did not happen: {what} at {self.time:.3f} s, "
                     f"in {self.active}\n{self.timeline}"
                 )
-            # To the next multiple of the shortest period: there the cycles are.
+            # Advance to the next multiple of the shortest period, when cycles are due.
             left = (int(self.time / step + 1e-6) + 1) * step - self.time
             self.advance(min(left, end - self.clock.now()))
         return self.time
 
-    # -- what it is doing ----------------------------------------------------------------------------------
+    # -- present state -------------------------------------------------------------------------------------
 
     def is_active(self, path: str) -> bool:
-        """Return whether the states of a path from the root are current ones: `followBall/green`."""
+        """Return whether all states of a path from the root are current: `followBall/green`."""
         return any(f"{active}/".startswith(f"{path}/") for active in self.active_paths)
 
     def state(self, automaton: str | int) -> str:
-        """Return the current state of an automaton: of a ghost the one that it remembers."""
+        """Return the current state of an automaton; for a ghost, the state that it remembers."""
         return self.automaton(automaton).current.name
 
     def is_ghost(self, automaton: str | int) -> bool:
@@ -151,7 +151,7 @@ class Behavior(ReloadableRun):
         return not self.automaton(automaton).active
 
     def automaton(self, name: str | int) -> Run:
-        """Return an automaton as it runs; raises UnknownName when there is none, or more than one."""
+        """Return a running automaton; raises UnknownName when none, or more than one, matches."""
         runs = self.tree.runs
         found = [run for run, path in self._paths.items() if name in (run.automaton.id, path)]
         if not found:
@@ -168,7 +168,7 @@ class Behavior(ReloadableRun):
         """Return the variables of an automaton by name."""
         return values_of(self.automaton(automaton).automaton)
 
-    # -- what it did ---------------------------------------------------------------------------------------
+    # -- history -------------------------------------------------------------------------------------------
 
     @property
     def fired(self) -> list[Fired]:
@@ -176,7 +176,7 @@ class Behavior(ReloadableRun):
         return list(self._journal.fired_transitions)
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
-        """Return when an automaton entered which state, its initial one included."""
+        """Return the states that an automaton has entered, the initial one included, each with its time."""
         return super().changes(self.automaton(automaton).automaton.name)
 
     def calls(self, target: str = "") -> list[Call]:
@@ -190,18 +190,18 @@ class Behavior(ReloadableRun):
         head = f"timeline of {name}, {self.time:.3f} s, in {', '.join(self.active_paths)}"
         return f"{head}\n{self._journal.text()}"
 
-    # -- what a test does to it ----------------------------------------------------------------------------
+    # -- control by the test -------------------------------------------------------------------------------
 
     @property
     def robot(self) -> RobotUnderTest:
-        """The robot: to place balls, read joints, look through the cameras."""
+        """The robot: tests use it to place balls, read joints, and get camera images."""
         if self._robot is None:
             raise UnknownName("this behavior has no robot: pass robot='fake' or robot='sim'")
         return self._robot
 
     @property
     def ros(self) -> FakeRos:
-        """The ROS of the test: to publish, to answer, to carry out goals, and to see what was sent."""
+        """The ROS of the test, to publish messages, answer calls, carry out goals, and read what was sent."""
         if self._ros is None:
             raise UnknownName("this behavior has no interfaces of ROS")
         return self._ros
@@ -213,7 +213,7 @@ class Behavior(ReloadableRun):
             self._journal.note(f"sets {name} of {automaton} to {value!r}")
 
     def force(self, automaton: str | int, transition: str | int) -> None:
-        """Let a transition out of the current state fire at the next cycle, whatever its guard says."""
+        """Make a transition out of the current state fire in the next cycle, whatever its guard returns."""
         run = self.automaton(automaton)
         leaving = run.automaton.outgoing(run.current)
         found = [each for each in leaving if transition in (each.id, each.name)]
@@ -229,10 +229,10 @@ class Behavior(ReloadableRun):
         return self._guards.names
 
     def guard(self, name: str, value: bool | None) -> None:
-        """Let a guard be true or false whatever its code says; None lets the code say again.
+        """Make a guard true or false, whatever its code returns; None lets its code decide again.
 
-        Its name is that of the transition, after the path of the automaton where it must be distinguished
-        from others: `red/lost`.
+        A guard has the name of its transition; where several have that name, the path of the automaton
+        precedes it: `red/lost`.
         """
         self._guards.set(name, value)
         self._journal.note(f"sets the guard {name} to {value}")
@@ -240,15 +240,15 @@ class Behavior(ReloadableRun):
     def stub(self, name: str, servant: Object | None = None, /, **operations: object) -> None:
         """Answer the calls of an interface in the test, in place of the robot's servant.
 
-        `name` is that of the attribute or of the servant. Give a servant, or single operations, each as a
-        function of its arguments, as a value that it returns, or as an exception that it raises; the other
-        operations work as before. Returned values are validated as on the wire.
+        `name` is the name of the attribute or of the servant. Pass a servant, or single operations, each as
+        a function of its arguments, a value to return, or an exception to raise; other operations work as
+        before. Returned values are validated as on the wire.
         """
         self._stub(self.component, name, operations if servant is None else servant)
 
     @contextmanager
     def server_offline(self, *servants: str) -> Iterator[None]:
-        """Take servants offline for a while, all without names: calls fail as over a cut connection."""
+        """Take some servants, or all, offline in a `with` block: calls fail as if the connection were cut."""
         network = self._network
         before, network.offline = (
             network.offline,
@@ -264,8 +264,8 @@ class Behavior(ReloadableRun):
     def reload(self, document: str | Path) -> tuple[str, ...]:
         """Continue with another version of the document, as a running component does after a reload.
 
-        A relative path is looked for beside the present document. Returns what could not be kept. Raises
-        DocumentInvalid, and then changes nothing.
+        A relative path starts at the folder of the present document. Returns what could not be kept. Raises
+        DocumentInvalid without changing anything.
         """
         path = (self.document or Path()).parent / document
         former, component = self.component, load_component(path)()
@@ -283,7 +283,7 @@ class Behavior(ReloadableRun):
         return not_kept
 
     def close(self) -> None:
-        """Stop the robot and free what it holds."""
+        """Stop the robot and release its resources."""
         try:
             if self._robot is not None:
                 self._robot.close()
@@ -295,7 +295,7 @@ class Behavior(ReloadableRun):
         self._paths = {run: path_of(run) for run in self.tree.runs}
 
     def _virtual_time(self, component: Component) -> AbstractContextManager[None]:
-        """Let the module `time` of user code go by the clock of the test, while that code runs."""
+        """Make the module `time` follow the clock of the test while user code runs."""
         return intercepted_time(type(component), self._read_time)
 
     def _read_time(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> object:
@@ -316,14 +316,14 @@ class Behavior(ReloadableRun):
                 continue
             untyped = self._network.communicator.stringToProxy(declared.identity)
             served = self._network.servant(declared.identity) is not None
-            # Without a servant the calls say so: a test need not stub what it does not reach.
+            # Without a servant only calls fail: a test need not stub interfaces that it does not reach.
             cast = declared.type.checkedCast if served else declared.type.uncheckedCast
             vars(component)[name] = cast(untyped)
         if ros_of(component):
             self._connect_ros(component)
 
     def _connect_ros(self, component: Component) -> None:
-        from hfsm_runtime.ros import Endpoints  # only such behaviors need what `ros2` needs
+        from hfsm_runtime.ros import Endpoints  # only behaviors that use ROS need its libraries
 
         from .ros import FakeRos
 
@@ -371,5 +371,5 @@ class Behavior(ReloadableRun):
 
 
 def name_of(function: object, nameless: str) -> str:
-    """Return the name of a function, or how to call one that has none."""
+    """Return the name of a function, or `nameless` if it has none."""
     return str(getattr(function, "__name__", function)).replace("<lambda>", nameless)

@@ -1,4 +1,4 @@
-"""Virtual time for one thread: a clock that does what falls due while it is moved."""
+"""Virtual time for one thread: a clock that runs tasks when they fall due as it advances."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _POLL: Final = 10_000_000
 
 
 class TaskClock(VirtualClock):
-    """A virtual clock that runs tasks at their times, in the thread that moves it on.
+    """A virtual clock that runs tasks at their times, in the thread that advances it.
 
-    A sleep on it moves it on, so that nothing ever waits for another thread. Tasks of one time run in
-    the order in which they were given.
+    A sleep advances the clock, so that nothing ever waits for another thread. Tasks due at the same time run
+    in the order in which they were added.
     """
 
     def __init__(self) -> None:
@@ -28,7 +28,7 @@ class TaskClock(VirtualClock):
         self._numbers = itertools.count()
 
     def call_at(self, when: float, task: Callable[[], None]) -> None:
-        """Run a task once at a time in s, or at the next move when that has passed."""
+        """Run a task once at a time in s, or at the next advance if that time has passed."""
         heapq.heappush(self._tasks, (round(when * _NANOSECONDS), next(self._numbers), task))
 
     def advance(self, seconds: float) -> None:
@@ -39,7 +39,7 @@ class TaskClock(VirtualClock):
         while self._tasks and self._tasks[0][0] <= end:
             when, _, task = heapq.heappop(self._tasks)
             self._move_to(when)
-            task()  # which may move the time on, even beyond the end
+            task()  # which may advance the time, even beyond the end
         self._move_to(end)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:

@@ -1,8 +1,8 @@
-"""The servants and the proxies of a test, joined within the process, in virtual time.
+"""The servants and the proxies of a test, connected within the process, in virtual time.
 
-They are the real ones, over a transport without a network: arguments and results are encoded, validated and
-decoded as they would travel, at once and on the thread that calls. Servants that no robot serves are made by
-hand, operation by operation.
+Both are the real ones, over a transport without a network: arguments and results are encoded, validated and
+decoded as on the wire, immediately and on the calling thread. Stubs take the place of servants that no robot
+serves, operation by operation.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _logger = logging.getLogger(__name__)
 class VirtualNetwork:
     """Serve servants to the proxies of the same process, and remember the calls.
 
-    `on_listening` is called when a stream finds a listener.
+    `on_listening` is called when a stream gets a listener.
     """
 
     def __init__(self, clock: TaskClock) -> None:
@@ -78,7 +78,7 @@ class VirtualNetwork:
         clock.call_at(clock.now() + _LOOK, self._close_unwanted)
 
     def serve(self, identity: str, servant: Object, polls: Polls | None = None) -> None:
-        """Serve a servant, in place of one that has the identity so far.
+        """Serve a servant, in place of any earlier one with this identity.
 
         `polls` returns the newest value of streams that the servant does not publish, by operation.
         """
@@ -91,7 +91,7 @@ class VirtualNetwork:
         return self._adapter.find(identity)
 
     def _close_unwanted(self) -> None:
-        """Close the streams that nobody wants, and again after some time."""
+        """Close the streams that are no longer used, now and periodically."""
         self.communicator.streams.close_unwanted()
         if not self.communicator.destroyed:
             self.clock.call_at(self.clock.now() + _LOOK, self._close_unwanted)
@@ -137,7 +137,7 @@ class _VirtualTransport(InProcessTransport):
 
 
 class _LoggedCaller:
-    """Call as another caller does, unless the servant is offline, and note the outcome."""
+    """Call through another caller, unless the servant is offline, and log the outcome."""
 
     def __init__(
         self, network: VirtualNetwork, genuine: Caller, target: Target, operation: Operation[..., Any]
@@ -169,12 +169,12 @@ class _LoggedCaller:
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        """Call at once, and hand over the outcome."""
+        """Call immediately, and pass the outcome on."""
         done(outcome_of(partial(self.call, payload, attachment)))
         return lambda: None
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        """Call at once, whatever comes of it."""
+        """Call immediately, and ignore the outcome."""
         self._genuine.send(payload, attachment)
         self._note(payload, None, None)
 
@@ -202,7 +202,7 @@ class _StampedOutlet:
 
 
 class _PolledInlet:
-    """The listening end of a stream; a stub's samples are made when they are asked for."""
+    """The listening end of a stream; samples of a stub are made on demand."""
 
     def __init__(
         self, network: VirtualNetwork, genuine: Inlet, target: Target, operation: Operation[..., Any]
@@ -217,7 +217,7 @@ class _PolledInlet:
         self.close: Final = genuine.close
 
     def poll(self) -> Arrived | None:
-        """Return the next sample: of a stub, one for each moment; one that raises gives none."""
+        """Return the next sample; a stub has one for each moment, and none when it raises."""
         poll = self._polls.get(self._identity, {}).get(self._operation.name)
         if poll is None:
             sample: Arrived | None = self._genuine.poll()
@@ -239,11 +239,11 @@ class _PolledInlet:
         self._genuine.deliver(callback, rate)
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
-        """Move the time on until a function returns true; return whether it did."""
+        """Advance the time until a function returns true; return whether it did."""
         return self._clock.wait_for(holds, timeout)
 
     def open(self, sample: Arrived) -> Arrived:
-        """Return the sample, which ages by virtual time."""
+        """Return the sample, whose age is in virtual time."""
         assert sample.attachment is not None  # it is stamped
         sent_at = decode_attachment(sample.attachment).wall_time
         return sample._replace(age=lambda: self._clock.now() - sent_at)
@@ -258,11 +258,11 @@ def _stamped(attachment: bytes, clock: TaskClock) -> bytes:
 def make_stub(
     identity: str, interface: Interface, answers: Mapping[str, object], below: Object | None = None
 ) -> tuple[Object, dict[str, Callable[[], Any]]]:
-    """Return a servant that answers some operations, and what its streams yield by operation.
+    """Return a servant that answers some operations, and the functions that yield its streams' samples.
 
     An answer is a function of the operation's arguments, an exception, which is raised, or a value, which is
     returned. Other operations go to the servant `below`. A stream of a stubbed operation yields what the
-    operation returns for arguments that are empty. Raises UnknownName for an unknown operation.
+    operation returns for empty arguments. Raises UnknownName for an unknown operation.
     """
     operations = interface.all_operations
     for name in answers:
@@ -303,7 +303,7 @@ def _poll(answer: object, operation: Operation[..., Any]) -> Callable[[], object
 
 
 def blank(struct: type[msgspec.Struct]) -> tuple[object, ...]:
-    """Return values for the fields of a struct that say nothing: zeros, empty texts, no proxies."""
+    """Return blank values for the fields of a struct: zeros, empty texts, no proxies."""
     return tuple(_blank(field.type) for field in msgspec.structs.fields(struct))
 
 

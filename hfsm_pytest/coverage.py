@@ -1,7 +1,7 @@
 """Coverage of automata in a run of pytest: states entered, transitions fired, guards seen true and false.
 
-`Hits` counts while behaviors run; `CoverageSession` adds the counts of xdist's workers up, compares them with
-what the documents have, and prints a table and the gaps.
+`Hits` counts while behaviors run; `CoverageSession` adds up the counts of xdist's workers, compares them with
+the contents of the documents, and prints a table and the gaps.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from .loading import read
 _OUTPUT: Final = "hfsm_coverage"
 
 _Key = tuple[str, int, str, int]
-"""The absolute path of a document, the id of an automaton, what happened, and to the state or transition of
-which id."""
+"""The absolute path of a document, the id of an automaton, the kind of hit, and the id of the state or
+transition that was hit."""
 
 
 class Hits(Counter[_Key]):
     """Counts of states `entered`, transitions `fired`, and guards `true` and `false`."""
 
     def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
-        """Count what automata do from now on; where they are now counts as entered.
+        """Count what automata do from now on; their current states count as entered.
 
         `document` returns their file, which changes with a reload.
         """
@@ -67,7 +67,7 @@ class _Counter(Observer):
 
 @dataclass
 class _Covered:
-    """Which states, transitions and values of guards were hit; `missing` is where the others are written."""
+    """Which states, transitions and values of guards were hit; `missing` has the places of the others."""
 
     name: str
     states: list[bool] = field(default_factory=list)
@@ -103,7 +103,7 @@ class CoverageSession:
         self._total: Final = _Covered("total")
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Hand over what was counted, or put it together and fail when it is too little."""
+        """Send the counts of a worker, or merge all counts and fail when the coverage is too low."""
         output: dict[str, Any] | None = getattr(self._config, "workeroutput", None)
         if output is not None:  # a worker of xdist
             output[_OUTPUT] = dict(self.hits)
@@ -116,7 +116,7 @@ class CoverageSession:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any, error: object) -> None:  # noqa: ANN401, ARG002 - of xdist
-        """Add what a worker has counted."""
+        """Add the counts of a worker."""
         self.hits.update(getattr(node, "workeroutput", {}).get(_OUTPUT, {}))
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
@@ -181,13 +181,13 @@ class CoverageSession:
         covered.missing += [f"{shown}:{line}: {what}" for line, what in sorted(missing)]
 
     def _shown(self, file: Path) -> str:
-        """Return a file as reports name it: relative to the root of the project, if it is below."""
+        """Return the name of a file in reports: relative to the root of the project, if it is below it."""
         file = file.resolve()
         return (file.relative_to(self._root) if file.is_relative_to(self._root) else file).as_posix()
 
 
 def _table(documents: Sequence[_Covered], total: _Covered) -> Iterator[tuple[str, bool]]:
-    """Yield the lines of the report, each with whether something is missing there."""
+    """Yield the lines of the report, each with a flag for missing coverage."""
     width = max([len("document"), *(len(each.name) for each in documents)])
     head = f"{'document':<{width}}  {'states':>8}  {'transitions':>11}  {'guards':>8}  {'covered':>8}"
     rule = "-" * len(head), False

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class UnknownName(LookupError):
-    """A test names an automaton, a transition, a ball that is not there; the text says what there is."""
+    """A test names an automaton, a transition or a ball that does not exist; the text lists those that do."""
 
 
 class DocumentInvalid(ValueError):

@@ -1,4 +1,4 @@
-"""Guards that a test sets: true or false whatever their code says."""
+"""Guards that a test makes true or false, whatever their code returns."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .errors import UnknownName
 
 
 class _SetGuard:
-    """A guard that is what it was set to; as before when that is None."""
+    """A guard with the value that a test sets; while that is None, its code decides."""
 
     def __init__(self, code: Callable[..., object]) -> None:
         self._code = code
         self.value: bool | None = None
-        # Where the runtime looks for the variables of an automaton.
+        # The runtime finds the variables of an automaton through these.
         self.__closure__ = getattr(code, "__closure__", None)
         self.__code__ = getattr(code, "__code__", None)
 
@@ -28,8 +28,8 @@ class _SetGuard:
 class GuardTable:
     """The guards of a behavior, by name.
 
-    The name of a guard is that of its transition behind the path of its automaton (`followBall/red/lost`);
-    any unique suffix will do (`red/lost`). The id distinguishes transitions of one name: `lost#2`.
+    The name of a guard is the path of its automaton, then the name of its transition (`followBall/red/lost`);
+    any unique suffix will do (`red/lost`). The id distinguishes transitions of the same name: `lost#2`.
     """
 
     def __init__(self, tree: Tree) -> None:
@@ -37,13 +37,13 @@ class GuardTable:
         self.names: Final = tuple(self._transitions)
 
     def set(self, name: str, value: bool | None) -> None:
-        """Set a guard; None lets it run its code again. Raises UnknownName."""
+        """Set a guard; None lets its code decide again. Raises UnknownName."""
         transition = self._find(name)
         guard = transition.guard
         if not isinstance(guard, _SetGuard):
             assert guard is not None, "only transitions with a guard have a name here"
             guard = _SetGuard(guard)
-            object.__setattr__(transition, "guard", guard)  # the structure of this run, and of no other
+            object.__setattr__(transition, "guard", guard)  # this structure belongs to this run alone
         guard.value = value
 
     def _find(self, name: str) -> Transition:
@@ -78,7 +78,7 @@ def _named(tree: Tree) -> Iterator[tuple[str, Transition]]:
             unique = transition.name and names.count(transition.name) == 1
             name = transition.name if unique else f"{transition.name}#{transition.id}"
             full = f"{path}/{name}" if path else name
-            if full in taken:  # several automata of one path
+            if full in taken:  # several automata have the same path
                 full = f"{full}@{run.automaton.id}"
             taken.add(full)
             yield full, transition

@@ -18,7 +18,7 @@ _LONGEST: Final = 200
 class Call:
     """A call of the behavior, at a time in s, and its outcome.
 
-    `automaton` and `state` are the names of the caller's, empty for calls outside of any cycle.
+    `automaton` and `state` are the names of those that made it, empty for calls outside any cycle.
     """
 
     time: float
@@ -33,7 +33,7 @@ class Call:
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401
         """Return an argument: `call.pan` is `call.arguments["pan"]`."""
-        if name.startswith("__"):  # asked for by copy and pickle, also while there are no arguments yet
+        if name.startswith("__"):  # copy and pickle look for these, even before there are arguments
             raise AttributeError(name)
         try:
             return self.arguments[name]
@@ -50,7 +50,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Fired:
-    """A transition that fired, at a time in s: its automaton, its name, and the states that it joins."""
+    """A transition that fired, at a time in s: its automaton, its name, its origin and its destination."""
 
     time: float
     automaton: str
@@ -61,7 +61,7 @@ class Fired:
 
 
 class Journal(Observer):
-    """Write down what the automata of a run do, and their calls."""
+    """Write down the events and the calls of the automata of a run."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
@@ -75,7 +75,7 @@ class Journal(Observer):
         """The exceptions of user code, with their automata."""
 
     def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
-        """Note whose code runs."""
+        """Note the automaton whose code runs."""
         self._running.append(run)
 
     def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002

@@ -1,4 +1,4 @@
-"""From a document to the class of its component, in memory."""
+"""Compile a document to the class of its component, in memory."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def read(path: Path) -> Document:
 
 
 def find_document(path: Path, directories: Sequence[Path]) -> Path:
-    """Return where a document is: a relative one below the first directory that has it."""
+    """Return the path of a document; a relative one is looked up in the directories, in order."""
     tried = [directory / path for directory in directories]
     for candidate in tried:
         if candidate.is_file():
@@ -49,7 +49,7 @@ def find_document(path: Path, directories: Sequence[Path]) -> Path:
 
 
 def find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) -> list[Path]:
-    """Return where directories are: a relative one below the first directory that has it."""
+    """Return the paths of directories; a relative one is looked up in the other directories."""
     found: list[Path] = []
     for each in [wanted] if isinstance(wanted, str) else wanted:
         tried = [directory / each for directory in directories]
@@ -61,7 +61,7 @@ def find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) 
 
 
 def document_of(component: type[Component]) -> Path | None:
-    """Return the document that stands beside a generated component, or None."""
+    """Return the document next to a generated component, or None."""
     path = Path(component.automaton.__code__.co_filename).resolve().with_name(component._hfsm_document or " ")
     return path if path.is_file() else None
 
@@ -69,13 +69,13 @@ def document_of(component: type[Component]) -> Path | None:
 def load_component(document: Path, include: Sequence[Path] = ()) -> type[Component]:
     """Compile a document and return the class of its component; raises DocumentInvalid.
 
-    Nothing is written. Each time the module is a new one, so that tests share no state; give the component
-    to `forget` when it runs no more.
+    Nothing is written. Each call makes a new module, so that tests share no state; call `forget` when the
+    component no longer runs.
     """
     path = document.resolve()
     target, text = _compile(path, path.stat().st_mtime_ns, tuple(include))
     on_disk = target.is_file() and target.read_text(encoding="utf-8") == text
-    # As long as the committed component is the current one, tracebacks and debuggers show that file.
+    # As long as the component on the disk is up to date, tracebacks and debuggers show its file.
     file = str(target) if on_disk else f"<compiled>/{target.name}"
     if on_disk:
         linecache.checkcache(file)
@@ -83,8 +83,8 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
         linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
     module = ModuleType(f"{target.stem}{_MARK}{next(_numbers)}")
     module.__file__ = file
-    vars(module)["__builtins__"] = dict(vars(builtins))  # its imports are its own, for `time` to be virtual
-    sys.modules[module.__name__] = module  # where dataclasses and pickle look for the module of a class
+    vars(module)["__builtins__"] = dict(vars(builtins))  # with these, its imports can get a virtual `time`
+    sys.modules[module.__name__] = module  # dataclasses and pickle look up the module of a class there
     try:
         with _importable(target.parent, *include, *interface_directories(path)), naming_libraries(file):
             exec(_code(text, file), vars(module))  # noqa: S102 - the component under test

@@ -1,6 +1,6 @@
 """The pytest plugin: the fixture `behavior`, the timeline of a failed test, and the coverage of automata.
 
-It is loaded with every pytest run, so what a run needs is imported when it is asked for.
+Every pytest run loads it, so its dependencies are imported only when they are needed.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class MakeBehavior(Protocol):
     ) -> Behavior:
         """Run a document, or a component, in virtual time; it is closed after the test.
 
-        A relative path is looked for beside the test, then below the root of the project. `robot` is `fake`,
+        A relative path is looked up next to the test, then below the project root. `robot` is `fake`,
         `sim` or None; `stubs` answer interfaces by hand; `include` are directories with packages of
         interfaces that are neither beside the document nor in the project's folder `interfaces`; `settings`
         are those of the robot, such as `posture`, or `body="H21"`.
@@ -69,7 +69,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Measure coverage when it is asked for."""
+    """Measure coverage if an option requests it."""
     if config.getoption("--hfsm-cov"):
         from .coverage import CoverageSession
 
@@ -118,7 +118,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Show the timelines of its behaviors with a test that fails."""
+    """Add the timelines of its behaviors to the report of a failed test."""
     report = yield
     if report.when == "call" and report.failed and call.excinfo is not None:
         message = str(call.excinfo.value)

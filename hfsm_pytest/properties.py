@@ -24,7 +24,7 @@ from .strategies import Step, stimuli
 __tracebackhide__ = says_it_all
 
 Invariant = Callable[[Behavior], object]
-"""Returns whether all is well; an AssertionError says that it is not."""
+"""Returns whether a property holds; it may also raise AssertionError if it does not."""
 
 
 def check_properties(
@@ -40,15 +40,15 @@ def check_properties(
 ) -> None:
     """Run a document at random, and check properties after every cycle.
 
-    That are the `invariants` and the properties in the document: `always` and `never`, and `eventually` with
-    a time. Random are the time that passes, events, the places of `balls` (`red`, `green`), and the `guards`.
+    The properties are the `invariants` and those of the document: `always`, `never`, and `eventually` with a
+    time. The passing time, events, the places of `balls` (`red`, `green`) and the `guards` are random.
 
-    With `abstract`, the default, there is no code: only states, timers and guards, which are random.
-    Otherwise the code runs, with the `options` of the fixture `behavior` such as `robot`; its guards say what
-    they say unless `guards` is set, and where the document declares events only these come from outside.
+    With `abstract`, the default, no code runs: there are only states, timers and random guards.
+    Otherwise the code runs, with the `options` of the fixture `behavior` such as `robot`; its guards are
+    random only if `guards` is set, and if the document declares events, only these are sent from outside.
 
-    Runs `examples` times, with at most `steps` steps: the same runs each time, or others with `random`.
-    Raises BehaviorFailed with the shortest steps found that break something, or at which the code fails.
+    There are `examples` runs of at most `steps` steps: the same ones each time, or others with `random`.
+    Raises BehaviorFailed with the shortest steps found that break a property or make the code fail.
     """
     path = Path(document).resolve()
     model = read_model(read(path), path)
@@ -61,7 +61,7 @@ def check_properties(
         deadline=None,
         database=None,
         derandomize=not random,
-        phases=(Phase.generate, Phase.shrink),  # to explain takes longer than all the rest
+        phases=(Phase.generate, Phase.shrink),  # explaining takes longer than all other phases
         suppress_health_check=list(HealthCheck),
     )
     @given(
@@ -81,7 +81,7 @@ def check_properties(
             b.close()
 
     log = component._hfsm_log
-    before, log.disabled = log.disabled, True  # on the way to the fewest steps the same goes wrong many times
+    before, log.disabled = log.disabled, True  # shrinking repeats the same failure many times
     try:
         run()
     finally:
@@ -93,7 +93,7 @@ _Check = tuple[str, Invariant]
 
 
 class _Examination(Observer):
-    """Check a behavior after each cycle, which is where its automata are in order."""
+    """Check a behavior after each cycle, when its automata are consistent."""
 
     def __init__(self, b: Behavior, checks: Sequence[_Check]) -> None:
         self._b = b
@@ -113,7 +113,7 @@ class _Examination(Observer):
             self._check(steps[:number])
 
     def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
-        """Look whether all is well."""
+        """Check the properties."""
         self._look()
 
     def _look(self) -> None:

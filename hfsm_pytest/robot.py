@@ -45,7 +45,7 @@ class Ball:
     def place(
         self, pan: float | None = None, distance: float | None = None, height: float | None = None
     ) -> None:
-        """Move it somewhere at once; omitted coordinates stay."""
+        """Place it immediately; omitted coordinates keep their values."""
         cast("Any", self._device).place(self._targets(pan, distance, height))
 
     def move(
@@ -56,7 +56,7 @@ class Ball:
         *,
         speed: float = 0.5,
     ) -> None:
-        """Let it travel somewhere, each axis at `speed` in rad/s or m/s, as time passes."""
+        """Move it as time passes, each axis at `speed` in rad/s or m/s."""
         targets = self._targets(pan, distance, height)
         self._device.command_positions(targets, dict.fromkeys(targets, speed))
 
@@ -70,11 +70,11 @@ class Ball:
 
 
 class RobotUnderTest:
-    """A robot with its real servants and its safety layer, moved by the clock of a test.
+    """A robot with its real servants and its safety layer, driven by the clock of a test.
 
-    `camera` says where images come from: `drawn` paints the balls as discs, `rendered` lets the simulation
-    render, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Images that are
-    drawn are the same on every machine. `body` is the name of its body: `H25` or `H21`.
+    `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
+    them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
+    the same on every machine. `body` is the name of its body: `H25` or `H21`.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class RobotUnderTest:
         return [f"{event.time:.2f} s {event.source}: {event.message}" for event in events]
 
     def joint(self, name: str) -> float:
-        """Return where a joint is in rad."""
+        """Return the angle of a joint in rad."""
         try:
             return self.joints[name]
         except KeyError:
@@ -142,21 +142,21 @@ class RobotUnderTest:
         raise UnknownName(f"there is no ball {name!r}; there are {known}")
 
     def place(self, **joints: float) -> None:
-        """Put some joints somewhere at once, in rad, past the safety layer."""
+        """Set the angles of some joints in rad immediately, bypassing the safety layer."""
         cast("Any", self.device).place(joints)
 
     def look(self, camera: str = "Camera", width: int = 320, height: int = 240) -> Frame:
-        """Return what a camera sees now."""
+        """Return the present image of a camera."""
         return self.device.capture(camera, width, height)
 
     def close(self) -> None:
-        """Stop all motion and free what the robot holds."""
+        """Stop all motion and release the robot's resources."""
         self._assembly.close()
         self.device.close()
 
 
 class _VirtualJobs:
-    """Do the jobs of a server in virtual time, in the thread that moves the clock."""
+    """Run the jobs of a server in virtual time, in the thread that advances the clock."""
 
     def __init__(self, clock: TaskClock, jobs: Sequence[Job]) -> None:
         self._clock = clock
@@ -176,7 +176,7 @@ class _VirtualJobs:
 
     def _run(self, job: Job, due: float) -> None:
         if self._scheduled.get(job) != due:
-            return  # it has become due earlier, and has run
+            return  # it became due earlier, and has run already
         del self._scheduled[job]
         if is_due(job, self._clock.now()):
             job.run()

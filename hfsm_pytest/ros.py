@@ -1,6 +1,6 @@
 """The ROS of a test, in virtual time: the test publishes, answers, carries out goals, and sees what was sent.
 
-Messages are encoded and decoded as they would travel, at once and on the thread that calls.
+Messages are encoded and decoded as on the wire, immediately and on the calling thread.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ Answer = Callable[[Any], object]
 class FakeRos:
     """All topics, services and actions that a behavior uses, by their ROS names.
 
-    `now` is the time in s, and `wait` lets it pass until a condition holds, for at most some s. Services
-    without an answer have no server, unless they are `stand_ins`, which answer with zeros and empty values.
+    `now` returns the time in s, and `wait` lets time pass until a condition holds or a limit in s is over. A
+    service without an answer has no server; with `stand_ins` it answers with zeros and empty values.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class FakeRos:
         return _find(self._topics, "topic", name)
 
     def service(self, name: str, answer: Answer | None = None) -> Service:
-        """Return a service of the behavior, with an `answer`: from now on that is its response.
+        """Return a service of the behavior; an `answer` is its response from now on.
 
         The answer is a function of the request that returns a response or a mapping of its fields.
         """
@@ -61,29 +61,29 @@ class FakeRos:
         return found
 
     def action(self, name: str, accept: Callable[[Any], bool] = lambda _goal: True) -> Action:
-        """Return an action of the behavior, whose server is there from now on."""
+        """Return an action of the behavior, which has a server from now on."""
         found = _find(self._actions, "action", name)
         found.accept = accept
         return found
 
     def copy(self, message: Any, type_name: str) -> Any:  # noqa: ANN401
-        """Return a message as it arrives; raises ros2.MessageError."""
+        """Return a message as its receiver gets it; raises ros2.MessageError."""
         return self.types.decode(self.types.encode(message), type_name)
 
     def create_publisher(self, type_name: str, name: str, _qos: QoS) -> _Publisher:
-        """Return what the behavior publishes with."""
+        """Return the behavior's publisher of a topic."""
         return _Publisher(self._topics.setdefault(_full(name), Topic(self, _full(name), type_name)))
 
     def create_subscription(self, type_name: str, name: str, *, qos: QoS) -> Topic:  # noqa: ARG002
-        """Return what the behavior listens to."""
+        """Return the topic that the behavior listens to."""
         return self._topics.setdefault(_full(name), Topic(self, _full(name), type_name))
 
     def create_client(self, type_name: str, name: str) -> Service:
-        """Return what the behavior calls."""
+        """Return the service that the behavior calls."""
         return self._services.setdefault(_full(name), Service(self, _full(name), type_name))
 
     def create_action_client(self, type_name: str, name: str) -> Action:
-        """Return what the behavior sends goals to."""
+        """Return the action that the behavior sends goals to."""
         return self._actions.setdefault(_full(name), Action(self, _full(name), type_name))
 
 
@@ -110,12 +110,12 @@ class Topic:
         self._newest: Sample[Any] | None = None
 
     def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
-        """Publish a message, or one of some fields."""
+        """Publish a message, or one with the given fields."""
         made = message_of(self._ros.types, self.type_name, message, **fields)
         at = self._ros.now()
         arrived = self._ros.copy(made, self.type_name)
         self.messages.append(arrived)
-        if self._ros.stand_ins:  # which nobody looks at, perhaps for hours
+        if self._ros.stand_ins:  # nobody reads their messages, perhaps for hours
             del self.messages[:-1]
         self._count += 1
         self._newest = Sample(arrived, self._count, math.nan, at, _age=lambda: self._ros.now() - at)
@@ -125,7 +125,7 @@ class Topic:
         return self._newest
 
     def next(self, timeout: float) -> Sample[Any]:
-        """Wait for a sample that comes from now on."""
+        """Wait for the next sample that arrives."""
         seen = self._count
         if not self._ros.wait(lambda: self._count > seen, timeout):
             raise CallTimeoutError(f"{self.name}: no message within {timeout:g} s")
@@ -148,7 +148,7 @@ class _Publisher:
 
 
 class Service:
-    """A service; `requests` are those of the behavior."""
+    """A service; `requests` are the requests of the behavior."""
 
     def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
         self._ros: Final = ros
@@ -158,7 +158,7 @@ class Service:
         self.answer: Answer | None = (lambda _request: {}) if ros.stand_ins else None
 
     def wait(self, timeout: float) -> None:
-        """Wait until the test answers."""
+        """Wait until the test provides an answer."""
         if not self._ros.wait(lambda: self.answer is not None, timeout):
             raise CallTimeoutError(
                 f"{self.name}: no server within {timeout:g} s: give ros.service() an answer"
@@ -184,7 +184,7 @@ class Service:
         return response
 
     def call_async(self, request: Any, /) -> Future[Any]:  # noqa: ANN401
-        """Return the response of the test in a future, which is done."""
+        """Return a completed future with the response of the test."""
         future: Future[Any] = Future()
         try:
             future.set_result(self.call(request, timeout=0.0))
@@ -194,7 +194,7 @@ class Service:
 
 
 class Action:
-    """An action; `goals` are those that the behavior sent and that were accepted."""
+    """An action; `goals` are the accepted goals of the behavior."""
 
     def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
         self._ros: Final = ros
@@ -233,15 +233,15 @@ class FakeGoal:
         self.feedback: Any = None
 
     def publish_feedback(self, feedback: Any = None, /, **fields: object) -> None:  # noqa: ANN401
-        """Give the behavior feedback: a message, or one of some fields."""
+        """Send the behavior feedback: a message, or one with the given fields."""
         self.feedback = self._made("Feedback", feedback, fields)
 
     def succeed(self, result: Any = None, /, **fields: object) -> None:  # noqa: ANN401
-        """End well."""
+        """End the goal with success."""
         self._end(Status.SUCCEEDED, result, fields)
 
     def abort(self, result: Any = None, /, **fields: object) -> None:  # noqa: ANN401
-        """End without success."""
+        """End the goal without success."""
         self._end(Status.ABORTED, result, fields)
 
     @property
@@ -256,7 +256,7 @@ class FakeGoal:
         return self._result
 
     def cancel(self, timeout: float = 2.0) -> bool:  # noqa: ARG002
-        """Cancel the goal, at once."""
+        """Cancel the goal immediately."""
         self._ros.called(f"{self._action.name}.cancel", {}, None, None)
         if not self.done:
             self._end(Status.CANCELED, None, {})

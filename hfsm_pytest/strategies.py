@@ -64,12 +64,12 @@ def guards(document: str | Path) -> SearchStrategy[dict[str, bool]]:
 def guard_scripts(
     document: str | Path, *, max_size: int = 20
 ) -> SearchStrategy[list[tuple[dict[str, bool], float]]]:
-    """Return sequences of values for all guards, each with the time in s for which they stay so."""
+    """Return sequences of values for all guards, each with the time in s for which they last."""
     return st.lists(st.tuples(guards(document), _seconds(document)), max_size=max_size)
 
 
 def advances(document: str | Path) -> SearchStrategy[Step]:
-    """Return steps of time: some periods, or as long as a timer of the document takes."""
+    """Return steps that let time pass: some periods, or the delay of a timer of the document."""
     return _seconds(document).map(lambda seconds: Step("advance", (seconds,)))
 
 
@@ -104,10 +104,10 @@ def stimuli(
     balls: Sequence[str] = (),
     max_size: int = 30,
 ) -> SearchStrategy[list[Step]]:
-    """Return sequences of steps: time passes and events come.
+    """Return sequences of steps: time passes and events arrive.
 
-    With `guards` the guards of the document become true or false; without `inner_events` only events come
-    that the document declares, if it declares any; `balls` names the balls to move.
+    With `guards` the guards of the document become true or false; without `inner_events` only declared
+    events arrive, if the document declares any; `balls` names the balls to move.
     """
     facts = _facts(document)
     kinds: list[SearchStrategy[Step]] = [advances(document)]

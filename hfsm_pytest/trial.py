@@ -1,9 +1,9 @@
 """Try a component without a robot: `python -m hfsm_pytest.trial COMPONENT [OPTIONS OF THE COMPONENT]`.
 
 This is *Try it* of the editor. A fake robot with its real servants, and stand-ins for all other interfaces,
-are served within the process and can be reached from nowhere else; the monitor is served in the realm, as
-always. Time is the trial's own: it passes at a speed that can be changed, stands still in a pause, and moves
-on by a period with each step.
+are served within the process and cannot be reached from outside; the monitor is served in the realm, as
+always. A trial has its own time: its speed can be changed, a pause stops it, and each step advances it by a
+period.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ from zenoh_ice.in_process import InProcessTransport
 from .communicator import blank, make_stub
 
 _FASTEST: Final = 100.0
-_LOOK: Final = 0.01  # s between two looks at what is waited for
+_LOOK: Final = 0.01  # s between two checks of a condition
 _PERIOD: Final = 0.1  # s of the trial's time between samples of the stand-ins' streams
 
 _logger = logging.getLogger(__name__)
 
 
 class Trial(Runtime):
-    """A component that is tried: its time can be made faster and slower."""
+    """A component in a trial: its time can be made faster and slower."""
 
     timeline: _TrialTimeline
 
@@ -54,7 +54,7 @@ class Trial(Runtime):
         self.joints = lambda: dict(zip(names, robot.read().positions, strict=True))
 
     def set_speed(self, speed: float) -> None:
-        """Let time pass faster or slower, in s a wall second. Raises ValueTypeError for what is no speed."""
+        """Set the speed of time, in s per wall second. Raises ValueTypeError for an invalid speed."""
         if not (math.isfinite(speed) and 0.0 < speed <= _FASTEST):
             raise ValueTypeError(f"the speed is more than 0 and at most {_FASTEST:g}, not {speed:g}")
         with self.tree.lock:
@@ -67,7 +67,7 @@ class Trial(Runtime):
 
 
 class _TrialTimeline(Timeline):
-    """Component time that is also the time of all the rest: in a pause the robot stands still, too."""
+    """Component time that also drives the robot and the stand-ins: in a pause they stand still, too."""
 
     def __init__(self, clock: RobotClock) -> None:
         super().__init__(clock)
@@ -75,7 +75,7 @@ class _TrialTimeline(Timeline):
         self.speed = clock.rate
 
     def set_speed(self, speed: float) -> None:
-        """Let time pass at another speed, from the end of a pause on."""
+        """Change the speed of time; in a pause, the change takes effect at its end."""
         self.speed = speed
         if not self.paused:
             self._run(speed)
@@ -113,7 +113,7 @@ def trial() -> Iterator[World]:
 
 
 def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> None:
-    """Connect the proxies of a component; one whose servant is missing, or another one, gets a stand-in."""
+    """Connect a component's proxies; where a servant is missing or has another interface, to a stand-in."""
     network = adapter.getCommunicator()
     jobs: list[Job] = []
     if ros_of(component):
@@ -131,7 +131,7 @@ def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> 
 
 def _connect_ros(component: Component, clock: Clock) -> None:
     """Give a component a ROS in which nobody publishes, services answer with zeros and goals succeed."""
-    from hfsm_runtime.ros import Endpoints  # only such components need what `ros2` needs
+    from hfsm_runtime.ros import Endpoints  # only components that use ROS need its libraries
 
     from .ros import FakeRos
 
@@ -142,7 +142,7 @@ def _connect_ros(component: Component, clock: Clock) -> None:
 
 
 def _wait(holds: Callable[[], bool], timeout: float) -> bool:
-    """Wait in wall time, as time may stand still."""
+    """Wait in wall time, because the trial's time may stand still."""
     end = time.monotonic() + timeout
     while not holds():
         if time.monotonic() >= end:
@@ -152,7 +152,7 @@ def _wait(holds: Callable[[], bool], timeout: float) -> bool:
 
 
 def _serve_stand_in(declared: Proxy[Any], adapter: ObjectAdapter) -> Iterator[Job]:
-    """Serve what takes every call and returns nothing of value; yield the jobs that feed its streams."""
+    """Serve a servant that accepts every call and returns blank values; yield the jobs of its streams."""
     interface, clock = declared.type.ice_interface, adapter.getCommunicator().clock
     answers: dict[str, object] = {}
     for name, operation in interface.all_operations.items():
@@ -177,7 +177,7 @@ def _publishing(publisher: Publisher[Any], value: object, clock: Clock) -> Job:
 
 
 def main() -> NoReturn:
-    """Run the component of a file, as it runs itself."""
+    """Run the component of a file with the component's command line."""
     if len(sys.argv) < 2:
         sys.exit("usage: python -m hfsm_pytest.trial COMPONENT [OPTIONS OF THE COMPONENT]")
     file = Path(sys.argv[1]).resolve()
