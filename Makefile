@@ -13,13 +13,13 @@ PYTHONS ?= python3.11 python3.12 python3.13
 ROS_PYTHON ?= python3.11
 CACHE := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/visualhfsm
 ROS_PEERS ?= $(CACHE)/ros-peers
-# One cache for all checkouts, as it goes by content: a new clone or worktree is checked in seconds.
+# One cache for all checkouts, because its entries go by content: a new clone is checked in seconds.
 export MYPY_CACHE_DIR ?= $(CACHE)/mypy
 SECONDS ?=
-# Many containers set it. Then each process that runs tests, and each of the hundreds that the tests start, would
-# compile all its modules again, which takes a third of their time.
+# Many containers set this variable. Each process that runs tests, and each of the hundreds that the tests start,
+# would then compile all its modules again, which takes a third of their time.
 unexport PYTHONDONTWRITEBYTECODE
-# Linters take the time that tests leave while they wait for robots.
+# Linters use the processor time that is free while tests wait for robots.
 LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1

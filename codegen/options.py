@@ -1,4 +1,4 @@
-"""What `codegen` and `visualhfsm` share: checks of arguments, and the output of diagnostics."""
+"""Code that `codegen` and `visualhfsm` share: checks of arguments, and the output of diagnostics."""
 
 from __future__ import annotations
 

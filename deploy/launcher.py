@@ -46,7 +46,7 @@ def start(stack: Stack, changes: dict[str, str], seconds: float | None) -> int:
     `seconds` limits how long they run. Raises StackError for a variable that the stack does not have, and
     when its endpoint or the place of its logs cannot be used.
     """
-    # A stack whose foreground process counts the seconds itself says so by having that variable.
+    # With this variable, a stack declares that its foreground process counts the seconds itself.
     counts_itself = "seconds" in stack.variables
     if seconds is not None and counts_itself:
         changes["seconds"] = f"{seconds:g}"
@@ -65,10 +65,10 @@ def start(stack: Stack, changes: dict[str, str], seconds: float | None) -> int:
 class Launcher:
     """Run a stack once.
 
-    Processes start in parallel, except that one with `after` waits until those are ready. One that is
-    restarted on failure may end without the others, unless it never was ready. The stack ends when another
-    process ends or is not ready in time, when none is left, after `seconds`, or at SIGINT, SIGTERM or SIGHUP;
-    its processes are then ended in reverse order. A second signal ends them at once.
+    Processes start in parallel, but one with `after` waits until the processes listed there are ready. One
+    that is restarted on failure may end without the others, unless it never was ready. The stack ends when
+    another process ends or is not ready in time, when none is left, after `seconds`, or at SIGINT, SIGTERM or
+    SIGHUP; its processes are then ended in reverse order. A second signal ends them at once.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Launcher:
         self._processes = {spec.name: _StackProcess(spec, log_dir / f"{spec.name}.log") for spec in processes}
         self._left = set(self._processes)  # those that may still run
         self._failed = False
-        # The terminal is the foreground process's alone while that runs.
+        # While the foreground process runs, it alone has the terminal.
         self._has_foreground = any(spec.foreground for spec in processes)
 
     async def run(self) -> int:
@@ -96,7 +96,7 @@ class Launcher:
         for the logs.
         """
         try:
-            # For our user alone: the editor prints the secret of its page.
+            # Readable by our user alone: the editor prints the secret of its page.
             self._log_dir.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
             raise StackError(f"{self._log_dir}: cannot write logs there: {error.strerror}") from error
@@ -131,7 +131,7 @@ class Launcher:
         return end.code
 
     async def _supervise(self, process: _StackProcess) -> _End:
-        """Start a process in its turn, and again as its restart policy says; return what ends the stack."""
+        """Start a process in its turn, and again by its restart policy; return why the stack ends then."""
         spec = process.spec
         restarts = Restarts(spec)
         was_ready = False
@@ -164,7 +164,7 @@ class Launcher:
         return _End(1 if self._failed else 0)
 
     async def _run_once(self, process: _StackProcess) -> tuple[int, str]:
-        """Run a process to its end; return its exit code, and in words how it ended.
+        """Run a process to its end; return its exit code, and a description of how it ended.
 
         One that is not ready in time has exit code 1, and may still run. Raises OSError when it cannot start.
         """
@@ -189,7 +189,7 @@ class Launcher:
     def _end_of(self, process: _StackProcess, code: int, what: str) -> _End:
         if process.spec.foreground and code < 0:
             if sys.stdout.isatty():
-                # To the ordinary screen and its cursor, which a killed process may have hidden.
+                # Restore the ordinary screen and the cursor, which a killed process may have hidden.
                 sys.stdout.write("\x1b[?1049l\x1b[?25h")
                 sys.stdout.flush()
             return _End(128 - code, f"{process.spec.name} {_describe_exit(code)}")
@@ -207,7 +207,7 @@ class Launcher:
         return time.monotonic() - self._launched_at
 
     def _report(self, message: str) -> None:
-        # The terminal may be gone, which is one of the reasons for which a stack ends.
+        # The terminal may be gone: that is one reason for a stack to end.
         with contextlib.suppress(OSError):
             self._write(message)
 
@@ -230,8 +230,8 @@ def _terminal_kept() -> Iterator[None]:
 class _StackProcess:
     """A started process.
 
-    Its output goes line by line into `log`, which rotates, with date and time where it has none; a foreground
-    process has the terminal instead. Everything it starts itself stays in its process group and ends with it.
+    Its output goes line by line into `log`, which rotates; lines without date and time get them. A foreground
+    process has the terminal instead. Its child processes stay in its process group and end with it.
     """
 
     def __init__(self, spec: ProcessSpec, log: Path) -> None:
@@ -284,7 +284,7 @@ class _StackProcess:
             await self._child.stop([self.spec.stop_timeout] * 2, force, group=True)
 
     def _take(self, _descriptor: int, data: bytes) -> None:
-        """Copy output line by line into the log; without data it has ended."""
+        """Copy output line by line into the log; empty data end it."""
         *lines, self._rest = (self._rest + data).split(b"\n")
         if len(self._rest) > _LONGEST_LINE or (not data and self._rest):
             lines, self._rest = [*lines, self._rest], b""
@@ -300,7 +300,7 @@ class _StackProcess:
             self._handler = None
 
     def _cannot_log(self) -> None:
-        """Log no more, but read on: otherwise the process would stand still once the pipe is full."""
+        """Stop logging, but continue to read: otherwise the process would block once the pipe is full."""
         self._logging = False
         self.tail.append(f"(cannot write more of its log: {sys.exception()})")
 
@@ -316,14 +316,14 @@ class _StackProcess:
 
 
 def _describe_exit(code: int) -> str:
-    """Say in words how a process ended, for example `was terminated by SIGKILL`."""
+    """Describe how a process ended, for example `was terminated by SIGKILL`."""
     if code >= 0:
         return f"ended with exit code {code}"
     return f"was terminated by {signal_name(-code)}"
 
 
 def free_endpoint(endpoint: str) -> str:
-    """Return the endpoint, or one with a port picked by the system when somebody listens there already.
+    """Return the endpoint, or one with a port picked by the system if its port is in use.
 
     Raises StackError for an endpoint that is not `tcp/HOST:PORT` or a host that is not this machine.
     """
@@ -341,6 +341,6 @@ def free_endpoint(endpoint: str) -> str:
 
 
 def _listen(host: str, port: int) -> str:
-    # As servers do: connections of a stack that has just ended do not count.
+    # As servers do: connections left by a stack that has just ended must not block the port.
     with socket.create_server((host, port), backlog=1) as probe:
         return f"tcp/{host}:{probe.getsockname()[1]}"

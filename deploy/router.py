@@ -1,6 +1,6 @@
-"""The router: it passes on what the processes of several machines say, and lets each say what it may.
+"""The router: it forwards messages between the processes of several machines, as far as each has the right.
 
-Zenoh's own threads route; none of what passes is seen by Python.
+Zenoh's own threads do the routing; no message passes through Python.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ def check_router(settings: Settings) -> None:
 
 
 def serve(settings: Settings, report: Callable[[str], None]) -> None:
-    """Run a router until a signal comes, then exit; `report` is given a line once it is reached.
+    """Run a router until a signal arrives, then exit; `report` gets a line once the router can be reached.
 
-    Raises ConfigurationException for settings that are not of a router, and what
-    `zenoh_ice.session.open_session` does.
+    Raises ConfigurationException for settings that are not a router's, and the exceptions of
+    `zenoh_ice.session.open_session`.
     """
     check_router(settings)
     security = settings.security

@@ -30,7 +30,7 @@
     restart_pause = 1.0                         # seconds before it is started again
     notify = true                               # under systemd, ready is when it says so itself, by READY=1
 
-`python` stands for the interpreter that runs the launcher; other programs are looked for beside that first.
+`python` stands for the interpreter that runs the launcher; other programs are looked up in its folder first.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
     restart_limit: Limit = 5
     restart_pause: Seconds = 1.0
     notify: bool = False
-    """Whether it reports to systemd that it is ready, as the commands of ours that get ready do."""
+    """Whether it reports to systemd that it is ready, as those of our commands that serve do."""
 
     def __post_init__(self) -> None:
         try:
@@ -110,7 +110,7 @@ class Restarts:
         self._failures = 0
 
     def pause_after(self, code: int, ran: float) -> float | None:
-        """Return after how many seconds the process is to be started again, or None if it is not.
+        """Return the seconds until the process is to be started again, or None if it is not.
 
         `code` is its exit code, or minus the number of the signal that ended it; `ran` how long it ran, in s,
         and 0 if it never was ready.
@@ -168,7 +168,7 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     def on_machine(self, machine: str) -> Stack:
         """Return the part of the stack that runs on a machine; "" for a stack that names none.
 
-        What runs elsewhere is not waited for. Raises StackError for a machine that the stack does not name.
+        Nothing waits for processes elsewhere. Raises StackError for a machine that the stack does not name.
         """
         if machine not in (self.machines or [""]):
             known = f"write --machine {' or '.join(self.machines)}" if self.machines else "it has no machines"
@@ -208,7 +208,7 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 def load_stack(path: Path) -> Stack:
-    """Read and check a stack file; without a name or a place for its logs it gets them from the file's name.
+    """Read and check a stack file; a missing name, or place for its logs, is derived from the file's name.
 
     Raises StackError when it cannot be read, is not TOML, has an unknown key, a value of a wrong type, a
     repeated or unknown process, an unknown variable or two foreground processes.
@@ -219,7 +219,7 @@ def load_stack(path: Path) -> Stack:
 
 
 def stack_path(name: str) -> Path:
-    """Return the file of a stack: `name` itself if it is a path, or that of the stack of ours so named.
+    """Return the file of a stack: `name` itself if it is a path, otherwise our stack file of that name.
 
     Raises StackError when there is no such stack.
     """
@@ -232,6 +232,6 @@ def stack_path(name: str) -> Path:
 
 
 def program_path(program: str) -> str:
-    """Return what to run for the first word of a command: our interpreter, or a program beside it, if any."""
+    """Return the program for the first word of a command: our interpreter, or one next to it, if any."""
     beside = Path(sys.executable).parent / program
     return sys.executable if program == "python" else str(beside) if beside.is_file() else program

@@ -1,7 +1,7 @@
 """Write the processes of a stack as units of systemd, or as a compose file for containers.
 
-They start in the order of the stack and are restarted by its policy, but not ended together. What needs a
-terminal is left out: somebody has to start it.
+They start in the order of the stack and are restarted by its policy, but not ended together. Processes
+that need a terminal are left out: a user has to start them.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _service(name: str, spec: ProcessSpec, after: Sequence[str]) -> str:
     words = [shutil.which(path) or path, *arguments]
     environment = {"PYTHONUNBUFFERED": "1", **spec.environment}
     pairs = " ".join(_word(f"{key}={value}") for key, value in environment.items())
-    # A minute without failure starts the launcher's count again; systemd counts starts in a time.
+    # A minute without failure resets the launcher's count; systemd counts starts within an interval.
     window = (spec.restart_limit + 1) * (STEADY + spec.restart_pause + spec.ready_timeout)
     return f"""{_HEADER}
 [Unit]
@@ -111,7 +111,7 @@ def write_compose_file(name: str, processes: Sequence[ProcessSpec], file: Path) 
     """Write a compose file with a service for each process of a stack; return it.
 
     The containers share the network and the process ids of the machine, so that loopback and images in memory
-    are what they are without containers; they run as the present user in the present directory. Raises
+    work as without containers; they run as the present user in the present directory. Raises
     StackError as `write_units` does.
     """
     background = _background(name, processes)
@@ -131,7 +131,7 @@ def _container(spec: ProcessSpec, after: Sequence[str]) -> dict[str, Any]:
     }
     return {
         "image": _IMAGE,
-        # What is no variable of compose.
+        # No `$` in these is a variable of compose.
         **json.loads(json.dumps(literal).replace("$", "$$")),
         "working_dir": _FOLDER,
         "user": f"{os.getuid()}:{os.getgid()}",

@@ -33,9 +33,9 @@ _REFLECTION: Final = frozenset(
         *("__dict__", "__self__", "__globals__", "__closure__", "__getattribute__", "__getattr__"),
     }
 )
-"""What finds objects or attributes whose names are not in the code."""
+"""Names by which code can find objects or attributes that it does not name."""
 _ANY_NAME: Final = _REFLECTION | {"setattr", "__setattr__"}
-"""What may assign names that are not in the code."""
+"""Names by which code can assign names that it does not contain."""
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "round", "str"})
 _PURE_OF_SEVERAL: Final = frozenset({"max", "min"})
 """A single argument may be a generator."""
@@ -83,7 +83,7 @@ class Definitions:
         self.libraries = analysis.libraries
         self.proxies = {each.name for each in document.all_interfaces} | set(document.proxy_aliases)
         self._arriving = {each.name for each in document.ros} | set(document.ros_aliases)
-        """What holds the newest message, which may be another one at any time."""
+        """The attributes with the newest message, which may change at any time."""
         self._declared = self.proxies | {each.name for each in document.parameters}
         self._declared |= COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
         self._is_extended = analysis.extension is not None
@@ -215,7 +215,7 @@ class Definitions:
         return Answer.SAME if stays else Answer.UNKNOWN
 
     def answer_of_call(self, call: ast.Call) -> Answer:
-        """Return the answer that a call allows which is not followed."""
+        """Return the answer that a call allows if it is not followed."""
         path = dotted(call.func)
         name = path[-1] if path else getattr(call.func, "attr", "")
         if path[:1] == ["self"] and len(path) > 2 and path[1] in self.proxies:

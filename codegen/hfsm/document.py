@@ -56,7 +56,7 @@ class Element:
 
 
 Extra = Element | Comment
-"""What is kept and written back, but has no meaning here."""
+"""Content that is kept and written back, but has no meaning here."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

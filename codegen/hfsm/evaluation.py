@@ -37,7 +37,7 @@ _HARMLESS: Final = frozenset(
 )
 """Builtins that do nothing with their arguments."""
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
-"""Nodes of which there is nothing to say: a third of all."""
+"""Nodes that have no effects: a third of all."""
 
 
 class ProxyCall(NamedTuple):
@@ -110,7 +110,7 @@ _MOST_TEXTS: Final = 20
 Values = frozenset[_Value]
 _NOTHING: Final[Values] = frozenset()
 UNSURE: Final[Values] = frozenset({_OTHER})
-"""The value of what is not known."""
+"""An unknown value."""
 COMPONENT: Final[Values] = frozenset({_SELF})
 Names = dict[str, Values]
 _Argument = tuple[int | str | None, ast.expr, Values]

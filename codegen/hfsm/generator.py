@@ -230,7 +230,7 @@ class _Generator:
         return is_used and bool(self._document.ros_messages)
 
     def _package_directories(self) -> list[str]:
-        """Return where the packages of proxies are that are not installed, relative to the component."""
+        """Return the directories of packages of proxies that are not installed, relative to the component."""
         beside = (self._analysis.output or self._path.parent).resolve()
         found = {interface.directory for interface in self._interfaces.values() if interface.directory}
         return sorted(Path(os.path.relpath(each, beside)).as_posix() for each in found)

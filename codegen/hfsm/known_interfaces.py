@@ -114,7 +114,7 @@ class KnownInterfaces:
 
     @property
     def directories(self) -> tuple[Path, ...]:
-        """Where Python has to look for the packages that are not installed."""
+        """The directories in which Python has to look for packages that are not installed."""
         found = (each.directory for several in self.by_name.values() for each in several)
         return tuple(sorted({directory for directory in found if directory}))
 
@@ -181,7 +181,7 @@ def _python_name(name: str) -> str:
 
 
 def interface_directories(document: Path, include: Sequence[Path] = ()) -> list[Path]:
-    """Return where Python finds the packages of a document's proxies, besides what is installed.
+    """Return the directories of the packages of a document's proxies, besides the installed ones.
 
     They are the document's directory, the one above if that has a folder `interfaces`, and `include`.
     """
@@ -219,7 +219,7 @@ class _Finder:
             if directory != _OURS:
                 yield from self._in_namespace(directory / _PACKAGE, directory)
         places = [(each.resolve(), False) for each in include]
-        # Any package beside a document may be of another program.
+        # Any package beside a document may belong to another program.
         for directory, generated_only in [(document.parent.resolve(), True), *places] if document else places:
             for package in self._packages(directory):
                 if not generated_only or self._is_file(package / _SCHEMA):
@@ -267,7 +267,7 @@ class _Finder:
 
 
 def _entries(directory: Path) -> list[os.DirEntry[str]]:
-    """Return what is in a directory, nothing if it cannot be read."""
+    """Return the entries of a directory, none if it cannot be read."""
     try:
         with os.scandir(directory) as entries:
             return list(entries)

@@ -1,4 +1,4 @@
-"""The topics, services and actions of ROS 2 in documents: what their words mean, and which types there are.
+"""The topics, services and actions of ROS 2 in documents: the meaning of their words, and their types.
 
 `ros2` knows the types; it is imported only for documents that use some.
 """
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["FOLDERS", "TF", "RosTypes", "is_ros_name", "parse_qos", "stops"]
 
 TF: Final = "tf"
-"""The module of ROS 1 of which old documents with topics get what they use."""
+"""The module of ROS 1 of which old documents with topics get the parts that they use."""
 FOLDERS: Final[Mapping[str, Literal["msg", "srv", "action"]]] = {
     "publish": "msg",
     "subscribe": "msg",
@@ -27,7 +27,7 @@ FOLDERS: Final[Mapping[str, Literal["msg", "srv", "action"]]] = {
 }
 """The middle of the name of a type, which is also the folder of its file, by the kind of interface."""
 _PARTS: Final = {"publish": "", "call": "_Request", "call_async": "_Request", "send": "_Goal"}
-"""What is behind the name of the type in that of the message that an operation takes."""
+"""The suffix that turns the name of a type into that of the message that an operation takes."""
 
 _VELOCITIES: Final = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 _QOS: Final[Mapping[str, Mapping[str, object]]] = {
@@ -102,7 +102,7 @@ class RosTypes:
     def fields(self, type_name: str, operation: str = "publish") -> dict[str, str] | None:
         """Return the fields of the message that an operation takes, with their types as in a .msg file.
 
-        None if nobody knows.
+        None if they are unknown.
         """
         types, name = self._loaded.types, type_name + _PARTS[operation]
         return dict(types.fields(name)) if types is not None and name in types else None
@@ -152,7 +152,7 @@ def _with_needed(used: Sequence[str], texts: Mapping[str, str]) -> dict[str, str
         found[name] = ""  # in case types need each other, which `ros2` reports
         for needed in _needed(name, texts[name]):
             add(needed)
-        del found[name]  # behind what it needs
+        del found[name]  # after the types that it needs
         found[name] = texts[name]
 
     for each in used:

@@ -70,7 +70,7 @@ class SourceMap:
 
     @classmethod
     def read(cls, component: str) -> SourceMap:
-        """Return the map at the end of a component's text; one without any row where there is none."""
+        """Return the map at the end of a component's text; an empty map if there is none."""
         begin = component.rfind(f"\n{SOURCE_MAP} = (")
         end = component.find("\n)", begin)
         if begin < 0 or end < 0:

@@ -51,7 +51,7 @@ def call(settings: Settings, address: str, words: Sequence[str], *, as_json: boo
 
 
 def shown_bytes(data: bytes) -> Json:
-    """Return what a person is shown of bytes."""
+    """Return the form in which bytes are shown to a person."""
     return f"<{len(data)} bytes>"
 
 
@@ -69,7 +69,7 @@ def _read_arguments(proxy: DynamicProxy, name: str, words: Sequence[str], maker:
 
 
 def _by_parameter(proxy: DynamicProxy, operation: str, words: Sequence[str]) -> dict[str, Any]:
-    """Return what JSON holds for each parameter that was given."""
+    """Return the JSON value of each parameter that was given."""
     parameters = {each.name: each for each in proxy.operations[operation].parameters}
     if len(words) == 1 and (whole := _whole_object(proxy, parameters, words[0])) is not None:
         unknown = [name for name in whole if name not in parameters]
@@ -92,13 +92,13 @@ def _by_parameter(proxy: DynamicProxy, operation: str, words: Sequence[str]) -> 
 
 
 def _whole_object(proxy: DynamicProxy, parameters: dict[str, Member], word: str) -> dict[str, Any] | None:
-    """Return the JSON object of all parameters, if the one word that was given is that."""
+    """Return the JSON object of all parameters, if the only word is one."""
     if not word.lstrip().startswith("{") or not parameters:
         return None
     try:
         value = json.loads(word)
     except (ValueError, RecursionError):
-        return None  # reported when it is read as what it must be
+        return None  # the error is reported when the word is read as a value
     if not isinstance(value, dict) or len(parameters) > 1:
         return value if isinstance(value, dict) else None
     # For a single parameter it is the value, unless it can only mean {"parameter": value}.

@@ -1,6 +1,6 @@
 """The command `nao`: its subcommands and their options.
 
-What a subcommand does is imported when it runs, so that help and completion come at once.
+Each subcommand imports its implementation when it runs, so that help and completion are fast.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _command(
     defaults: Mapping[str, object] = _DEFAULTS,
     **options: Any,  # noqa: ANN401 - those of typer
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Return what makes a function a subcommand, with the common options, and examples in its help."""
+    """Return a decorator that makes a function a subcommand, with common options and examples in its help."""
     epilog = "Examples:\n\n" + "\n\n".join(examples)
     return lambda function: app.command(epilog=epilog, **options)(with_settings(defaults=defaults)(function))
 
@@ -94,7 +94,7 @@ _VALUES = (
     "nao call Head.setPose pan=0.3 tilt=-0.1 fraction=0.5",
     """nao call LeftShoulderMotors.setPose3DMotorsData '{"tilt": 1.2}'""",
     "nao call Camera.getImageData RGB8 --json",
-    # Negative numbers are no options.
+    # Negative numbers are not options.
     context_settings={"ignore_unknown_options": True},
 )
 def call(

@@ -19,7 +19,7 @@ _BREAK: Final = re.compile("[:=]+")
 
 
 def join_words(environment: MutableMapping[str, str]) -> None:
-    """Join what bash, asking for completions, takes for several words: `tcp/127.0.0.1:7447`."""
+    """Join the parts into which bash splits a word such as `tcp/127.0.0.1:7447` when it completes."""
     words = environment.get("COMP_WORDS", "").split("\n")
     try:
         at = current = int(environment.get("COMP_CWORD", ""))
@@ -41,7 +41,7 @@ def complete_servant(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def complete_call(context: typer.Context, incomplete: str) -> list[str]:
-    """Return what can be called: servants, and of a single one its operations."""
+    """Return the servants that can be called, or the operations of a single one."""
 
     def names(communicator: Communicator) -> list[str]:
         from deploy.nao.connection import find_servant
@@ -60,7 +60,7 @@ def complete_call(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def complete_stream(context: typer.Context, incomplete: str) -> list[str]:
-    """Return what can be watched."""
+    """Return the streams that can be watched."""
 
     def streams(identity: str, proxy: DynamicProxy) -> list[str]:
         return [f"{identity}.{each.name}" for each in proxy.interface_operations.values() if each.streamed]
@@ -69,7 +69,7 @@ def complete_stream(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def complete_camera(context: typer.Context, incomplete: str) -> list[str]:
-    """Return what gives images."""
+    """Return the servants that provide images."""
     from deploy.nao.images import image_operation
 
     def cameras(identity: str, proxy: DynamicProxy) -> list[str]:
@@ -79,12 +79,12 @@ def complete_camera(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def _ask(context: typer.Context, incomplete: str, names: Callable[[Communicator], list[str]]) -> list[str]:
-    """Return those of the names that begin like this; none when nothing can be found out."""
+    """Return the names that begin like this; none if the realm cannot be asked."""
     import logging
 
     from zenoh_ice import ZenohIceError, initialize, load_settings
 
-    logging.disable()  # what goes wrong would be written into the line that is being typed
+    logging.disable()  # messages would appear in the line that is being typed
     options = context.params
     flags = {name: options.get(name) or None for name in ("realm", "connect", "listen")}
     try:

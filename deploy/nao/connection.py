@@ -1,4 +1,4 @@
-"""Find what a command is about: servants, their processes, and an operation by `Servant.operation`."""
+"""Find the targets of a command: servants, their processes, and an operation by `Servant.operation`."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ __all__ = [
     "split",
 ]
 
-_QUIET: Final = 0.1  # s without news after which all servants of a link are known; it comes within ms
+_QUIET: Final = 0.1  # s without news after which all servants of a link are known; news arrives within ms
 _LONGEST_QUIET: Final = 0.5  # s after which a link without any news has no servants
 _LONGEST: Final = 1.0  # s to wait for a connection
 _LOOK: Final = 0.02  # s
-_ANSWER: Final = 1.0  # s within which a process reports its status; one that does not hangs
+_ANSWER: Final = 1.0  # s within which a process reports its status, unless it hangs
 _AT_ONCE: Final = 16
 _CONNECTION: Final = 1.0  # s until a connection is made
 
@@ -65,7 +65,7 @@ def by_kind(found: Iterable[ServantInfo]) -> list[list[ServantInfo]]:
 
 
 def nobody(communicator: Communicator) -> ZenohIceError:
-    """Return why a realm has no servants, with the realms that have some."""
+    """Return the error for a realm without servants; it names the realms that have some."""
     if not communicator.presence.linked():
         return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
     tokens: list[str] = []
@@ -78,7 +78,7 @@ def nobody(communicator: Communicator) -> ZenohIceError:
 
 
 def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
-    """Return a proxy of a servant that is there; raises what a call raises."""
+    """Return a proxy of a servant that is online; raises the exceptions of a call."""
     proxy = communicator.stringToProxy(identity)
     if not _is_there(communicator, target_of(proxy)):
         raise communicator.presence.explain_absence(target_of(proxy))
@@ -86,15 +86,15 @@ def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
 
 
 def split(communicator: Communicator, text: str) -> tuple[DynamicProxy, str]:
-    """Return servant and operation of `Servant.operation`, where the servant's name may have dots, too.
+    """Split `Servant.operation` into servant and operation; the servant's name may have dots, too.
 
-    The operation is empty when the text names a servant alone. Raises what a call raises when there is
-    neither.
+    The operation is empty when the text names a servant alone. Raises the exceptions of a call when neither
+    reading names a servant that is online.
     """
     identity, dot, name = text.rpartition(".")
     if not dot:
         return find_servant(communicator, text), ""
-    # Only the servants that are there show whether `Hfsm.follow_ball` is one, or one with its operation.
+    # Only the servants that are online show whether `Hfsm.follow_ball` names one, or one and its operation.
     wanted, whole = (communicator.stringToProxy(each) for each in (identity, text))
     if _is_there(communicator, target_of(wanted)):
         return DynamicProxy(wanted), name
@@ -108,8 +108,8 @@ def find_operation(
 ) -> tuple[DynamicProxy, str]:
     """Return the servant and the operation that `Servant.operation` names.
 
-    Where a stream is wanted, the servant alone will do if it has only one. Raises NaoError, with what there
-    is, when the servant has no such operation, and what a call raises when it is not there.
+    Where a stream is wanted, the servant's name is enough if it has only one. Raises NaoError, with the known
+    operations, when the servant has no such operation, and the exceptions of a call when it is offline.
     """
     proxy, name = split(communicator, text)
     choices = [each for each in proxy.interface_operations.values() if each.streamed or not streamed]
@@ -128,7 +128,7 @@ def find_operation(
 def operation_of(
     proxy: DynamicProxy, name: str, choices: Sequence[OperationDescription]
 ) -> OperationDescription:
-    """Return an operation of a servant; raises NaoError, with what it could be, when it has none."""
+    """Return an operation of a servant; raises NaoError, with the candidates, when it has none."""
     known = proxy.operations.get(name)
     if known is None:
         near = difflib.get_close_matches(name, [each.name for each in choices], 1, 0.5)
@@ -140,13 +140,13 @@ def operation_of(
 
 
 def _is_there(communicator: Communicator, target: Target) -> bool:
-    """Wait for a servant, not longer than it may take to be known; return whether it is there."""
+    """Wait for a servant, no longer than it may take to be known; return whether it is online."""
     timeout = communicator.settings.timeout if _may_be_linked(communicator) else 0.0
     return communicator.presence.wait_for(target, None, timeout)
 
 
 def _may_be_linked(communicator: Communicator) -> bool:
-    """Return whether there is a link, or one may come as something listens."""
+    """Return whether there is a link, or may soon be one because an endpoint accepts connections."""
     deadline = time.monotonic() + _QUIET
     while not communicator.presence.linked():
         if time.monotonic() >= deadline:
@@ -157,7 +157,7 @@ def _may_be_linked(communicator: Communicator) -> bool:
 
 
 def listens(endpoint: str) -> bool | None:
-    """Return whether something takes connections at an endpoint; None when only a link could show it."""
+    """Return whether an endpoint accepts connections; None when only a link could show it."""
     place = host_and_port(endpoint)
     if place is None:
         return Path(endpoint.partition("/")[2]).exists()

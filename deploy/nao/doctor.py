@@ -40,7 +40,7 @@ class Level(StrEnum):
 
     OK = "ok"
     NOTE = "note"
-    """Something that may be meant to be so."""
+    """Something that may be intended."""
     WARNING = "warn"
     """Something that will cause trouble, sooner or later."""
     FAILURE = "FAIL"
@@ -48,7 +48,7 @@ class Level(StrEnum):
 
 
 class Finding(NamedTuple):
-    """One thing that was checked, and what to do about it; `fix` is empty when there is nothing to do."""
+    """The result of a check, and how to fix it; `fix` is empty when there is nothing to do."""
 
     level: Level
     text: str
@@ -93,7 +93,7 @@ def examine(settings: Settings, *, as_json: bool) -> bool:
 
 
 def _guarded(name: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
-    """Yield findings; what keeps a check from going on is one, too."""
+    """Yield the findings of a check; an error that ends the check is one, too."""
     try:
         yield from check()
     except (OSError, ValueError, ZenohIceError) as error:
@@ -109,7 +109,7 @@ def _print(finding: Finding) -> None:
         console().print(wrapped(f"{' ' * _MARGIN}fix: {printable(finding.fix)}", _MARGIN), style=style)
 
 
-# What is installed.
+# The installation.
 
 _DISTRIBUTION: Final = "visualhfsm"
 _PACKAGES: Final = (
@@ -119,7 +119,7 @@ _PACKAGES: Final = (
 )  # fmt: skip
 """The packages of the distribution; most of their names are common words."""
 _NAMESPACES: Final = ("behaviors", "interfaces")
-"""Those that merge with the folders of this name on the path."""
+"""Packages that merge with folders of the same name on the path."""
 _OTHERS: Final = ("cv2", "mcap", "msgpack", "msgspec", "mujoco", "numpy", "qi", "rich", "typer", "zenoh")
 """Names that a user's file may easily have; it then hides the library."""
 _EXTRAS: Final[Mapping[str, str]] = {
@@ -188,7 +188,7 @@ def _hiding_modules() -> Iterator[Finding]:
     # A user's folder merges with ours of the same name, unless it is a package or has a module of ours.
     merging = {f"{name}/__init__.py" for name in _NAMESPACES}
     ours = [path.relative_to(root) for name in _NAMESPACES for path in (root / name).rglob("*.py")]
-    # The folders that Python looks into before those of installed packages.
+    # The folders that Python searches before those of installed packages.
     listed = (".", *os.environ.get("PYTHONPATH", "").split(os.pathsep))
     for folder in dict.fromkeys(Path(each).resolve() for each in listed if each):
         files = [each for name in (*_PACKAGES, *_OTHERS) for each in (f"{name}.py", f"{name}/__init__.py")]
@@ -250,7 +250,7 @@ def check_machine() -> Iterator[Finding]:
 
 
 def _check_rendering() -> Finding:
-    """Return whether the simulated cameras can render."""
+    """Check whether the simulated cameras can render."""
     try:
         done = subprocess.run(
             [sys.executable, "-P", "-c", _GL_PROGRAM], capture_output=True, timeout=_GL_LIMIT, check=False
@@ -372,7 +372,7 @@ def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterato
 
 
 def _check_identities(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
-    """Yield which processes serve the same names."""
+    """Yield the names that several processes serve."""
     servers: dict[str, set[str]] = {}
     for info in found:
         servers.setdefault(info.identity, set()).add(info.server)
@@ -414,7 +414,7 @@ def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
 def _check_answers(
     communicator: Communicator, found: list[ServantInfo], processes: _Processes
 ) -> Iterator[Finding]:
-    """Yield how long a ping of each process takes."""
+    """Yield the duration of a ping of each process."""
     for server, status in processes.items():
         info = next((each for each in found if each.server == server), None)
         if info is None or not isinstance(status, ProcessStatus):
@@ -433,7 +433,7 @@ def _check_answers(
 
 
 def _check_clock(communicator: Communicator, found: list[ServantInfo]) -> Finding:
-    """Return whether the robot's time passes, and how far apart the clocks of the machines are."""
+    """Check whether the robot's time passes, and how far apart the clocks of the machines are."""
     info = next((each for each in found if "::nao::Clock" in each.interfaces), None)
     if info is None:
         return _note("no robot clock in this realm: behaviors use wall time")

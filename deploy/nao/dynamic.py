@@ -1,7 +1,7 @@
 """Talk to any servant without generated code: its types are made at run time from the schema that it sends.
 
-They are what codegen would have written, so that all that zenoh_ice checks and carries for generated proxies
-holds here, too: types, declared exceptions, streams.
+They equal the types that codegen would have written, so zenoh_ice checks and transports the same things as
+for generated proxies: types, declared exceptions, streams.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _returning(kind: str, name: str, *parameters: Member) -> OperationDescriptio
     return OperationDescription(name, parameters=parameters, results=results, idempotent=True)
 
 
-# What every servant answers besides the operations of its interface.
+# The operations that every servant has besides those of its interface.
 _OF_EVERY_SERVANT: Final = (
     OperationDescription("ice_ping", idempotent=True),
     _returning("bool", "ice_isA", Member("id", "string")),
@@ -83,7 +83,7 @@ class Types:
         self._made: dict[str, Any] = {}
 
     def of(self, name: str, *, optional: bool = False) -> Any:  # noqa: ANN401 - a type in annotations
-        """Return the Python type that a name of the schema stands for."""
+        """Return the Python type of a name in the schema."""
         if name in _BUILTIN_TYPES:
             kind = _BUILTIN_TYPES[name]
         elif name.endswith("*"):
@@ -117,7 +117,7 @@ class Types:
         definition = self._schema.definitions[type_id]
         base = self.class_of(definition.bases[0]) if definition.bases else Value
         names = {_python(member.name): member.name for member in definition.members}
-        # Classes refer to each other: the types of the members come when the class is there.
+        # Classes refer to each other: members get their types when the class exists.
         made: Any = StructType(
             _python(type_id),
             (base,),
@@ -177,9 +177,9 @@ class DynamicProxy:
     """A proxy of any servant, of the interface that the servant describes."""
 
     def __init__(self, proxy: ObjectPrx) -> None:
-        """Ask the servant what it is.
+        """Ask the servant for its interface.
 
-        Raises what a call raises, and MarshalException when what it sends describes no interface.
+        Raises the exceptions of a call, and MarshalException when the answer does not describe an interface.
         """
         self.identity: Final = proxy.ice_getIdentity()
         self.schema: Final = proxy.ice_describe()
@@ -187,7 +187,7 @@ class DynamicProxy:
         self.fingerprint: Final = printable(self.schema.definitions[self.type_id].fingerprint)
         self.types: Final = Types(self.schema)
         self.interface_operations: Final = {each.name: each for _, each in self.schema.operations()}
-        """Those of its interface and of what that extends, by name."""
+        """The operations of its interface and of the bases of that, by name."""
         self.operations: Final = {each.name: each for each in _OF_EVERY_SERVANT}
         self.operations.update(self.interface_operations)
         self._made = {
@@ -207,7 +207,7 @@ class DynamicProxy:
         return made
 
     def signature(self, name: str) -> str:
-        """Return an operation as Slice has it: `HeadPose setPose(double pan, double tilt)`."""
+        """Return the signature of an operation in Slice: `HeadPose setPose(double pan, double tilt)`."""
         operation = self.operations[name]
         results = {each.name: self.type_text(each) for each in operation.results}
         returned = results.pop(RETURN_VALUE, "void")
@@ -228,11 +228,11 @@ class DynamicProxy:
         return StreamedCall(self.proxy, self.operation(name))
 
     def is_there(self) -> bool:
-        """Return whether the servant is there, as far as known."""
+        """Return whether the servant is online, as far as known."""
         return self.proxy.ice_getCommunicator().knows(target_of(self.proxy))
 
     def results(self, name: str, returned: object) -> dict[str, object]:
-        """Return what a call returned by the names of the results."""
+        """Return the results of a call by name."""
         names = [result.name for result in self.operations[name].results]
         if len(names) == 1:
             return {names[0]: returned}
@@ -241,11 +241,11 @@ class DynamicProxy:
 
 
 def target_of(proxy: ObjectPrx) -> Target:
-    """Return what a proxy stands for."""
+    """Return the target of a proxy."""
     return Target(proxy.ice_getRealm(), proxy.ice_getIdentity())
 
 
 def _python(name: str) -> str:
-    """Return a name that Python takes for a type or a member."""
+    """Return a name that Python accepts for a type or a member."""
     name = unscoped(name)
     return f"{name}_" if keyword.iskeyword(name) else name

@@ -1,4 +1,4 @@
-"""Save what a camera sees as a file."""
+"""Save an image of a camera as a file."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _COMPRESSION: Final = 6
 def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: bool) -> None:
     """Take an image with a camera and write it to a file, by default `Camera.png`.
 
-    Raises NaoError for an ending that stands for no format, NaoError when the servant is no camera or the
-    file cannot be written, and whatever the call raises.
+    Raises NaoError for an ending without a known format, when the servant is not a camera, or when the file
+    cannot be written, and the exceptions of the call.
     """
     path = file or Path(f"{camera.replace('/', '_')}.png")
     pixel_format = _FORMATS.get(path.suffix.lower())

@@ -60,7 +60,7 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
 
 
 def _fits(info: ServantInfo, pattern: str) -> bool:
-    """Return whether a name or a type fits `*Motors`, or has `motors` in it."""
+    """Return whether a name or a type matches a pattern like `*Motors`, or contains a word like `motors`."""
     texts = (info.identity, *info.interfaces)
     if any(sign in pattern for sign in "*?["):
         return any(fnmatchcase(text, pattern) for text in texts)
@@ -68,9 +68,9 @@ def _fits(info: ServantInfo, pattern: str) -> bool:
 
 
 def _own_interface(communicator: Communicator, info: ServantInfo) -> str:
-    """Return which interface is the servant's own, not one that it extends."""
+    """Return the servant's own interface, not one that this extends."""
     if len(info.interfaces) > 1:
-        with suppress(ZenohIceError):  # it hangs, or is gone: its token has to do
+        with suppress(ZenohIceError):  # it hangs, or is offline: its token has to suffice
             return communicator.stringToProxy(info.identity).ice_id()
     return ", ".join(info.interfaces)
 
@@ -91,7 +91,7 @@ def _as_json(info: ServantInfo, own: str, process: ProcessStatus | ZenohIceError
 def describe(settings: Settings, address: str, *, as_json: bool) -> None:
     """Print the operations of a servant, or one of them, with the types that they use.
 
-    Raises NaoError for an operation that there is not, and what a call raises.
+    Raises NaoError for an unknown operation, and the exceptions of a call.
     """
     with initialize(settings) as communicator:
         proxy, name = split(communicator, address)

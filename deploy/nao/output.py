@@ -44,12 +44,12 @@ def for_people() -> bool:
 
 
 def width() -> int:
-    """Return how many columns there are to write on."""
+    """Return the number of columns of the output."""
     return shutil.get_terminal_size((100, 24)).columns
 
 
 def console() -> Console:
-    """Return what writes tables and colors; without a terminal no colors, and lines of any length."""
+    """Return a console for tables and colors; without a terminal, no colors, and lines of any length."""
     return Console(highlight=False, width=None if for_people() else _ANY_LENGTH)
 
 
@@ -77,7 +77,7 @@ def print_value(value: Json) -> None:
 
 
 def pretty(value: Json, columns: int, *, whole: bool = False) -> str:
-    """Return a value as JSON in which what fits stands on one line.
+    """Return a value as JSON; every part that fits on a line is on one line.
 
     Unless it is to be `whole`, long lists and texts are cut, and numbers rounded.
     """
@@ -125,12 +125,12 @@ def _layout(value: Json, columns: int, indent: int, before: int) -> str:
 
 def _flat(value: Json) -> str:
     text = json.dumps(value, ensure_ascii=False)
-    # It may come from elsewhere, and must not steer the terminal.
+    # It may come from another program, and must not control the terminal.
     return text if text.isprintable() else json.dumps(value)
 
 
 def span_text(seconds: float) -> str:
-    """Return how long something lasts already, in its largest unit: `12 s`, `5 min`, `3 h`, `2 days`."""
+    """Return an elapsed time in its largest unit: `12 s`, `5 min`, `3 h`, `2 days`."""
     if not math.isfinite(seconds):
         return "-"
     for unit, length, limit in (("s", 1, 120), ("min", 60, 120 * 60), ("h", 3600, 48 * 3600)):

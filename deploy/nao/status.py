@@ -1,4 +1,4 @@
-"""Show how a robot and the processes around it are."""
+"""Show the state of a robot and of the processes around it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOST_SERVANTS: Final = 8  # of a process that are shown, besides those with tro
 
 
 def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
-    """Print how the robot is, and what each process that serves did.
+    """Print the state of the robot, and the activity of each serving process.
 
     Raises ConnectFailedException when nothing answers at the endpoints, NaoError when there is no servant.
     """
@@ -57,7 +57,7 @@ def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
             out.print(f"  it serves {_escaped(few(names, 6))}")
 
 
-# The robot: what is asked of each of its interfaces, and what people are shown of the answer.
+# The robot: the question to each of its interfaces, and the lines that people are shown of the answer.
 
 
 def _clock(clock: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -116,7 +116,7 @@ def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[st
 
 
 def _robot_lines(readings: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield what people are shown of the robot: a title and a text with rich's markup for each line."""
+    """Yield the lines that people are shown of the robot: a title and a text with rich's markup for each."""
     for name, reading in readings.items():
         try:
             if "error" in reading:

@@ -98,13 +98,13 @@ class _StopButton:
         self._pressed_at = time.monotonic()
 
     def _follow(self) -> None:
-        """Notice whether the robot is there, and find it when it is back."""
+        """Notice whether the robot is online, and find it when it is back."""
         present = _SAFETY in self._communicator.identities()
         if self._safety is not None and not present:
             self._safety = None
             self._say("LOST: the robot is unreachable; a stop will be sent when it is back")
         elif self._safety is None and (present or not self._searched):
-            self._searched = True  # with nobody known only once: it takes seconds that read no key
+            self._searched = True  # if nobody is known, only once: it takes seconds in which no key is read
             try:
                 self._safety = find_servant(self._communicator, _SAFETY)
             except ZenohIceError as error:
@@ -138,7 +138,7 @@ class _StopButton:
 
 @contextmanager
 def _single_keys(terminal: int) -> Iterator[int]:
-    """Let a terminal give each key at once, Ctrl-C included, until the end of a `with` block."""
+    """Make a terminal pass on each key at once, Ctrl-C included, until the end of a `with` block."""
     before = termios.tcgetattr(terminal)
     single = termios.tcgetattr(terminal)
     single[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG)

@@ -1,4 +1,4 @@
-"""Turn JSON into the values of an interface, and these into what JSON can hold."""
+"""Convert JSON to the values of an interface, and these values to JSON."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ _ZEROS: Final[Mapping[str, object]] = {
     **dict.fromkeys(("byte", "short", "int", "long"), 0),
     **dict.fromkeys(("float", "double"), 0.0),
 }
-"""The builtin types, and what each is when nothing is given."""
-_MOST_MADE_UP: Final = 10_000  # structs; in one another they may be more than memory holds
+"""The builtin types, each with the value for an omitted one."""
+_MOST_MADE_UP: Final = 10_000  # structs; nested ones could exceed the memory
 _LONGEST_SHOWN: Final = 60  # characters of a wrong value in an error
 
 
 class FromJson:
     """Make values of an interface's types from JSON.
 
-    Members of a struct that are not given are zero, empty or false, as in a struct that Slice has just made;
-    `left_out` has their paths. Raises NaoError for a value that does not fit, with its place and the expected
+    Members of a struct that are not given are zero, empty or false, as in a new struct of Slice; `left_out`
+    has their paths. Raises NaoError for a value that does not fit, with its place and the expected
     type.
     """
 
@@ -51,11 +51,11 @@ class FromJson:
         self._made_up = 0
 
     def member(self, member: Member, value: Any, path: str) -> object:  # noqa: ANN401 - whatever JSON holds
-        """Return the value of a member or a parameter that JSON stands for."""
+        """Return the value of a member or a parameter for a JSON value."""
         return None if member.optional and value is None else self.make(member.type, value, path)
 
     def make(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
-        """Return the value of a type that JSON stands for."""
+        """Return the value of a type for a JSON value."""
         if kind in _ZEROS:
             try:
                 return msgspec.convert(value, self._types.of(kind))
@@ -78,7 +78,7 @@ class FromJson:
         return None if value is None else self._class(kind, value, path)
 
     def zero(self, kind: str) -> object:
-        """Return the value of a type that was given none."""
+        """Return the value of a type when none was given."""
         empty: object
         match self._schema.kind(kind):
             case "sequence":
@@ -92,9 +92,9 @@ class FromJson:
         return self.make(kind, empty, "")
 
     def _filled(self, struct: type[Any], type_id: str, value: Mapping[str, Any], path: str) -> object:
-        """Return a struct or an object of a class with members that JSON stands for.
+        """Return a struct or an object of a class for a JSON object of its members.
 
-        Without a path it is one that was left out itself.
+        Without a path, the whole struct was left out.
         """
         self._made_up += not path
         if self._made_up > _MOST_MADE_UP:
@@ -185,8 +185,8 @@ def is_bytes(schema: Schema, kind: str) -> bool:
 def to_json(value: object, of_bytes: Callable[[bytes], Json] | None = None) -> Json:
     """Return a value as JSON.
 
-    Enumerators become their names, bytes base64, numbers that JSON lacks null. With `of_bytes`, which returns
-    something else for bytes, it is for reading, and such numbers stay.
+    Enumerators become their names, bytes base64, numbers that JSON lacks null. With `of_bytes`, another
+    conversion of bytes, the value is for people, and such numbers stay.
     """
     match value:
         case IntEnum():

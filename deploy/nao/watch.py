@@ -1,4 +1,4 @@
-"""Follow a stream: its rate, age, size and losses, and what it brings."""
+"""Follow a stream: its rate, age, size and losses, and its values."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
 _MOST_WAITING: Final = 1024  # samples that were received and not yet handled
 _FEW_WAITING: Final = 4  # of samples that may be images
-_LOOK: Final = 0.1  # s after which it is looked whether the end has come
+_LOOK: Final = 0.1  # s between two checks for the end
 _WINDOW: Final = 5.0  # s over which rates, intervals and ages are taken
-_SILENCE: Final = 2.0  # s after which the view says that nothing comes
+_SILENCE: Final = 2.0  # s after which the view reports that nothing arrives
 
 
 def watch(
@@ -66,7 +66,7 @@ def watch(
     """Follow the stream that an address names until `count` samples, `seconds`, or Ctrl-C; 0 is no limit.
 
     At most `rate` samples a second are taken, if that is given. Raises NaoError when there is no such
-    stream, and whatever a call raises when its servant is not there at the beginning.
+    stream, and the exceptions of a call when its servant is offline at the beginning.
     """
     with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address, streamed=True)
@@ -82,7 +82,7 @@ def watch(
 
 
 class StreamStatistics:
-    """Count what a stream brings; rates and ages are those of the last five seconds."""
+    """Count the samples of a stream; rates and ages are those of the last five seconds."""
 
     def __init__(self) -> None:
         self.received = 0
@@ -109,7 +109,7 @@ class StreamStatistics:
         return [after[0] - before[0] for before, after in itertools.pairwise(self._arrivals)]
 
     def rate(self) -> float | None:
-        """Return how many samples came a second; None before the second."""
+        """Return the samples per second; None before the second sample."""
         intervals = self.intervals()
         return len(intervals) / sum(intervals) if sum(intervals) > 0 else None
 
@@ -119,7 +119,7 @@ class StreamStatistics:
         return [age for _, age in self._arrivals]
 
     def silence(self) -> float:
-        """Return the seconds since the newest came, or since the beginning."""
+        """Return the seconds since the newest sample arrived, or since the beginning."""
         return time.monotonic() - self._last
 
     def _forget(self, now: float) -> None:
@@ -129,7 +129,7 @@ class StreamStatistics:
 
 @dataclass(slots=True)
 class _Watched:
-    """A stream that is followed until `left` samples have come, `limit` has passed, or `stop` is set."""
+    """A stream that is followed until `left` samples have arrived, `limit` has passed, or `stop` is set."""
 
     proxy: DynamicProxy
     name: str
@@ -147,7 +147,7 @@ class _Watched:
 
     @property
     def title(self) -> str:
-        """The stream as it is typed."""
+        """The stream as users type it."""
         return f"{self.proxy.identity}.{self.name}"
 
     def follow(
@@ -246,7 +246,7 @@ def _show(watched: _Watched, *, with_values: bool) -> None:
 
 @contextmanager
 def _logs_above() -> Iterator[None]:
-    """Let logs on stderr go to what the view has put in its place: it takes them, and moves down."""
+    """Send logs to the stream that the view has put in the place of stderr: they appear above the view."""
     handlers = [each for each in logging.getLogger().handlers if type(each) is logging.StreamHandler]
     before = [handler.setStream(sys.stderr) for handler in handlers]
     try:

@@ -1,1 +1,1 @@
-"""Certificates and settings with which robots and people on a network know one another."""
+"""Certificates and settings with which robots and people on a network identify each other."""

@@ -1,7 +1,7 @@
 """A folder with an authority, its certificates for mutual TLS, and the settings that go with them.
 
 The authority serves a laboratory or a class: its key is a file beside the certificates. Anybody with
-that key can become anybody, so it belongs on no robot and on no router.
+that key can impersonate anybody, so it must not be on a robot or a router.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _CLOCKS_APART: Final = timedelta(minutes=10)  # by which the clocks of two machi
 _AUTHORITY_VALID: Final = timedelta(days=3650)
 _AUTHORITY: Final = "authority"
 _ROUTER: Final = "router"
-_ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - the router is there to be reached by other machines
+_ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - other machines must reach the router
 
 _CLIENT_ROLES: Final = ("robot", "operator", "student")  # with which the file of a router begins
 
@@ -102,7 +102,7 @@ class SecurityFolder:
         """Make everything for a router, a robot, an operator and students; return the files of settings.
 
         `hosts` are the names and addresses by which others reach the router; they connect to the first.
-        Raises ConfigurationException for a realm that is none, SecurityFilesError for such a host.
+        Raises ConfigurationException for an invalid realm, SecurityFilesError for an invalid host.
         """
         Settings(realm=realm)
         if (self.path / "authority.key").exists():
@@ -266,7 +266,7 @@ class _Authority:
 
         `name` is the common name, by which access is granted. With `hosts`, the names and addresses under
         which others reach it, the certificate is also valid for a listener; without, only for a client.
-        Raises SecurityFilesError for a name or a host that is none.
+        Raises SecurityFilesError for an invalid name or host.
         """
         key = ec.generate_private_key(ec.SECP256R1())
         usages = [ExtendedKeyUsageOID.CLIENT_AUTH]

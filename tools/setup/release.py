@@ -1,6 +1,6 @@
 """Build the distributions of a release and check them: `make release` writes dist/, and uploads nothing.
 
-The version stands in pyproject.toml alone. CHANGELOG.md has a section with it and its date.
+Only pyproject.toml has the version. CHANGELOG.md has a section with it and its date.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ReleaseError(Exception):
 
 
 def run(*command: str | Path, cwd: Path = ROOT) -> str:
-    """Return what a command prints; raises ReleaseError, with that, when it fails."""
+    """Return the output of a command; raises ReleaseError, with the output, when it fails."""
     environment = {**os.environ, "PIP_CONSTRAINT": str(ROOT / "constraints.txt")}
     environment.pop("PYTHONPATH", None)
     done = subprocess.run(
@@ -123,9 +123,9 @@ def check_editor(programs: Path, folder: Path) -> None:
 
 
 def write_sbom(python: Path, path: Path) -> None:
-    """Write what an environment holds, and what is vendored, as an SBOM of CycloneDX.
+    """Write the packages of an environment and the vendored libraries as an SBOM of CycloneDX.
 
-    It names no addresses: those of the environment are of this machine. What builds environments is left out.
+    It has no addresses: those of the environment belong to this machine. Build tools are left out.
     """
     tool = Path(sys.executable).with_name("cyclonedx-py")
     options = ["--pyproject", str(ROOT / "pyproject.toml"), "--output-reproducible", "--spec-version", "1.6"]

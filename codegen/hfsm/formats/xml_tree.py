@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
-from xml.parsers import expat  # xml.sax would load urllib.request, for as long as all the rest takes
+from xml.parsers import expat  # xml.sax would load urllib.request, which takes as long as all the rest
 
 from ...diagnostics import Diagnostics, Location
 from ..codes import Code
@@ -103,7 +103,7 @@ class _DocumentTypeFound(ValueError):
 
 
 class _TreeBuilder:
-    """Makes a tree of what the parser finds.
+    """Builds a tree from the events of the parser.
 
     The parser does not buffer texts, so that the place of their first character is known. It refuses a
     document type, without which there are no entities.

@@ -108,7 +108,7 @@ def _check(model: Model, events: frozenset[str], uses: list[list[Use]], budget: 
 
 
 def _agreed(report: ModelReport, likely: ModelReport, doubtful: tuple[Note, ...]) -> ModelReport:
-    """Return what holds whatever the code does that cannot be followed.
+    """Return the results that hold whatever the code that cannot be followed does.
 
     In `report` that code may do anything, so that its impossible and proved results are certain. In `likely`
     it does nothing, so that the runs found there are possible. All other results are undecided.

@@ -42,7 +42,7 @@ class Step:
 class Counterexample:
     """The steps from the start until a property is violated, at `ends_ms`.
 
-    If it is violated because something never comes, the steps from the index `repeats` may repeat forever:
+    If it is violated because something never happens, the steps from the index `repeats` may repeat forever:
     the first round lasts from `repeats_ms` to `ends_ms`. If nothing more has to happen, `repeats` is the
     number of steps, and both times are equal.
     """

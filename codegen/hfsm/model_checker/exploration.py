@@ -1,7 +1,7 @@
 """Explore the nodes of a transition system within a budget: all of them, or until a run is found.
 
 `Exploration` is the only search: in the order of time, or new configurations first. `find` searches for a run
-to a configuration, `find_avoiding` for a run in which no such configuration comes.
+to a configuration, `find_avoiding` for a run in which no such configuration occurs.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Budget:
 class Run:
     """A run of the automata of a system: `start`, then the moves.
 
-    If it goes on forever by repeating itself, `repeats` is the index of the first move that repeats, or the
+    If it continues forever by repeating itself, `repeats` is the index of the first move that repeats, or the
     number of moves if nothing more has to happen. Otherwise the run ends at `ends`, in ns.
     """
 
@@ -76,7 +76,7 @@ class Outcome:
 class Exploration:
     """The nodes of a system that are reached in the first `within` ns.
 
-    They come in the order of time or, with `is_new`, first those that follow a new configuration.
+    They are in the order of time or, with `is_new`, first those that follow a new configuration.
     """
 
     def __init__(

@@ -9,7 +9,7 @@
     state        = [ "#" id "/" ] name { "/" name }
     automaton    = "#" id | state that owns it
 
-A name that is not one plain word, or is one of the words above, stands in double quotes.
+A name that is not one plain word, or is one of the words above, must be in double quotes.
 """
 
 from __future__ import annotations

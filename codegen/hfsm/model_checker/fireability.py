@@ -1,8 +1,8 @@
 """Bound what each automaton can do, one by one: cheap for any number of automata.
 
 The environment of an automaton may wake it or make it a ghost at any time, and send any event that may come
-from outside or from code that may run. That is more than is possible, so that what is missing here is missing
-in every run. Times are active times in ns since the automaton began.
+from outside or from code that may run. This allows too much, so that anything missing here is missing in
+every run. Times are active times in ns since the automaton began.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _running(
 class Fireability:
     """The transitions that may fire and the states that may be entered, by automaton.
 
-    `finishing` are the automata that may finish, `events` the events that may come.
+    `finishing` are the automata that may finish, `events` the events that may arrive.
     """
 
     model: Model
@@ -89,7 +89,7 @@ class Fireability:
 
 
 def analyze(model: Model, outside: frozenset[str]) -> Fireability:
-    """Return the most that the automata of a model can do when events come from `outside`.
+    """Return the most that the automata of a model can do when events arrive from `outside`.
 
     What they need from each other, events and finished children, grows from nothing to a fixed point.
     """

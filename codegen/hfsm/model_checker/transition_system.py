@@ -1,8 +1,8 @@
 """Describe the exact behavior of several automata, cycle by cycle, for all values of their guards.
 
-A node is a configuration and the cycle that comes next: which automaton runs, and when. Cycles in which
-nothing can change are skipped. What the runtime does in virtual time is a path through these nodes, and every
-path is what it does for some values of the guards.
+A node is a configuration and its next cycle: which automaton runs, and when. Cycles in which
+nothing can change are skipped. Each run in virtual time is a path through these nodes, and each path is a run
+for some values of the guards.
 """
 
 from __future__ import annotations
@@ -358,7 +358,7 @@ def _missing(configuration: Configuration, state: _State, waited: int) -> int:
 
 
 def _choices(enabled: list[TransitionModel]) -> Iterator[Choice]:
-    """Yield the possible outcomes of a cycle. Only the event that fires comes: others wait in the queue."""
+    """Yield the possible outcomes of a cycle. Only the event that fires arrives: others wait in the queue."""
     needs: list[Conjunction] = [transition.needs or () for transition in enabled]
     events = {transition.event: (transition.needs or ())[0][0] for transition in enabled if transition.event}
     for place, transition in enumerate([*enabled, None]):

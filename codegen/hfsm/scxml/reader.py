@@ -1,7 +1,7 @@
 """Read SCXML into the model of a document.
 
 A file that was exported here, and whose chart has not been changed since, gives the original document. Of any
-other file what has an equivalent here is imported, and the rest is reported.
+other file, everything with an equivalent here is imported, and the rest is reported.
 
 In SCXML a transition can lead from any state to any other, and into inner states. Here it connects two states
 of one automaton, and an automaton that is entered starts in its initial state, or continues.
@@ -40,7 +40,7 @@ _PARTS: Final = {
 }
 _STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
 _APART: Final = 260.0
-"""Pixels between states that are beside each other."""
+"""Pixels between states that are next to each other."""
 _RETURN: Final = "200"
 """Time in ms in a state that waits before it returns: two cycles, in which the state above is left."""
 
@@ -166,11 +166,11 @@ class _Reader:
         add(code, message, place, notes)
 
     def _report_lost(self, element: XmlElement, message: str) -> None:
-        """Report what is not imported."""
+        """Report content that is not imported."""
         self.report(Code.SCXML_NOT_IMPORTED, element, message)
 
     def _report_difference(self, element: XmlElement, message: str) -> None:
-        """Report what is imported, but has another meaning in some cases."""
+        """Report content that is imported, but has another meaning in some cases."""
         self.report(Code.SCXML_DIFFERENT_MEANING, element, message)
 
     def document(self) -> Document | None:
@@ -466,7 +466,7 @@ def _join(origin: _State, destination: _State, transition: Transition, place: in
 
 
 def _position(number: int, count: int) -> tuple[float, float]:
-    """Return where a state is put on the canvas, in pixels: on a circle, so that arcs pass no other state.
+    """Return the position of a state on the canvas in pixels: on a circle, so that arcs pass no other state.
 
     With an odd number of corners, the arcs between different states have different middles.
     """

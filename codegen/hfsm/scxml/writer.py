@@ -1,7 +1,7 @@
 """Write a document as SCXML, the W3C's language of state charts (Recommendation of 1 September 2015).
 
-What SCXML can express is written as SCXML. The complete native document comes first, in an element of our
-namespace, so that the reader returns the same document.
+Everything that SCXML can express is written as SCXML. The complete native document comes first, in an element
+of our namespace, so that the reader returns the same document.
 """
 
 from __future__ import annotations
