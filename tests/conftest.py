@@ -29,8 +29,8 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectAdapter, initialize
 
-# How long an example takes says nothing on a busy machine. Every day the examples are the same, so that nobody
-# is stopped by what somebody else has done; other ones are tried when more are asked for.
+# On a busy machine the duration of an example means nothing. By default the examples are always the same, so that
+# nobody is stopped by a failure in others' code; TEST_EXAMPLES, which asks for more, also tries different ones.
 settings.register_profile(
     "busy",
     settings(),
@@ -51,7 +51,7 @@ DECISIVE = frozenset(
 )
 """Environment variables that change the tested code."""
 ONE_BY_ONE = "tests/e2e/"
-"""Where the longest tests are; they are also collected first."""
+"""The folder of the longest tests; they are also collected first."""
 
 
 def pytest_sessionfinish() -> None:
@@ -64,7 +64,7 @@ def pytest_sessionfinish() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
-    """Give workers files, so that what tests of a file share is made once, but one by one those that take long."""
+    """Give workers whole files, so that the fixtures of a file are made once, but long tests one by one."""
     from xdist.scheduler import LoadGroupScheduling
 
     class Scheduling(LoadGroupScheduling):  # type: ignore[misc]
@@ -74,8 +74,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
 
         def _assign_work_unit(self, node: Any) -> None:
             # Pages and unit tests keep processors busy, while others wait for robots that move in real time: one of
-            # three workers takes pages, and goes on with the last, the unit tests; all others take the first that
-            # are left. So there is always one that does not wait, and the end of the run, unit tests, never does.
+            # three workers takes pages, and then files from the end, the unit tests; all others take the first files
+            # that are left. So one worker never waits, and neither does the end of the run: it is unit tests.
             scopes = list(self.workqueue)
             if self.nodes.index(node) % 3 == 0:
                 chosen = scopes[0] if scopes[0].startswith(ONE_BY_ONE) else scopes[-1]
@@ -84,22 +84,22 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
             self.workqueue.move_to_end(chosen, last=False)
             super()._assign_work_unit(node)
 
-    # By itself it begins with what has most tests, and so ends with the longest tests.
+    # By default it begins with the files that have most tests, and so ends with the longest tests.
     config.option.loadscopereorder = False
     return Scheduling(config, log)
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Collect the tests without looking for garbage: they all stay, and the search takes a third of the time."""
+    """Collect the tests without garbage collection: they all stay, and it takes a third of the time."""
     gc.disable()
     try:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("MUJOCO_GL", "disable")  # MuJoCo looks for GLFW otherwise, while it is imported
+            patch.setenv("MUJOCO_GL", "disable")  # otherwise MuJoCo searches for GLFW while it is imported
             return (yield)
     finally:
-        gc.freeze()  # what was imported is not searched later, either
-        gc.set_threshold(2_000, 20, 100)  # and what tests make, less often: little of it is garbage
+        gc.freeze()  # later collections need not search what was imported
+        gc.set_threshold(2_000, 20, 100)  # and search less often what tests make: little of it is garbage
         gc.enable()
 
 
@@ -114,14 +114,14 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, o
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection_modifyitems() -> Generator[None, None, None]:
-    """Let one worker at a time pass: Hypothesis looks for constants in all modules, and saves them for the others."""
+    """Let workers pass one at a time: Hypothesis searches all modules for constants, and saves them for the others."""
     with alone(Path(__file__)):
         yield
 
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Wait until no other worker is in such a block for `path`, unless nothing is saved for the others."""
+    """Wait until no other worker is in such a block for `path`, unless no files are saved for the others."""
     if sys.dont_write_bytecode:
         yield
         return
@@ -147,7 +147,7 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
         patch.setenv("PYTEST_ADDOPTS", "-p no:anyio -p no:hypothesispytest")
         patch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
         patch.setenv("GIT_CONFIG_NOSYSTEM", "1")
-        # A shell has what runs in the background ignore signals, nohup too, and children inherit that.
+        # A shell makes background jobs ignore signals, as nohup does, and child processes inherit that.
         for number, handler in (
             (signal.SIGINT, signal.default_int_handler),
             (signal.SIGTERM, signal.SIG_DFL),
@@ -155,9 +155,9 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
         ):
             if signal.getsignal(number) is signal.SIG_IGN:
                 signal.signal(number, handler)
-        # A machine may be busy for 2 s, and longer than an image of a simulation may take.
+        # A busy machine may delay calls by 2 s, and images of a simulation beyond their time limit.
         patch.setenv("VISUALHFSM_TIMEOUT", str(CALL_LIMIT))
-        # Before each command that a test runs, typer would build those beside it again.
+        # For each command that a test runs, typer would otherwise build its app with all subcommands again.
         patch.setattr("typer.testing._get_command", lru_cache(maxsize=16)(typer.main.get_command))
         if find_spec("mujoco") and any(each.get_closest_marker("gl") for each in session.items):
             from naoserver_sim import cameras
@@ -169,7 +169,7 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
 
 @pytest.fixture(scope="session", autouse=True)
 def leaks() -> Iterator[Leaks]:
-    """Look after what the tests start, and fail if the fixtures of the whole run leave something behind."""
+    """Track what the tests start, and fail if the fixtures of the whole run leave something behind."""
     with watched_leaks() as leaks, leaks.check("the tests of this process"):
         yield leaks
 

@@ -54,7 +54,7 @@ FEATURES_OFF: Final = (
     "PreconnectToSearch",
 )
 FLAGS: Final = (
-    "--no-sandbox",  # that of Chromium does not work for root in a container
+    "--no-sandbox",  # Chromium's sandbox does not work for root in a container
     *("--disable-gpu", "--disable-dev-shm-usage"),
     "--renderer-process-limit=1",  # a window stays in its process, which keeps the files of the page
     f"--disable-features={','.join(FEATURES_OFF)}",
@@ -62,7 +62,7 @@ FLAGS: Final = (
 )
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
 COLOR_RULES: Final = ("color-contrast", "link-in-text-block")
-"""All rules of axe about colors but that of level AAA, which it leaves out by itself."""
+"""All rules of axe about colors except the one of level AAA, which axe leaves out by default."""
 
 expect.set_options(timeout=PAGE_LIMIT * 1000)
 
@@ -74,7 +74,7 @@ DRAWN_AT_SIZE: Final = """async ([width, height]) => {
     await frame();
 }"""
 
-# One question instead of one for each state: the page itself looks again with each frame.
+# One request instead of one for each state: the page itself checks again with each frame.
 STATES_ARE: Final = """names => {
     const states = [...document.querySelectorAll("hfsm-canvas .state")];
     const isShown = (state, name) =>
@@ -91,7 +91,7 @@ KEEP_NOTICES: Final = """
 
 
 def chromium_path() -> str | None:
-    """Return the path of Chromium, best of the one that has no windows, or None if it is not installed."""
+    """Return the path of Chromium, preferably of the headless one, or None if it is not installed."""
     return os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, COMMANDS)), None)
 
 
@@ -152,8 +152,8 @@ KEEP_CONNECTIONS: Final = """
 class Connections:
     """The websockets between a page and its server, which can be cut.
 
-    The page itself closes them. If the test passed on all that they carry, it would do so only while it talks to the
-    browser, and what the page sends would wait until then.
+    The page itself closes them. If the test relayed their messages, it would do so only while it talks to the browser,
+    and messages from the page would wait until then.
     """
 
     def __init__(self, page: Page) -> None:
@@ -177,13 +177,13 @@ class EditorPage:
         self.editor = editor
         self.mishaps: list[str] = []
         self.spent = False
-        """Whether the window was changed for good, such as its clock: then no other test has it."""
+        """Whether the window was changed for good, such as its clock: then no other test may use it."""
         page.on("pageerror", self._note_error)
         page.on("console", self._note_message)
         page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
 
     def leave(self) -> None:
-        """Listen no longer: the window will show something else, unless it is spent."""
+        """Stop listening: the window will show something else, unless it is spent."""
         self.page.remove_listener("pageerror", self._note_error)
         self.page.remove_listener("console", self._note_message)
         if self.spent:
@@ -222,7 +222,7 @@ class EditorPage:
         expect(radio).to_be_checked()
 
     def dismiss(self, notices: Locator) -> None:
-        """Take away notices, which cover what is below them; what has the focus keeps it."""
+        """Close notices, which cover the elements below them, without moving the focus."""
         notices.locator(".close").evaluate_all("all => all.forEach((each) => each.click())")
 
     def press(self, *keys: str) -> None:
@@ -231,7 +231,7 @@ class EditorPage:
             self.page.keyboard.press(key)
 
     def edit_code(self) -> None:
-        """Show the code of what is selected, and wait for the focus: it comes late, and would go away from others."""
+        """Show the code of the selected element, and wait for the focus, which arrives late and would leave other fields."""
         self.press("Shift+Enter")
         expect(self.page.locator(".side:focus-within")).to_have_count(1)
 
@@ -250,7 +250,7 @@ class EditorPage:
         self.press("Enter")
 
     def resize(self, width: int, height: int) -> None:
-        """Give the window another size, and wait until it is drawn so: then all has followed that watches sizes."""
+        """Resize the window, and wait until it is drawn: then everything that watches sizes has adapted."""
         self.page.set_viewport_size({"width": width, "height": height})
         self.page.evaluate(DRAWN_AT_SIZE, [width, height])
 
@@ -323,8 +323,8 @@ class EditorPage:
     def violations(self, *areas: str) -> list[str]:
         """Return what axe finds wrong in the page, or in those of some areas that are shown.
 
-        It looks at the theme that is shown. Only colors differ in the other one, so there it checks the colors again.
-        The page stays in that one, as to draw it once more takes time too.
+        It checks the theme that is shown. In the other one only colors differ, so it checks only the colors there.
+        The page stays in that theme, because drawing it once more takes time, too.
         """
         if self.page.evaluate("!window.axe"):
             self.page.evaluate(AXE.read_text("utf-8"))
@@ -333,8 +333,8 @@ class EditorPage:
         return found + self._violations(areas, {"runOnly": COLOR_RULES})
 
     def _violations(self, areas: Sequence[str], options: dict[str, Any]) -> list[str]:
-        # For what is not asked for, axe lists one element of each rule instead of all. Parsing all style sheets once
-        # more would take a third of its time, and serves only a rule that is off, as it is experimental.
+        # Of results that are not requested, axe lists one element of each rule instead of all. Parsing all style sheets
+        # again would take a third of its time, and serves only a rule that is off because it is experimental.
         found: list[str] = self.page.evaluate(
             """async ([areas, options]) => {
               const shown = areas.filter((each) => document.querySelector(each)).map((each) => [each]);
@@ -374,9 +374,9 @@ def editor_page(
 
 @functools.cache
 def idle_windows(browser: Browser) -> list[Page]:
-    """Return the windows that no test has at present.
+    """Return the windows that no test uses at present.
 
-    Each is the only one of its context. It keeps the files of the editor's page in its memory, and its process.
+    Each is the only one of its context. It keeps its process, and the files of the editor's page in its memory.
     """
     return []
 
@@ -389,7 +389,7 @@ def new_context(browser: Browser) -> BrowserContext:
 @contextlib.contextmanager
 def window(browser: Browser, origin: str, width: int, height: int, cached: bool) -> Iterator[Page]:
     """Provide a window that remembers nothing or, if `cached`, nothing but unchanging files."""
-    cached = cached and not PAGE_COVERAGE  # code that is compiled already has no counters of its branches
+    cached = cached and not PAGE_COVERAGE  # code from the cache is compiled, without counters of its branches
     idle = idle_windows(browser) if cached else []
     page = idle.pop() if idle else new_window(browser)
     page.set_viewport_size({"width": width, "height": height})
@@ -415,7 +415,7 @@ def new_window(browser: Browser) -> Page:
 
 
 def forget(page: Page, origin: str) -> None:
-    """Leave a page, and let its window forget it, all that it has stored, and how it was used."""
+    """Leave a page, and clear all that its window remembers: the page, its storage and how it was used."""
     page.evaluate("sessionStorage.clear()")
     page.unroute_all()
     page.goto("about:blank")

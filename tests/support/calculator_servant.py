@@ -11,7 +11,7 @@ from zenoh_ice import Current
 from zenoh_ice.servant import ServedObject
 
 if TYPE_CHECKING:
-    import pytest  # which a server's process, one of the many, does not need
+    import pytest  # the processes of servers do not need it
 
 
 class Mute(Exception):
@@ -110,7 +110,7 @@ class CalculatorI(Scientific):
 
 
 def drains(monkeypatch: pytest.MonkeyPatch, *, limit: float) -> list[float]:
-    """Wait for running calls for some s at most; note for how many s those of each servant are waited for."""
+    """Wait for running calls for at most `limit` s; return a list that notes the wait in s for each servant."""
     monkeypatch.setattr("zenoh_ice.servant._DRAIN_LIMIT", limit)
     noted: list[float] = []
     drain = ServedObject.drain

@@ -108,14 +108,14 @@ def transition_structure(
 
 
 def ball_mark(u: float, v: float, label: str = "green ball") -> Mark:
-    """Return the mark of a ball that is so far from the center of a picture of 320 x 240 pixels."""
+    """Return the mark of a ball at an offset from the center of a picture of 320 x 240 pixels."""
     return Mark("Camera", 159.5 + u, 119.5 + v, label)
 
 
 def snapshot(time: float, ball: tuple[float, float] | None = (12.5, -3.25)) -> ComponentSnapshot:
     """Return the states of the component at a time, by its document: 10 s following, 10 s dancing, ...
 
-    While it follows it marks its ball, so far from the center of the picture; without one it marks nothing.
+    While it follows, it marks its ball, at an offset from the picture's center; without one it marks nothing.
     """
     turns, in_root = divmod(time, PERIODS[1])
     root = 1 + int(turns) % 2

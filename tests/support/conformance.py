@@ -58,7 +58,7 @@ def simulated(options: ServerOptions | None, body: Body = H25) -> Iterator[Robot
 
 @contextmanager
 def fake_as_naoqi(body: Body = H25) -> Iterator[str]:
-    """Serve the robot without physics as NAOqi does; the URL is where."""
+    """Serve the robot without physics as NAOqi does; yield its URL."""
     from naoserver_qi import serve_as_naoqi
 
     behind = FakeRobot(body=body)

@@ -225,7 +225,7 @@ class Window:
         return self._next
 
     def ask(self, op: str, **fields: Any) -> Any:
-        """Send a request, take in what comes, and return the answer; raises Refused."""
+        """Send a request, take in messages, and return the answer; raises Refused."""
         return self.answer(self.send(op, **fields))
 
     def answer(self, number: int) -> Any:
@@ -317,7 +317,7 @@ class SharedChecks(CheckProcess):
 
 
 SHARED_CHECKS: Final[list[SharedChecks]] = []
-"""What checks for all editors, if anything does."""
+"""The process that checks for all editors, if there is one."""
 
 
 @contextlib.contextmanager

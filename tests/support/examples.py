@@ -1,4 +1,4 @@
-"""How many examples a property is tried with: enough for every day, and more on request."""
+"""The number of examples for a property: enough for every day, and more on request."""
 
 from __future__ import annotations
 
@@ -15,5 +15,5 @@ def examples(count: int) -> int:
 
 
 def more_asked_for() -> bool:
-    """Return whether TEST_EXAMPLES asks for more than every day."""
+    """Return whether TEST_EXAMPLES asks for more examples than by default."""
     return float(_TIMES or "1") > 1.0

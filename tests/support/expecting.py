@@ -1,4 +1,4 @@
-"""Expect something of an element once it is there."""
+"""Make assertions about an element once it exists."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from playwright.sync_api import Error, Locator, expect
 __all__ = ["awaited_elements"]
 
 _WITHOUT_ELEMENT: Final = ("not_", "to_be_hidden", "to_have_count")
-"""Beginnings of the names of what may hold of an element that is not there."""
+"""Prefixes of the assertions that may hold without the element."""
 
 
 class _Awaiting:
@@ -28,7 +28,7 @@ class _Awaiting:
             return assertion
 
         def assert_of_element(*expected: object, timeout: float | None = None, **options: object) -> None:
-            if not (expected and isinstance(expected[0], list)):  # that is about any number of elements
+            if not (expected and isinstance(expected[0], list)):  # a list is about any number of elements
                 state: Literal["attached", "visible"] = "visible" if name == "to_be_visible" else "attached"
                 try:
                     self._locator.wait_for(state=state, timeout=timeout)
@@ -44,10 +44,10 @@ class _Awaiting:
 
 @contextlib.contextmanager
 def awaited_elements() -> Iterator[None]:
-    """Let `expect` wait for an element before it says something of it, within the block.
+    """Let `expect` wait for an element before it checks it, within the block.
 
-    Each time that it is not there yet, Playwright would describe the whole page in words, for an error that
-    nobody sees: that takes Chromium as long as it takes to draw the page several times.
+    Whenever the element is missing, Playwright would describe the whole page in words, for an error that nobody
+    sees: this takes Chromium as long as drawing the page several times.
     """
     genuine = type(expect).__call__
 

@@ -1,4 +1,4 @@
-"""What a generated package holds, found by importing all of it."""
+"""The definitions of a generated package, found by importing all of it."""
 
 from __future__ import annotations
 

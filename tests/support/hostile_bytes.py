@@ -48,7 +48,7 @@ _LEAVES: tuple[Any, ...] = (
     (),
     Pairs(),
     Packed(b"\xc1"),  # a byte that MessagePack does not use
-    Packed(b"\xa2\xff\xfe"),  # no UTF-8
+    Packed(b"\xa2\xff\xfe"),  # not UTF-8
     Packed(b"\xa3\xed\xa0\x80"),  # half a surrogate pair
     Packed(b"\xd4\x05x"),  # an extension of one byte
     Packed(b"\xd7\xff" + b"\xff" * 8),  # a timestamp
@@ -70,7 +70,7 @@ _LEAVES: tuple[Any, ...] = (
 
 @cache
 def bombs() -> tuple[bytes, ...]:
-    """Return payloads that are to cost their receiver a multiple of what they are."""
+    """Return payloads meant to cost their receiver many times their size."""
     return (
         b"\x91" * 100_000,
         b"\x81\xa1a" * 100_000,
@@ -224,7 +224,7 @@ def _packed(value: Any) -> bytes:
 
 
 def _pair(pair: Any) -> tuple[Any, Any]:
-    """Return what became of an entry of a map as one: changes may have left it something else."""
+    """Return a changed entry of a map as a pair: the changes may have made it something else."""
     if isinstance(pair, tuple) and len(pair) == 2:
         return pair
     return ("a", pair)

@@ -47,8 +47,8 @@ Thing: TypeAlias = threading.Thread | psutil.Process | Opened
 class Leaks:
     """Find what the tests within a scope leave behind: threads, child processes and Zenoh sessions.
 
-    What is older than a test may start more during it: a pool grows, a communicator's first call needs a thread
-    for its replies. That belongs to what is older, and the wider scope looks whether it ends with that.
+    Things older than a test may start others during it: a pool grows, a communicator's first call needs a thread
+    for its replies. These belong to the older thing, and the wider scope checks that they end with it.
     """
 
     def __init__(self) -> None:

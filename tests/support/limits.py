@@ -1,7 +1,7 @@
-"""How long tests wait for what is promised: each limit is a promise of an idle machine, times one factor.
+"""How long tests wait for expected events: each limit is a promise for an idle machine, times one factor.
 
-`TEST_PATIENCE=2 pytest` fails what keeps its promise only because the limits are long, on a machine that does
-nothing else. Without it the factor is 10, and more on a busy machine.
+`TEST_PATIENCE=2 pytest`, on a machine that does nothing else, finds promises that are kept only because the limits
+are long. Without it the factor is 10, and more on a busy machine.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Payloads that are no CDR of their type, or only by chance."""
+"""Payloads that are not CDR of their type, except by chance."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def shared_memory(
     tokens: Callable[[Callable[[str, bool], object]], object] | None = None,
     on_unreadable: Callable[[], object] = lambda: None,
 ) -> SharedMemory:
-    """Return what a process of a realm shares in which `NEAR` is the only client.
+    """Return the shared memory of a process in a realm whose only client is `NEAR`.
 
     `tokens` gets the function that takes the tokens of other clients instead.
     """

@@ -1,6 +1,6 @@
 """Documents for the model checker, also random ones, and the runtime that plays them.
 
-A document becomes automata of the real runtime whose guards say what a script wants.
+A document becomes automata of the real runtime whose guards return what a script wants.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ class Fired(NamedTuple):
 class Player(Observer):
     """A document on the real runtime, in virtual time, and its record.
 
-    `guard` says what guards come to, and `present` which events arrive just before a cycle.
+    `guard` returns the values of guards, and `present` the events that arrive just before a cycle.
     """
 
     def __init__(

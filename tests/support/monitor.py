@@ -132,7 +132,7 @@ def run_again(shown: EditorPage) -> None:
 
 
 def comes_true(shown: EditorPage, condition: str, argument: object = None) -> None:
-    """Wait until a function of JavaScript, which may be async, returns something true: the page itself looks again."""
+    """Wait until a function of JavaScript, which may be async, returns a true value: the page itself polls it."""
     shown.page.evaluate(
         f"""async ([argument, limit]) => {{
           const end = performance.now() + limit;
@@ -159,5 +159,5 @@ def expect_current(shown: EditorPage, name: str, *words: str) -> None:
 
 
 def expect_breakpoint(shown: EditorPage, state: str, words: str = "breakpoint") -> None:
-    """Wait until a state is described so."""
+    """Wait until a state's description has `words`."""
     expect(shown.state(state)).to_have_attribute("aria-label", re.compile(words))

@@ -19,13 +19,13 @@ from tests.support.places import ROOT
 __all__ = ["PAGE_COVERAGE", "recorded"]
 
 PAGE_COVERAGE = os.environ.get("PAGE_COVERAGE")
-"""The folder of what is recorded, if anything is."""
+"""The folder for the coverage, if it is recorded."""
 STATIC = ROOT / "visualhfsm" / "web" / "static"
 
 
 @contextlib.contextmanager
 def recorded(page: Page) -> Iterator[None]:
-    """Write the coverage of a page like Node.js with NODE_V8_COVERAGE, if it is asked for."""
+    """Write the coverage of a page like Node.js with NODE_V8_COVERAGE, if PAGE_COVERAGE is set."""
     if not PAGE_COVERAGE:
         yield
         return

@@ -40,7 +40,7 @@ def edit(shown: EditorPage, state: str, label: str = "Code") -> Locator:
     shown.state(state).locator(".body").click()
     shown.press("Shift+Enter")
     code = shown.page.get_by_role("textbox", name=f"{label} of the state {state}")
-    code.wait_for()  # while something is not there, `expect` describes the whole page at each look
+    code.wait_for()  # while an element is missing, `expect` describes the whole page at each check
     expect(code).to_be_focused()
     shown.press("Control+End")
     return code
@@ -62,7 +62,7 @@ def adding(shown: EditorPage, noun: str) -> Locator:
 
 
 def show_list(shown: EditorPage, key: str, noun: str) -> None:
-    """Press the key that shows an empty list, and wait for the focus: it comes late, and would go away from entries."""
+    """Press the key that shows an empty list, and wait for the focus, which arrives late and would leave entries."""
     shown.press(key)
     expect(adding(shown, noun)).to_be_focused()
 

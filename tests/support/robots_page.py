@@ -76,7 +76,7 @@ def _survey(communicator: Communicator) -> dict[str, str]:
 
     Raises ZenohIceError when a server does not answer.
     """
-    # A wait for a missing servant is a wait until all servers have announced theirs.
+    # Waiting for a missing servant takes until all servers have announced their servants.
     communicator.presence.wait_for(Target(communicator.realm, "Nobody"), None, communicator.settings.timeout)
     served = {
         identity: communicator.presence.interfaces(Target(communicator.realm, identity))
@@ -117,7 +117,7 @@ def _joints(bodies: Served[nao.JointsPrx]) -> str:
 
 
 def _identities(suffix: str) -> Callable[[Served[Any]], str]:
-    """Return what names servants by the first part of their identities, the body's hinges by their number."""
+    """Return a function that names servants by the first part of their identities, the body's hinges by number."""
     hinges = {f"{hinge.name}{suffix}" for hinge in HINGES}
 
     def describe(servants: Served[Any]) -> str:
@@ -138,7 +138,7 @@ def _sonars(sonars: Served[nao.SonarPrx]) -> str:
 
 
 def _names(ask: Callable[[Any], Iterable[str]]) -> Callable[[Served[Any]], str]:
-    """Return what lists the names that servants answer."""
+    """Return a function that lists the names that servants answer."""
     return lambda served: _list(name for each in served.values() for name in ask(each))
 
 

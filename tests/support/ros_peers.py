@@ -1,7 +1,7 @@
 """Other implementations of ROS 2, in a separate environment: genuine rclpy, rosidl and zenoh-ros2-sdk.
 
-`make ros-peers` installs them. Tests that need them are skipped where they are not; tests/data/ros2 has what they were
-recorded to say, with which ours are always compared.
+`make ros-peers` installs them. Tests that need them are skipped where they are not installed; tests/data/ros2 has
+recordings of them, with which ours are always compared.
 """
 
 from __future__ import annotations
@@ -66,14 +66,14 @@ class Peer:
         self.process.stdin.flush()
 
     def next(self, limit: float = EVENT_LIMIT) -> dict[str, Any]:
-        """Return what it says next."""
+        """Return its next message."""
         try:
             return self.said.get(timeout=limit)
         except queue.Empty:
             raise AssertionError(f"the peer says nothing more; it said {self.other}") from None
 
     def close(self) -> None:
-        """End it."""
+        """End the node."""
         assert self.process.stdin is not None
         self.process.stdin.close()
         try:

@@ -12,8 +12,8 @@ A file of tests/data/slice_cases holds cases like
     ++ a.ice
     module m { struct S { int a; }; };
 
-`--` begins the inside of a module `m`, `==` a whole file, `++` a file beside it. In brackets stands where the first
-error is, and behind a bar where ours is when it differs on purpose: `[ok | main.ice:1]`.
+`--` begins the content of a module `m`, `==` a whole file, `++` another file next to it. Brackets have the place of
+the first error and, after a bar, the place of ours where it differs on purpose: `[ok | main.ice:1]`.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from tests.support.limits import RUN_LIMIT
 AVAILABLE = find_spec("IcePy") is not None
 
 # Compiles each file of a list in a separate process, forked from one that has loaded the compiler: starting
-# slice2py for each takes far longer, and in one process a file that is refused spoils those behind it.
+# slice2py for each takes far longer, and in one process a refused file affects the files after it.
 _WORKER = """
 import IcePy, json, os, signal, sys, tempfile
 

@@ -11,7 +11,7 @@ from zenoh_ice import VirtualClock, ZenohIceError
 
 __all__ = ["ClockStalledException", "SteppedClock"]
 
-_POLL: Final = 0.002  # s of wall time between looks at what notifies nobody: events, and threads that end
+_POLL: Final = 0.002  # s of wall time between checks of what notifies nobody: events, and threads that end
 _NANOSECONDS: Final = 1_000_000_000
 
 

@@ -113,7 +113,7 @@ class Door:
     """An entry point for bytes from other processes."""
 
     sound: Sequence[bytes]
-    """What is accepted."""
+    """Inputs that it accepts."""
     take: Callable[[bytes], bool]
     """Accept or refuse some bytes; return which. Raises AssertionError for any other behavior."""
 
@@ -272,7 +272,7 @@ def _references() -> Door:
     return Door([msgspec.msgpack.encode(_SENT), msgspec.msgpack.encode(other)], take)
 
 
-# What is known of others.
+# Information about other processes.
 
 
 def _tokens() -> Door:
@@ -489,7 +489,7 @@ _MAKERS: Final[dict[str, Callable[[], Door]]] = {
     "settings": _settings,
 }
 DOORS: Final = tuple(_MAKERS)
-"""The names of all."""
+"""The names of all doors."""
 
 
 @cache
