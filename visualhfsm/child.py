@@ -1,6 +1,6 @@
-"""Processes that answer questions, and end with this one.
+"""Child processes that answer questions, and end with this process.
 
-Such a process isolates work that may take long or fail. A question is a line, and its answer is a line. It
+Such a process isolates work that may take long or fail. Questions and answers are one line each. The process
 ends when its input ends. It must not run code of a document; its time and memory are limited.
 """
 
@@ -22,9 +22,9 @@ from typing import Final
 _MEMORY: Final = 4 << 30
 """Limit of the memory of a process that answers questions, in bytes."""
 _NEW_OBJECTS: Final = 100_000
-"""New objects after which it looks for garbage; with Python's 700, a quarter of its time went into that."""
+"""New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
 _END: Final = 2.0
-"""Seconds in which it must be gone after SIGKILL."""
+"""Limit in seconds for the process to end after SIGKILL."""
 
 
 def child_environment(include: Iterable[Path] = ()) -> dict[str, str]:
@@ -41,9 +41,9 @@ class NoAnswerError(Exception):
 
 
 class LineProcess:
-    """A module that runs in a process, with one question at a time; it is started when it is first needed.
+    """A module that runs in a process and answers one question at a time; started on first use.
 
-    Safe to be used from several threads: each waits for its turn.
+    Thread-safe: callers wait for their turn.
     """
 
     def __init__(self, module: str) -> None:
@@ -53,7 +53,7 @@ class LineProcess:
         self._closed = False
 
     def ask(self, question: bytes, patience: float) -> bytes:
-        """Return the answer to a question, a line without its end, within `patience` s.
+        """Return the answer to a question, a line without its newline, within `patience` s.
 
         Raises NoAnswerError.
         """
@@ -70,7 +70,7 @@ class LineProcess:
                 raise
 
     def close(self) -> None:
-        """End the process; a question that waits is not answered."""
+        """End the process; waiting questions are not answered."""
         self._closed = True
         process = self._process
         if process is not None:
@@ -89,7 +89,7 @@ class LineProcess:
         return _read_line(process.stdout.fileno(), until)
 
     def _start(self) -> subprocess.Popen[bytes]:
-        # Not the directory of the documents, but only ours is searched for modules: -P.
+        # With -P, modules are not imported from the working directory, which may contain documents.
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", self._module],
             stdin=subprocess.PIPE,
@@ -106,7 +106,7 @@ class LineProcess:
         process.kill()
         for stream in (process.stdin, process.stdout):
             if stream is not None:
-                with contextlib.suppress(OSError):  # what was not sent yet has no reader
+                with contextlib.suppress(OSError):  # unsent data has no reader any more
                     stream.close()
         process.wait(_END)
 
@@ -117,7 +117,7 @@ def answer_lines(answer: Callable[[bytes], bytes]) -> None:
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     os.nice(5)
-    gc.freeze()  # what was imported stays
+    gc.freeze()  # imported modules are never garbage
     gc.set_threshold(_NEW_OBJECTS)
     for line in sys.stdin.buffer:
         output.write(answer(line) + b"\n")

@@ -75,7 +75,7 @@ class _Python2Converter:
         """Why nothing can be fixed: the library is missing."""
 
     def document(self) -> Document:
-        """Return the document, after reporting what is in it."""
+        """Report the Python 2 in the document, and return it, fixed if requested."""
         pieces = [piece.text.text for piece in code_of(self._document, self._path)]
         trees = (parse_piece(self._fixed(code) or "") for code in pieces)
         self._bound = frozenset[str]().union(*(bound_names(tree) for tree in trees if tree is not None))
@@ -134,14 +134,14 @@ class _Python2Converter:
 
 
 def _first_difference(old: str, new: str) -> int:
-    """Return where the word begins in which two lines first differ."""
+    """Return the beginning of the first word in which two lines differ."""
     ends = (place for place, pair in enumerate(zip(old, new, strict=False)) if pair[0] != pair[1])
     place = next(ends, min(len(old), len(new)))
     return len(old[:place].rstrip(_WORD))
 
 
 def _divisions(code: str) -> Iterator[tuple[int, int]]:
-    """Yield where code divides with `/`: the line from 1, the column from 0."""
+    """Yield the positions of divisions with `/` in code: line from 1, column from 0."""
     try:
         for token in tokenize.generate_tokens(io.StringIO(code).readline):
             if token.string in ("/", "/="):

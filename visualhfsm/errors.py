@@ -12,15 +12,15 @@ ErrorKind = Literal[
     "unsaved",  # closing would lose changes: ask, then close with discard
     "exists",  # a file exists: ask, then save with overwrite
     "outside",  # the file was changed by another program: ask, then resolve
-    "busy",  # too much at a time
+    "busy",  # too much at once
     "timeout",  # it took too long
     "internal",  # an internal error; the log says more
 ]
-"""What the editor's page gets of an error beside its text."""
+"""The kinds of errors, which the editor's page gets in addition to their texts."""
 
 
 class VisualHfsmError(Exception):
-    """The root of what the command reports in one line."""
+    """The base class of errors that the command reports in one line."""
 
     kind: ClassVar[ErrorKind] = "refused"
 

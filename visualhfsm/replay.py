@@ -70,7 +70,7 @@ def replay(
     """
     if since is not None and document is None:
         raise typer.BadParameter("--from needs the DOCUMENT that takes over", param_hint="DOCUMENT")
-    from visualhfsm.replaying import replay_recording  # which takes long to import
+    from visualhfsm.replaying import replay_recording  # slow to import
 
     outcome = replay_recording(
         recording,

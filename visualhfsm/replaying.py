@@ -245,7 +245,7 @@ def outcome_lines(outcome: Outcome) -> Iterator[str]:
     elif not outcome.divergences:
         yield f"{did}: the same states"
     else:
-        # 0 has the differing events of the component: mostly one that is counted anyway.
+        # 0 is the component, with differing events: most often of an automaton that is counted anyway.
         count = len({found.automaton for found in outcome.divergences} - {0}) or 1
         yield f"{did}: {count} {'automaton behaves' if count == 1 else 'automata behave'} otherwise"
         yield ""

@@ -64,8 +64,8 @@ def find_worlds() -> list[World]:
 class Robots:
     """At most one robot's server, with the processes that move its balls. Used on the event loop only.
 
-    What can be requested raises VisualHfsmError. `settings` are those by which the processes find the editor;
-    `endpoints` are those at which others look for a robot.
+    All requests raise VisualHfsmError. With `settings`, the processes find the editor; at `endpoints`, other
+    programs look for a robot.
     """
 
     def __init__(self, publish: Publish, settings: Settings, endpoints: Sequence[str] = ()) -> None:
@@ -91,7 +91,7 @@ class Robots:
 
     @property
     def state(self) -> Robot:
-        """What the page shows of the robot."""
+        """The robot as the page shows it."""
         seen = self._presence
         moving = any(mover.is_running for mover in self._movers.values())
         return Robot(
@@ -108,7 +108,7 @@ class Robots:
         )
 
     def observe(self, presence: RobotPresence) -> None:
-        """Take what is known of the robot of the realm now."""
+        """Update the state of the realm's robot."""
         if self._stopping or (presence.present and time.monotonic() - self._left_at < _LEAVING):
             return
         self._left_at = -_LEAVING
@@ -121,7 +121,7 @@ class Robots:
         self._report()
 
     async def simulate(self, simulation: Simulation) -> None:
-        """Start a simulated robot, in place of the one that was started here; return before it is there."""
+        """Start a simulated robot, replacing the one that was started here; return before it is present."""
         if simulation.world not in {world.name for world in await asyncio.to_thread(find_worlds)}:
             raise VisualHfsmError(f"the simulation has no world {simulation.world[:40]}")
         if not _SPEED.fullmatch(simulation.speed) or simulation.speed.strip("0.") == "":
@@ -135,10 +135,10 @@ class Robots:
         await complete(self._start("simulation", "", "naoserver_sim", options))
 
     async def connect(self, address: str, start: str) -> None:
-        """Connect to a real robot by its host, such as nao.local; return before it is there.
+        """Connect to a real robot by its host, such as nao.local; return before it is present.
 
-        `start` is what it does then, as `--start` of `naoserver-naoqi`. One that stands up for it crouches in
-        the end.
+        `start` is its first action, as `--start` of `naoserver-naoqi`. A robot that stands up at the start
+        crouches at the end.
         """
         match = _ADDRESS.fullmatch(address)
         if match is None:
@@ -155,13 +155,13 @@ class Robots:
         await complete(self._move_balls(moving=moving))
 
     async def end(self) -> None:
-        """End what was started here."""
+        """End the robot that was started here."""
         if not self._kind:
             raise VisualHfsmError("this robot was not started here: end it where it was started")
         await complete(self._stop())
 
     async def close(self) -> None:
-        """End everything, a real robot as it was requested; what takes too long is killed."""
+        """End everything, a real robot as requested; processes that take too long are killed."""
         try:
             await self._stop()
         finally:
@@ -180,7 +180,7 @@ class Robots:
             self._last_error = ""
             self._report()
             client = self._settings.mode == "client"
-            # Where others look for it, if that is free and on this machine.
+            # The endpoint where others look for it, if that is free and on this machine.
             listen = [] if client else [f"--listen={free_endpoint(self._endpoints)}"]
             command = [sys.executable, "-P", "-m", module, *listen, *options]
             try:
@@ -193,7 +193,7 @@ class Robots:
             self._balls = asyncio.create_task(self._move_balls_when_ready())
 
     async def _stop(self) -> None:
-        """End what runs; the robot is not lost then."""
+        """End the running processes; the robot then does not count as lost."""
         if self._balls is not None:
             self._balls.cancel()
             await asyncio.wait({self._balls})
@@ -262,7 +262,7 @@ class Robots:
         self._report()
 
     def _end_of_mover(self, _code: int, stopped: bool) -> None:
-        """Report that the balls stand still, which is wanted again when their simulation has ended, too."""
+        """Report that the balls rest; if their simulation has ended, too, the next one moves them again."""
         if not stopped and self._server.is_running:
             self._simulation = msgspec.structs.replace(self._simulation, balls=False)
             self._report()

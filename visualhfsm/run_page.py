@@ -38,7 +38,7 @@ LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
 MOST_PICTURES: Final = 600
 """Pictures of all cameras together in one file; those of 320 x 240 take about 10 MB."""
 LARGEST: Final = 50 << 20
-"""Bytes of a file that is still opened and sent without trouble."""
+"""Limit in bytes of a file that can be opened and sent without trouble."""
 
 _LARGEST_MOMENTS: Final = 64 << 20
 """Bytes of the moments as JSON, which the browser unpacks; some minutes at 20 a second fit, longer runs have
@@ -55,7 +55,7 @@ _IMPORT: Final = re.compile(
 
 
 class Figure(msgspec.Struct, frozen=True):
-    """A figure that sums a run up."""
+    """A figure that summarizes a run."""
 
     name: str
     value: str

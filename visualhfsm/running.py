@@ -76,7 +76,7 @@ class RunningComponents:
     async def run(self, source: Source, arguments: Sequence[str], *, trial: bool = False) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
 
-        Two components of one name are one to everybody who follows them: the second one is refused.
+        Nobody could distinguish two components of the same name: the second one is refused.
         """
         name = source.component
         for tab, run in self._runs.items():
@@ -139,7 +139,7 @@ class _Generated:
 class _Run:
     """The component of the document of a tab as a child process, which can be restarted any number of times.
 
-    Its output and its changes are published on the event loop. It ends with `close`, on every way out.
+    Its output and its changes are published on the event loop. `close` ends it in every case.
     """
 
     def __init__(
@@ -153,11 +153,11 @@ class _Run:
         self._process = WatchedProcess(self._take, self._end)
         self._busy = asyncio.Lock()
         self.component = ""
-        """The name of what is started or runs; empty when nothing does."""
+        """The name of the component that starts or runs; empty when there is none."""
 
     @property
     def origins(self) -> Origins | None:
-        """The source map of what runs, or of what ran last if it was generated from unsaved changes."""
+        """The source map of the running component, or of the last one if it has unsaved changes."""
         generated = self._generated
         if generated is None or not (self._process.is_running or generated.unsaved):
             return None
@@ -333,8 +333,8 @@ class Origins:
     def find(self, line: str, *, automaton: int = 0, state: int = 0) -> Origin | None:
         """Return the piece of code that a line of output refers to; None for other documents'.
 
-        Of pieces that share a line of the document that of the `automaton` and the `state` is preferred, the
-        ids in a report of the component.
+        If pieces share a line of the document, that of the `automaton` and `state`, ids of a report of
+        the component, is preferred.
         """
         frame = _FRAME.match(line)
         if frame is not None:

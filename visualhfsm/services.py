@@ -1,4 +1,4 @@
-"""What the editor's server shares with its services: running, live data and code completion.
+"""Types that the editor's server shares with its services: running, live data and code completion.
 
 A service publishes events as messages of this module, which are sent to the page as they are; `publish` may
 be called from any thread and never blocks. Its methods run on the server's event loop and do not block it;
@@ -109,8 +109,8 @@ class Simulation(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 class Robot(Push, omit_defaults=True):
     """The robot of the realm, and what the editor runs for it.
 
-    `starting` is what was started here and is not there yet; `lost` is a robot that was there and that nobody
-    ended here.
+    A robot that is `starting` was started here and is not present yet; one that is `lost` was present, and
+    was not ended here.
     """
 
     status: Literal["none", "starting", "present", "lost", "stopping"] = "none"
@@ -118,19 +118,19 @@ class Robot(Push, omit_defaults=True):
     name: str = ""
     """The address of a real robot that was connected here."""
     speed: float = 0.0
-    """Robot seconds in a second of wall time, as measured."""
+    """Measured robot seconds per second of wall time."""
     since: float = 0.0
     """When it was lost, in s of wall time; 0 while it is not."""
     stopped: str = ""
     """Why its emergency stop is latched; empty while it is not."""
     started: Literal["", "simulation", "real"] = ""
-    """What was started here and runs."""
+    """The kind of robot that was started here and runs."""
     simulation: Simulation = Simulation()
     """The simulation that was last requested."""
     has_balls: bool = False
     """Whether it has balls that can be moved."""
     trouble: str = ""
-    """Why what was started here has ended."""
+    """Why the robot that was started here has ended, or is not seen."""
 
 
 class Snapshot(Push):
@@ -155,7 +155,7 @@ class Stale(Push):
 
 
 Publish = Callable[[Components | Robot | Snapshot | Structure | Stale | Output | RunPush], None]
-"""Send something to the page; of two values of one thing the older may be dropped, output never is."""
+"""Send a message to the page; of two values of the same thing the older may be dropped, but never output."""
 
 
 def free_endpoint(preferred: Iterable[str] = ()) -> str:

@@ -1,4 +1,4 @@
-"""Commands that run as children of this process and always end with it; what they write is reported."""
+"""Commands that run as children of this process and always end with it; their output is reported."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Lines:
 
 
 class LineReports:
-    """Make lines of what a `ChildProcess` writes, and report them a few times a second, on the event loop."""
+    """Split the output of a `ChildProcess` into lines, and report them on the event loop periodically."""
 
     def __init__(self, report: Callable[[Lines], None]) -> None:
         self._report = report
@@ -40,7 +40,7 @@ class LineReports:
         self._flush: asyncio.TimerHandle | None = None
 
     def __call__(self, descriptor: int, data: bytes) -> None:
-        """Take what was written; without data nothing more comes."""
+        """Take output; empty data marks its end."""
         name: Stream = "out" if descriptor == 1 else "err"
         *lines, rest = (self._rests[name] + data).rsplit(b"\n", _MOST_LINES)
         if len(lines) == _MOST_LINES:  # of a flood of lines, most are only counted
@@ -84,7 +84,7 @@ class WatchedProcess:
 
     @property
     def is_running(self) -> bool:
-        """Whether the process is there."""
+        """Whether the process runs."""
         return self._watch is not None and not self._watch.done()
 
     async def start(self, command: Sequence[str], environment: Mapping[str, str]) -> None:

@@ -24,16 +24,16 @@ _DOCUMENTED: Final = 24
 _DOCUMENTATION_TIME: Final = 0.3
 """Seconds for looking up documentation; other options are explained on request."""
 _TYPE_TIME: Final = 1.0
-"""Seconds for finding out what names stand for: all of numpy takes several."""
+"""Seconds for inferring the kinds of names: all of numpy takes several."""
 _LONGEST: Final = 2000
 _LONGEST_DETAIL: Final = 200
 _CALLABLE: Final = frozenset({"class", "function"})
 _STUBS: Final = Path(__file__).parent / "stubs"
-"""What jedi reads in place of modules that it does not understand."""
+"""Stubs that jedi reads in place of modules that it does not understand."""
 _OWN, _OUR, _INTERNAL = 2, 1, -1
 _COMPONENT: Final = frozenset({"clock", "log", "mark", "send", "sleep"})
 _HIDDEN: Final = ("_", "ice_")
-"""Names with these prefixes are offered once the prefix was typed."""
+"""Names with these prefixes are offered only after the prefix was typed."""
 _CASTS: Final = frozenset({"checkedCast", "uncheckedCast"})
 _KINDS: Final = {
     "class": "class",
@@ -52,7 +52,7 @@ jedi.settings.auto_import_modules = []
 
 
 class Completion(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Something that could follow; `type` is what CodeMirror calls it, `boost` moves it up in the list."""
+    """A completion; `type` is its kind in the terms of CodeMirror, `boost` moves it up in the list."""
 
     label: str
     type: str = ""
@@ -69,7 +69,7 @@ class Completions(msgspec.Struct, frozen=True, rename="camel"):
 
 
 class Signature(msgspec.Struct, frozen=True, rename="camel"):
-    """A call that is being typed: its parameters, and which of them the cursor is at, -1 for none."""
+    """A call that is being typed: its parameters, and the index of the one at the cursor, -1 for none."""
 
     name: str
     parameters: list[str]
@@ -79,7 +79,7 @@ class Signature(msgspec.Struct, frozen=True, rename="camel"):
 
 
 class Explanation(msgspec.Struct, frozen=True, rename="camel"):
-    """What a name in the code stands for: its parameters with what it returns, and its documentation."""
+    """The explanation of a name: its parameters and result, and its documentation."""
 
     name: str
     detail: str
@@ -135,7 +135,7 @@ def _signature(script: Any, call: Any) -> Signature:  # noqa: ANN401 - jedi's
 
 
 def explain(module: TypedComponent, path: Path, line: int, column: int) -> Explanation | None:
-    """Return what the name at a position stands for; None when there is nothing to say."""
+    """Return the explanation of the name at a position, or None when there is none."""
     for found in _ask(module, path, lambda script: script.help(*module.position(line, column))):
         detail = _detail(found) if _type(found) in _CALLABLE else ""  # as in completion
         documentation = "" if _type(found) == "keyword" else _documentation(found)
@@ -145,7 +145,7 @@ def explain(module: TypedComponent, path: Path, line: int, column: int) -> Expla
 
 
 def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # noqa: ANN401 - jedi's
-    """Return the rank of a name after a text, None for a name that is of no use there.
+    """Return the rank of a name after a text, None for a name that is useless there.
 
     Names of the document itself come first, then what every component has.
     """
@@ -156,7 +156,7 @@ def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # no
         if found.name in module.internal_names:
             return None
         if not before.strip() and _type(found) == "statement" and found.parent().type == "class":
-            return None  # what the class of the component could override
+            return None  # a member that the component could override
     if of_self and found.name in COMPONENT_ALIASES:
         return None  # for documents of other dialects
     if of_self and found.name in _COMPONENT:
@@ -165,10 +165,10 @@ def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # no
 
 
 def _option(found: Any, boost: int, *, documented: bool, passed: float) -> Completion:  # noqa: ANN401 - jedi's
-    """Return a name with what can be said of it, `passed` s after the first one."""
+    """Return a name with its details, `passed` s after the first one."""
     detail, info = "", ""
     if documented and passed < _DOCUMENTATION_TIME:
-        # Nothing else is inferred: a variable may be all of numpy.
+        # Nothing else is inferred: that of a variable may load all of numpy.
         detail = _detail(found) if _type(found) in _CALLABLE else ""
         info = _documentation(found)
     kind = _type(found) if passed < _TYPE_TIME else ""
@@ -176,14 +176,14 @@ def _option(found: Any, boost: int, *, documented: bool, passed: float) -> Compl
 
 
 def _type(found: Any) -> str:  # noqa: ANN401 - jedi's
-    """Return what a name stands for, as jedi calls it; jedi fails on some names of numpy."""
+    """Return the kind of a name in the terms of jedi, which fails on some names of numpy."""
     with contextlib.suppress(Exception):
         return str(found.type)
     return ""
 
 
 def _detail(found: Any) -> str:  # noqa: ANN401
-    """Return the parameters of a function and what it returns."""
+    """Return the parameters and the result of a function."""
     with contextlib.suppress(Exception):
         signatures = found.get_signatures()
         if signatures:
@@ -199,29 +199,29 @@ def _documentation(found: Any) -> str:  # noqa: ANN401
 
 
 def _ask(module: TypedComponent, path: Path, question: Callable[[Any], list[Any]]) -> list[Any]:
-    """Return what jedi answers, or nothing when it fails."""
+    """Return the answers of jedi, none when it fails."""
     script = jedi.Script(
         module.source,
         path=path.with_name("_being_typed.py"),
         project=_project(path.parent, module.directories),
         environment=_environment(),
     )
-    # Which branch of an `if` runs depends on more than jedi sees, and it would infer all conditions for that.
+    # Flow analysis would infer all conditions, though the branch that runs depends on more than jedi sees.
     # Without it jedi fails on an ellipsis in an annotation, with it on other odd code.
     for flow_analysis in (False, True):
         script._inference_state.flow_analysis_enabled = flow_analysis
         try:
             return question(script)
         except (EOFError, pickle.UnpicklingError, RecursionError):
-            raise  # it keeps a broken file or code that is nested too deeply: a new process helps
-        except Exception:  # noqa: BLE001, S112 - it raises anything
+            raise  # a broken file in its cache, or code that is nested too deeply: a new process helps
+        except Exception:  # noqa: BLE001, S112 - jedi may raise anything
             continue
     return []
 
 
 @lru_cache(maxsize=8)
 def _project(directory: Path, packages: tuple[Path, ...]) -> Any:  # noqa: ANN401
-    # Compiled modules of the document's directory would be run to be looked into.
+    # Otherwise jedi would run compiled modules in the document's directory to inspect them.
     return jedi.Project(
         directory,
         sys_path=[str(_STUBS), *sys.path, str(directory), *map(str, packages)],

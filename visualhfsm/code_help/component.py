@@ -1,7 +1,7 @@
 """Generate the component around a piece of code that is being typed, for tools that read Python.
 
-The generator gets placeholders for all code, which may be unfinished; then the texts take their places. Of an
-automaton, only the piece is generated, after its variables and the other code that may assign variables.
+The generator gets placeholders for all code, which may be unfinished; the texts are then put in their places.
+Of an automaton, only the piece is generated, after its variables and other code that may assign variables.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ _READ_EASILY: Final = (
     (re.compile(r"^(    \w+) = Proxy\(.*, (\w+)\)$", re.MULTILINE), r"\1: \2"),
     (re.compile(r"^    (\w+) = Ros\(.*\)$", re.MULTILINE), rf"    \1: {class_of('')}\1"),
 )
-"""What the generator writes, and an equivalent that jedi understands, or reads in half the time."""
+"""Generated code, and an equivalent that jedi understands, or reads in half the time."""
 _COMPONENT: Final = re.compile(r'^class \w+\(.*Component, document=.*\n    """.*"""\n', re.MULTILINE)
 _WRITTEN: Final = re.compile(
     r"^ *(?:(?:def|class) (\w+)|(\w+) = State\(|from [\w.]+ import (.+))", re.MULTILINE
 )
-"""What binds names in a line of the generator."""
+"""Bindings of names in a line of the generator."""
 _LAST_WORD: Final = re.compile(r"\w+(?= *(?:,|$))")
 _DEFINED: Final = re.compile(r"^\s*def\s+(\w+)", re.MULTILINE)
 
@@ -82,13 +82,13 @@ class TypedComponent:
         return self.before + "\n".join(lines) + self.after
 
     def position(self, line: int, column: int) -> tuple[int, int]:
-        """Return the line and column in the source of those in the piece (line from 1, column from 0)."""
+        """Convert a line (from 1) and a column (from 0) of the piece to those of the source."""
         lines = self.source.split("\n")
         number = min(max(1, self.before.count("\n") + line), len(lines))
         return number, min(max(0, column + len(self.indent) - self._margin()), len(lines[number - 1]))
 
     def _margin(self) -> int:
-        """Return how many characters of white space all lines of the piece have on their left."""
+        """Return the width of the indentation that all lines of the piece share."""
         lines = self.code.split("\n")
         return min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
 
@@ -151,7 +151,7 @@ def generate_around(
 
 
 def _with_placeholders(automaton: Automaton, place: Place) -> Automaton:
-    """Return the automaton of a piece with placeholders for that, for its functions and for other code.
+    """Return the automaton of a piece with placeholders for the piece, its functions and other code.
 
     Other code stands before the piece, in the same function if that assigns something: jedi does not know
     `nonlocal`.
@@ -202,7 +202,7 @@ def _is_usable(interface: RosInterface, interfaces: KnownInterfaces) -> bool:
 
 
 def _around(source: str, placeholder: str) -> TypedComponent:
-    """Return what stands around the line with a placeholder; an expression gets separate lines."""
+    """Split a source at the line with a placeholder; an expression gets separate lines."""
     at = source.index(placeholder)
     start, end = source.rfind("\n", 0, at) + 1, source.find("\n", at)
     line = source[start:end]
@@ -210,7 +210,7 @@ def _around(source: str, placeholder: str) -> TypedComponent:
     if line.lstrip().startswith("return "):
         before, after = f"{source[:start]}{indent}return (\n", f"\n{indent}){source[end:]}"
         return TypedComponent(before, indent + INDENT, after)
-    after = f"\n{indent}pass{source[end:]}"  # a blank line belongs to what stands below it
+    after = f"\n{indent}pass{source[end:]}"  # or a blank last line would belong to the code below
     return TypedComponent(source[:start], indent, after)
 
 

@@ -44,10 +44,10 @@ def _keep_apart() -> None:
 
 
 def with_readable_files(question: Callable[[], T]) -> T:
-    """Return what a function returns; it is asked again without the kept files when one cannot be read.
+    """Return the result of a function; call it again without cached files when one cannot be read.
 
-    Such a file is being written by another process, or was left behind by one that was killed: the files go,
-    and this process keeps its own from now on.
+    Such a file is being written by another process, or was left behind by one that was killed. The cache is
+    deleted, and this process uses a separate one from then on.
     """
     try:
         return question()

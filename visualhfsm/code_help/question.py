@@ -1,4 +1,4 @@
-"""What the process that reads code is asked."""
+"""Questions to the process that reads code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Wanted = Literal["complete", "explain", "signature", "lint", "interfaces"]
 
 
 class Question(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What is asked: of the piece of code at a place of a document, which is given as its text.
+    """A question about the piece of code at a place of a document, which is given as its text.
 
     The document of `lint` contains the code; for the other questions it may contain any code at that place.
     `include` are directories with packages of interfaces.

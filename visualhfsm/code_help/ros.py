@@ -10,7 +10,7 @@ from codegen.hfsm.document import RosInterface
 from codegen.hfsm.ros import RosTypes
 
 _PREFIX: Final = "_Ros_"
-"""Names that begin with `_` are offered to nobody."""
+"""Completion does not offer names that begin with `_`."""
 _PLAIN: Final = {"bool": "bool", "float32": "float", "float64": "float", "string": "str", "wstring": "str"}
 _ARRAY: Final = re.compile(r"\[[^\]]*\]$")
 _MOST: Final = 200
@@ -31,7 +31,7 @@ def class_of(name: str) -> str:
 
 
 class _Messages:
-    """The classes of messages, made when they are named."""
+    """The classes of messages, created when they are first named."""
 
     def __init__(self, types: RosTypes) -> None:
         self._types: Final = types
@@ -47,7 +47,7 @@ class _Messages:
             return _PLAIN.get(plain, "int")
         if plain not in self._fields and len(self._fields) < _MOST:
             fields = self._types.fields(plain)
-            self._fields[plain] = {}  # a message cannot hold itself, but nobody has checked that
+            self._fields[plain] = {}  # in case a message contains itself, which is invalid but not checked
             self._fields[plain] = {name: self.name(each) for name, each in (fields or {}).items()}
         return _PREFIX + re.sub(r"\W", "_", plain)
 
@@ -66,7 +66,7 @@ class _Messages:
 
 
 def _ends(interface: RosInterface, messages: _Messages) -> Iterator[str]:
-    """Yield the class of an attribute, and those of what its methods return."""
+    """Yield the class of an attribute, and those of the results of its methods."""
     name, kind = interface.name, interface.type.strip()
     own = class_of(name)
     about = f"{interface.target.strip()} of ROS, {kind}".replace('"', "").replace("\\", "")

@@ -49,10 +49,10 @@ class CodeHelper:
     async def ask(
         self, wanted: Wanted, source: Source, place: Place, code: str, *, line: int = 1, column: int = 0
     ) -> Any:  # noqa: ANN401
-        """Return what is `wanted` of a piece of code; `line` counts from 1, `column` from 0.
+        """Answer a question about a piece of code; `line` counts from 1, `column` from 0.
 
-        `complete`: completions, best first; `explain`: what the name at the position stands for; `signature`:
-        the parameters of the call around it; `lint`: what is wrong with the code. None when there is no
+        `wanted` is `complete`: completions, best first; `explain`: explanation of the name at the position;
+        `signature`: the parameters of the call around it; `lint`: problems of the code. None when there is no
         answer, or when a newer question has replaced this one. Raises VisualHfsmError.
         """
         if len(code) > _LARGEST:
@@ -99,7 +99,7 @@ class CodeHelper:
         return msgspec.json.decode(line)
 
     def _context_of(self, document: Document, place: Place) -> str:
-        """Return the text of what is around a piece of code; it is the same while the piece is typed."""
+        """Return the text around a piece of code; it is the same while the piece is typed."""
         if self._context is None or self._context[0] is not document or self._context[1] != place:
             self._context = document, place, written(with_code(_around(document, place), place, ""))
         return self._context[2]
@@ -113,7 +113,7 @@ class _Desk:
         self._waiting: asyncio.Future[bool] | None = None
 
     async def enter(self) -> bool:
-        """Wait for the turn; return whether it came. If so, `leave` must be called."""
+        """Wait for the turn; return False when a newer question took it, else `leave` must be called."""
         if self._waiting is not None and not self._waiting.done():
             self._waiting.set_result(False)
         if not self._busy:

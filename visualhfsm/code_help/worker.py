@@ -26,7 +26,7 @@ from .parsed_files import keep_parsed_files, with_readable_files
 from .question import Question
 
 _INTERFACES_AGE: Final = 30.0
-"""Seconds after which generated interfaces are looked for again."""
+"""Seconds after which generated interfaces are searched again."""
 _MOST_PROBLEMS: Final = 100
 _FINDERS: Final = {"complete": complete, "explain": explain, "signature": signature}
 
@@ -69,7 +69,7 @@ def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
 
 
 def lint(document: str, path: Path, place: Place, include: Sequence[Path] = ()) -> list[Problem]:
-    """Return what is wrong with the piece of code at a place."""
+    """Return the problems of the piece of code at a place."""
     problems = find_problems(document, path, include, limit=0)
     return [found for found in problems if found.place == place][:_MOST_PROBLEMS]
 
@@ -122,7 +122,7 @@ def _document(text: str, path: Path) -> Document:
 
 @lru_cache(maxsize=16)
 def _around(text: str, place: Place, path: Path, include: tuple[Path, ...], _period: int) -> TypedComponent:
-    """Return what is around a piece of code; it is the same while the piece is typed."""
+    """Return the component around a piece of code; it is the same while the piece is typed."""
     return generate_around(_document(text, path), place, path, find_interfaces(path, include))
 
 

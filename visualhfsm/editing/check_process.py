@@ -22,9 +22,9 @@ _PATIENCE: Final = 20.0
 
 
 class CheckProcess:
-    """A process that checks documents, one after the other; it is started when it is first needed.
+    """A process that checks documents, one after the other; started on first use.
 
-    Safe to be used from several threads: each waits for its turn.
+    Thread-safe: callers wait for their turn.
     """
 
     def __init__(self, *, patience: float = _PATIENCE) -> None:
@@ -35,7 +35,7 @@ class CheckProcess:
     def find_problems(
         self, document: Document, path: Path | None, include: Sequence[Path] = ()
     ) -> list[Problem]:
-        """Return what is wrong in a document. Raises EditError when it cannot be written, or checked."""
+        """Return the problems of a document. Raises EditError when it cannot be written or checked."""
         text = written(document)
         for limit in (None, 0):
             if self._closed.is_set():

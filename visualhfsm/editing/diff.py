@@ -42,7 +42,7 @@ _UNSEEN: Final = frozenset(("attributes", "comments", "extras", "lists", "root_t
 
 
 class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
-    """One thing that differs: a whole one, or the `part` of one, with its text before and after.
+    """A difference: a whole element, or a `part` of one with its text before and after.
 
     Elements that the editor does not know are the part `other`.
     """
@@ -55,7 +55,7 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit
 
 
 def diff_documents(before: Document, after: Document) -> list[Difference]:
-    """Return what differs between two versions, in the order of the later one, which is `after`.
+    """Return the differences between two versions, in the order of `after`, the later one.
 
     Automata, states and transitions are matched by their ids, other things by their names.
     """
@@ -63,7 +63,7 @@ def diff_documents(before: Document, after: Document) -> list[Difference]:
 
 
 def differ(one: Document, other: Document) -> bool:
-    """Return whether two versions differ in more than where things stand."""
+    """Return whether two versions differ in more than positions."""
     return any(each.kind != "moved" for each in diff_documents(one, other))
 
 
@@ -118,7 +118,7 @@ def compared_fields(node: Node) -> list[str]:
 
 
 def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
-    """Return the place of an element of the field `name` of what is at `parent`."""
+    """Return the place of an element in the field `name` of the element at `parent`."""
     match item:
         case Automaton():
             return Place(kind="automaton", automaton=item.id)

@@ -1,4 +1,4 @@
-"""Places on the canvas: the default places of the handles of transitions, and moving things."""
+"""Positions on the canvas: default positions of the handles of transitions, and moving of elements."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _LOOP: Final = 90.0
 """Pixels from the middle of a state to the handle of a transition to itself."""
 _NEAR: Final = 30.0
 _CLEAR: Final = 52.0
-"""Pixels from the middle of a state that the arcs of others keep, where they can: the radius and a margin."""
+"""Pixels that arcs keep from the middles of other states where possible: the radius and a margin."""
 _TRIES: Final = 80
 _MOST_STATES: Final = 200
-"""States of the largest automaton in which arcs are kept off others: it takes time."""
+"""States of the largest automaton in which arcs avoid other states, which takes time."""
 
 _Placed = TypeVar("_Placed", State, Transition)
 
@@ -32,9 +32,9 @@ _Placed = TypeVar("_Placed", State, Transition)
 def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton:
     """Return an automaton with the handles of some transitions at their default places.
 
-    Each is a free one in the middle between both states, or beside it; that of a loop is above its state, or
-    around it. In an automaton of a usual size all handles stand apart, and no arc passes another state,
-    where that is possible.
+    A default place is a free one in the middle between both states, or beside it; that of a loop is above its
+    state, or around it. In an automaton of usual size all handles stay apart, and no arc crosses another
+    state, where that is possible.
     """
     states = {state.id: state for state in reversed(automaton.states)}
     is_usual = len(states) <= _MOST_STATES
@@ -106,7 +106,7 @@ def _free_place(
 
 
 def _is_clear(origin: State, destination: State, handle: Point, others: Sequence[Point]) -> bool:
-    """Return whether the arc through a handle, a parabola, keeps off other states."""
+    """Return whether the arc through a handle, a parabola, avoids other states."""
     chord = destination.x - origin.x, destination.y - origin.y
     middle = (origin.x + destination.x) / 2, (origin.y + destination.y) / 2
     bend = 2 * (handle[0] - middle[0]), 2 * (handle[1] - middle[1])

@@ -1,6 +1,6 @@
 """Find and change elements of a document; choose ids and names for new ones.
 
-Values are those that a file can hold.
+Only values that a file can hold are accepted.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def _only(items: Iterable[_NumberedT], id: int, what: str) -> _NumberedT:
 
 
 def with_automaton(document: Document, id: int, change: Callable[[Automaton], Automaton]) -> Document:
-    """Return a document in which one automaton is changed; itself when the change does nothing."""
+    """Return a document with one automaton changed, the same object when nothing changes."""
     former = find_automaton(document, id)
     new = change(former)
     return document if new is former else replace(document, automata=swapped(document.automata, former, new))

@@ -32,7 +32,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
     `description`, `onError`, `onRefused`, `world`, `language`, or a list, such as `parameters`; of an
     automaton `period`, `variables`, `functions`, `import` or the list `inputs`; of a state `name`,
     `entry`, `code`, `exit` or `argument`; of a transition `name`, `trigger`, `guard`, `fired` or
-    `priority`. It is blank for the thing itself. `index` is that in a list, `name` the field of an entry
+    `priority`. It is blank for the element itself. `index` is that in a list, `name` the field of an entry
     or the name of an argument, `child` the automaton that gets the argument.
     """
 
@@ -46,7 +46,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
 
 
 class Spot(NamedTuple):
-    """A place with the text that stands there, None for an element; line and column are 0 if unknown."""
+    """A place with its text, None for an element; line and column are 0 if unknown."""
 
     place: Place
     text: str | None
@@ -139,7 +139,7 @@ class Located(NamedTuple):
 
 
 class Locator:
-    """The way back from the lines of a file to the parts of the document that was read from it."""
+    """A map from the lines of a file to the parts of the document that was read from it."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -153,7 +153,7 @@ class Locator:
             self._owners.append(owner)
 
     def find(self, line: int, column: int) -> Located | None:
-        """Return what is at a position of the file, or None before the first known element."""
+        """Return the place at a position of the file, or None before the first known element."""
         index = bisect_right(self._starts, (line, column)) - 1
         if index < 0:
             return None
@@ -162,12 +162,12 @@ class Locator:
             return Located(spot.place, 0, 0)
         inside = line - spot.line
         if inside > spot.text.count("\n"):
-            # Behind this text stands something that the document does not name.
+            # The position is behind this text, in something that has no place in the document.
             return Located(self._owners[index], 0, 0)
         return Located(spot.place, inside + 1, column - spot.column + 1 if inside == 0 else column)
 
     def find_code(self, line: int, *, automaton: int = 0, state: int = 0) -> Located | None:
-        """Return the piece of code that has a line of the file, or None when there is none in it.
+        """Return the piece of code at a line of the file, or None when there is none.
 
         Several pieces may share a line. Then the piece of the `automaton` and its `state`, or of a transition
         at that state, is preferred as far as these are known; among equals the first wins.
@@ -229,7 +229,7 @@ class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 def search(document: Document, text: str, *, whole: bool = False) -> list[Hit]:
     """Return where a text occurs in names, code and all other typed text; the first 1000 places.
 
-    Case does not matter, unless it is to be a `whole` word.
+    Case matters only in the search for a `whole` word.
     """
     if not text:
         return []
@@ -237,7 +237,7 @@ def search(document: Document, text: str, *, whole: bool = False) -> list[Hit]:
 
 
 def pattern_for(text: str, *, whole: bool) -> re.Pattern[str]:
-    """Return what a search looks for."""
+    """Return the pattern of a search."""
     escaped = re.escape(text)
     return re.compile(rf"(?<!\w){escaped}(?!\w)") if whole else re.compile(escaped, re.IGNORECASE)
 
@@ -261,7 +261,7 @@ def _hits(document: Document, pattern: re.Pattern[str]) -> Iterator[Hit]:
 
 
 def _excerpt(line: str, at: int) -> tuple[str, int]:
-    """Return what is shown of a line around a place, and where the place is in that."""
+    """Return the excerpt of a line around a position, and the index of the position in it."""
     first = max(0, at - _LONGEST_EXCERPT // 2) if len(line) > _LONGEST_EXCERPT else 0
     cut = line[first : first + _LONGEST_EXCERPT]
     return cut.strip(), max(0, at - first - (len(cut) - len(cut.lstrip())))

@@ -1,6 +1,6 @@
 """Problems of a document as it would be saved now, with the places to jump to.
 
-The editor never waits for a check: this module is also the process in which `CheckProcess` does it.
+The editor never waits for a check: `CheckProcess` runs this module as a separate process.
 """
 
 from __future__ import annotations
@@ -74,10 +74,10 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
 def find_problems(
     text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
 ) -> list[Problem]:
-    """Return what is wrong in the text of a document, by severity; `path` is its file, if it has one.
+    """Return the problems of the text of a document, by severity; `path` is its file, if it has one.
 
-    The model checker looks at `limit` configurations, by default at as many as `check_document`. It may take
-    seconds: `CheckProcess` runs it in another process.
+    The model checker explores up to `limit` configurations, by default as many as `check_document`. It may
+    take seconds: `CheckProcess` runs it in another process.
     """
     file = path or Path.cwd() / _UNTITLED
     diagnostics = Diagnostics()
@@ -94,7 +94,7 @@ def find_problems(
 
 
 def _is_blank(document: Document | None) -> bool:
-    """Return whether nothing was drawn yet: then it is not reported that a document needs states."""
+    """Return whether nothing was drawn yet; missing states are then not reported."""
     return document is not None and not any(each.states or each.imported for each in document.automata)
 
 

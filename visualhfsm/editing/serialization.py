@@ -32,7 +32,7 @@ NATIVE: Final[str] = Dialect.NATIVE.value
 def copy_states(document: Document, automaton: int, states: Sequence[int]) -> str:
     """Return states as a fragment: with the transitions among them and all automata below them.
 
-    Raises EditError when a state is not there.
+    Raises EditError when a state does not exist.
     """
     source = find_automaton(document, automaton)
     chosen = {find_state(source, number).id for number in states}

@@ -1,4 +1,4 @@
-"""What the page draws: elements of a document as objects of JSON.
+"""Elements of a document as JSON objects, for the page to draw.
 
 An object has all fields of an element that the page can change, under their names in camelCase; the period of
 an automaton is `period`. `x` and `y` are pixels: of a state its middle, of a transition its handle.
@@ -23,7 +23,7 @@ _NAMES: Final[dict[tuple[type, str], str]] = {(Automaton, "iteration_time"): "pe
 def view(node: Node) -> dict[str, Any]:
     """Return an element with all below it; of a document all but its automata.
 
-    It depends on nothing else, so that it can be cached. An interface also has its effective `identity`.
+    The result depends on nothing else and can be cached. An interface also has its effective `identity`.
     """
     found = {name: _value(getattr(node, field)) for field, name in _SHOWN[type(node)]}
     if isinstance(node, Interface):

@@ -1,4 +1,4 @@
-"""Show the robot's cameras as JPEG: the newest image, encoded once for all who look, and former ones."""
+"""Show the robot's cameras as JPEG: the newest image, encoded once for all viewers, and earlier ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Cameras:
 
     def __init__(self, communicator: Communicator) -> None:
         self.former: Final = Pictures()
-        """Images that some window was shown."""
+        """Images that were sent to a window."""
         self._communicator = communicator
         self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
 
@@ -51,7 +51,7 @@ class Cameras:
                             yield jpeg
                         except VisualHfsmError as error:
                             _logger.warning("%s: %s", name, error)
-            except ZenohIceError:  # it is gone, or sends nothing: it may come back
+            except ZenohIceError:  # the camera is gone or sends nothing; it may come back
                 await asyncio.sleep(_PATIENCE)
 
     async def _encode(self, name: str, sample: Sample[ImageData]) -> bytes:

@@ -1,9 +1,9 @@
-"""What the page needs to draw the robot and its world in 3D: geometry, the world, then each moment.
+"""Data with which the page draws the robot and its world in 3D: geometry, the world, then each moment.
 
 The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
-ground truth, everything is placed by it. The first frame is `nao_h25.json`; of the others those with `world`
-have the shapes of the world, and every other one is a `BodyState`, all JSON. The page computes the places of
-the links (`static/monitor/body.js`).
+ground truth, it determines all places. All frames are JSON: the first is `nao_h25.json`, those with a field
+`world` contain the shapes of the world, and the others are a `BodyState`. The page computes the places of the
+links (`static/monitor/body.js`).
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ _FILE: Final = "nao_h25.json"
 
 
 class BodyState(msgspec.Struct, frozen=True):
-    """What is known of the robot and of what moves around it at one moment."""
+    """The robot and the movable objects around it at one moment, as far as they are known."""
 
     joints: dict[str, float]
     """Angles in rad; none while they are unknown."""
     tilt: float | None
     """The angle in rad between the torso's z axis and the vertical."""
     torso: Placement | None
-    """Where a simulation has the torso."""
+    """The place of the torso, known only in a simulation."""
     objects: dict[str, Placement]
-    """The balls and what else can move, by name, as far as they are known."""
+    """The balls and other movable objects by name, as far as they are known."""
 
 
 class PoseStream:
@@ -51,7 +51,7 @@ class PoseStream:
     async def frames(self) -> AsyncGenerator[bytes, None]:
         """Yield the geometry, the world, then states at most 30 times a second whenever they have changed.
 
-        When another world is there, it comes before the next state.
+        A new world is sent before the next state.
         """
         yield self._geometry
         world: Sequence[Shape] | None = None
@@ -68,6 +68,6 @@ class PoseStream:
             await asyncio.sleep(max(0.0, began + PERIOD - time.monotonic()))
 
     def state(self) -> BodyState:
-        """Return what is known now."""
+        """Return the present state, as far as it is known."""
         robot, world = self._robot, self._robot.world
         return BodyState(robot.joints(), robot.tilt(), world.torso(), world.objects())

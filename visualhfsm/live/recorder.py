@@ -1,6 +1,6 @@
-"""Record a component that is followed, to be looked at: what its monitor shows, its robot, and pictures.
+"""Record a followed component for viewing: the data of its monitor, its robot, and pictures.
 
-It only listens, and the file is written here: nothing in the realm can start a recording, or name its file.
+It only listens, and writes the file here: nothing in the realm can start a recording, or name its file.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ _MOST_CAMERAS: Final = 8
 class Recorder:
     """Record until `close`. Create it on the event loop. Raises VisualHfsmError.
 
-    `document` is the text of what runs, empty where it is not known; `pictures` are those of each camera in a
-    second, 0 for none.
+    `document` is the text of the running document, empty if unknown; `pictures` is the number of pictures per
+    second and camera, 0 for none.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Recorder:
             require_pillow()
         self._since = time.time()
         self.shown: Final[dict[str, object]] = {"recording": path.name, "since": self._since}
-        """What the page shows: the name of the file, and when it began, in s of wall time."""
+        """Fields for the page: the name of the file, and when the recording began, in s of wall time."""
         self._follower = follower
         self._communicator = follower.monitor.ice_getCommunicator()
         self._robot = robot
@@ -70,7 +70,7 @@ class Recorder:
         return other or gone or time.time() - self._since > _LONGEST
 
     def take(self, news: News) -> None:
-        """Record what is new of the component; called from any thread."""
+        """Record news of the component; called from any thread."""
         look = self._writer.look
         match news:
             case LiveStructure(structure=structure):
@@ -97,7 +97,7 @@ class Recorder:
     async def _take_picture(self, name: str) -> None:
         proxy = self._communicator.stringToProxy(name).ice_invocationTimeout(_PATIENCE)
         camera = CameraPrx.uncheckedCast(proxy)
-        with suppress(VisualHfsmError, ZenohIceError, UserException):  # the next picture may come
+        with suppress(VisualHfsmError, ZenohIceError, UserException):  # the next picture may succeed
             image = await asyncio.wrap_future(camera.getImageData.begin("RGB8"))
             at, shape = time.time(), image.description
             jpeg = await asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)

@@ -83,7 +83,7 @@ class RecordedRun:
     pictures: RecordedPictures
 
     def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> Run:
-        """Return what of it is exported, with the document that it shows. Raises VisualHfsmError."""
+        """Return the run to export, with the document that it shows. Raises VisualHfsmError."""
         pictures = self.pictures.spread(MOST_PICTURES)
         return Run(
             self.name, self.structure, self.log, document, imported, self.world, pictures, self.complete
@@ -108,7 +108,7 @@ class RecordedPictures:
         return sorted(self._places)
 
     def spread(self, most: int) -> dict[str, list[tuple[float, bytes]]]:
-        """Return pictures by camera as JPEG, each with its wall time: `most` at most, evenly over time."""
+        """Return at most `most` pictures as JPEG by camera, each with its wall time, evenly over time."""
         found = {}
         for camera, places in self._places.items():
             times = [place[0] for place in evenly(places, most // len(self._places))]
@@ -116,7 +116,7 @@ class RecordedPictures:
         return found
 
     def take(self, message: RawMessage) -> None:
-        """Note where an image is. Raises RecordingError when it has no hash."""
+        """Remember the place of an image in the file. Raises RecordingError when it has no hash."""
         attribute = message.topic.rpartition("/")[2]
         camera = self._identities.get(attribute, attribute)[:_LONGEST_TEXT]
         places = self._places.setdefault(camera, [])
@@ -125,7 +125,7 @@ class RecordedPictures:
             places.append((*found, message.kind is Picture))
 
     def at(self, camera: str, at: float) -> bytes | None:
-        """Return the last image of a camera up to a wall time as JPEG; None when there is none of about then.
+        """Return the last image of a camera up to a wall time as JPEG; None if there is none from about then.
 
         Raises VisualHfsmError when it is malformed, and MissingPackageError without Pillow.
         """
@@ -173,7 +173,7 @@ def open_recording(path: Path) -> RecordedRun:
 
 
 class _Automaton:
-    """What is known of one automaton at the moment that is being read."""
+    """The state of one automaton at the moment that is being read."""
 
     def __init__(self, id: int) -> None:
         self.snapshot = AutomatonSnapshot(
@@ -277,7 +277,7 @@ class _Run:
                     self.structure = found
 
     def _show(self, snapshot: Snapshot, at: float) -> None:
-        """Add a moment as somebody saw it who recorded the component."""
+        """Add a moment of a recording for viewing, which contains the snapshots themselves."""
         with suppress(msgspec.MsgspecError):
             component = msgspec.json.decode(snapshot.component, type=ComponentSnapshot)
             if is_sound(component):

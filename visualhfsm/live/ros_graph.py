@@ -1,4 +1,4 @@
-"""Look into the graph of ROS 2 for what a document could declare."""
+"""Read the graph of ROS 2 for interfaces that a document could declare."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _MOST: Final = 2000
 
 
 def read_ros_graph(settings: Settings) -> dict[str, Any]:
-    """Return the names in the graph with their types, and the types that are known by themselves.
+    """Return the names in the graph with their types, and all known types.
 
-    They are in `topics`, `services` and `actions`, and in `types` by `msg`, `srv` and `action`. It takes
-    about a second. Raises VisualHfsmError.
+    The names are in `topics`, `services` and `actions`, the known types in `types` by `msg`, `srv` and
+    `action`. It takes about a second. Raises VisualHfsmError.
     """
     what = "the graph of ROS cannot be read"
     try:
-        import ros2  # only who uses ROS needs what it needs
+        import ros2  # its dependencies are needed only with ROS
     except ImportError as error:
         raise VisualHfsmError(f"{what}: {error}") from error
     settings = structs.replace(ros2.DEFAULT_SETTINGS, connect=settings.connect, security=settings.security)

@@ -77,12 +77,11 @@ class Monitoring:
     """Follows and steers components. Create it on the event loop; it listens until `close`.
 
     Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
-    past by its component time), `series` (numbers over time), `picture` (what a
-    camera saw then), `facts` of the robot, `identities` in the
-    realm, `emergencyStop`, the operator's red button, which also ends all components,
-    `resetEmergencyStop`, and of a simulation `standRobot`, which puts the robot on its feet, `placeObject`
-    and `pushRobot`; from `facts` on they need no component. The past of an open recording is requested by the
-    name that `recording` returned.
+    past by its component time), `series` (numbers over time), `picture` (the
+    picture of a camera then), `facts` of the robot, `identities` in the realm, `emergencyStop`, the red
+    button of the operator, which also ends all components, `resetEmergencyStop`, and of a simulation
+    `standRobot`, which puts the robot on its feet, `placeObject` and `pushRobot`. Those from `facts` on need
+    no component. The past of an open recording is requested by the name that `recording` returned.
     """
 
     def __init__(
@@ -184,7 +183,7 @@ class Monitoring:
             await recorder.close()
 
     async def recording(self, path: Path) -> dict[str, Any]:
-        """Open the recording of a run; return what the page begins with, and the name to ask for more."""
+        """Open the recording of a run; return its first data, and the name for requesting more."""
         run = await asyncio.to_thread(open_recording, path)
         name = f"{_RECORDING}{next(self._numbers)}:{path.name}"
         while len(self._recordings) >= _MOST_RECORDINGS:
@@ -221,7 +220,7 @@ class Monitoring:
         return self._cameras.frames(name)
 
     def poses(self) -> AsyncGenerator[bytes, None]:
-        """Return first the robot's geometry as JSON, then what is known of it whenever that has changed."""
+        """Return the robot's geometry as JSON, then its state whenever that has changed."""
         return self._poses.frames()
 
     async def close(self) -> None:
@@ -294,7 +293,7 @@ class Monitoring:
         }
 
     async def _picture(self, component: str, camera: str, at: float) -> bytes | None:
-        """Return what a camera saw at a wall time as JPEG; None when that was not kept, or not recorded."""
+        """Return the picture of a camera at a wall time as JPEG; None when it was not kept or recorded."""
         run = self._recordings.get(component)
         if run is None:
             return self._cameras.former.at(camera, at)
@@ -420,7 +419,7 @@ async def stop_robot(communicator: Communicator) -> StopReport:
             failed[identity] = f"it did not confirm within {_ANSWER_LIMIT:g} s that it has stopped"
         elif (failure := answer.exception()) is not None:
             failed[identity] = str(failure)
-    # That the emergency stop is latched is published as long as it is, by `RobotMonitor.stop_reason`.
+    # As long as the emergency stop is latched, that is published with `RobotMonitor.stop_reason`.
     return StopReport([name for name in calls if name not in failed and name != "Safety"], failed)
 
 

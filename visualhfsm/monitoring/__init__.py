@@ -1,1 +1,1 @@
-"""What all views of running components share: their discovery, state and run log, and the robot's state."""
+"""The base of all views of running components: discovery, state and run log, and the robot's state."""

@@ -87,7 +87,7 @@ class Automata:
         return list(dict.fromkeys(events))
 
     def depth(self, automaton: int) -> int:
-        """Return how many automata are above one."""
+        """Return the number of automata above one."""
         return sum(1 for _ in self.ancestors(automaton))
 
     def path(self, automaton: int) -> list[str]:
@@ -107,7 +107,7 @@ class Automata:
     def rows(self) -> Iterator[StateRow]:
         """Yield every state in document order, each before the states of the automaton that it owns."""
         roots = [automaton for automaton in self.all if automaton.parent not in self._by_id]
-        # A structure with a cycle, which no component of ours sends, ends too: no automaton is visited twice.
+        # No automaton is visited twice: this ends even for a structure with a cycle, which is invalid.
         visited: set[int] = set()
         for root in roots[:1]:
             yield from self._rows_below(root, (), visited)

@@ -16,15 +16,15 @@ from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
 from zenoh_ice import Communicator, Sample
 
 _HIGHEST_RATE: Final = 50.0
-"""Limit of the snapshots per second that are published; of more, the newest is."""
+"""Limit of the published snapshots per second; of more, only the newest is published."""
 _AUTOMATA_A_SECOND: Final = 2_000
-"""Limit of the automata in them per second: the page cannot process more of a component of hundreds."""
+"""Limit of the automata in them per second, for large components: the page cannot process more."""
 _SILENT: Final = 1.0
 """Seconds without a snapshot after which a component is silent; it sends ten per second."""
 
 
 class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
-    """What does not change from moment to moment; `run` counts the times that the component was started."""
+    """The constant data of a component; `run` counts how many times it was started."""
 
     structure: ComponentStructure
     run: int
@@ -71,18 +71,18 @@ class Follower:
         self._heard = time.monotonic()
         self._heard_at = time.time()
         self._silent = False
-        self._order = threading.Lock()  # of snapshots and silences: the last one that was published holds
+        self._order = threading.Lock()  # of snapshots and silences: the last published one is valid
         self._rate = _HIGHEST_RATE
         self._subscription = self.monitor.getSnapshot.subscribe(self._on_snapshot, rate=self._rate)
 
     @property
     def log(self) -> RunLog:
-        """What the component has done since it was started or followed."""
+        """The log of the component since it was started or followed."""
         return self._log
 
     @property
     def structure(self) -> LiveStructure | None:
-        """What does not change; None until it is known."""
+        """The structure; None until it is known."""
         return self._structure
 
     @property
@@ -92,7 +92,7 @@ class Follower:
 
     @property
     def age(self) -> float:
-        """Wall seconds since its last snapshot, or since it is followed."""
+        """Wall seconds since its last snapshot, or since it was first followed."""
         return time.monotonic() - self._heard
 
     def close(self) -> None:
@@ -104,7 +104,7 @@ class Follower:
         self._breakpoints.forget()
 
     def update(self) -> None:
-        """Request what is missing, and publish what has changed."""
+        """Request missing data, and publish changes."""
         present = self.identity in self._communicator.identities()
         with self._order:
             self._set_silent(not present or self.age > _SILENT)
@@ -116,7 +116,7 @@ class Follower:
             self._breakpoints.forget()
         structure, breakpoints = self._polled_structure.poll(), self._breakpoints.poll()
         if structure is None or (breakpoints is None and not self._breakpoints.trouble):
-            return  # breakpoints that are not known yet must not be taken for none
+            return  # unknown breakpoints must not be published as none
         known = LiveStructure(structure, self._run, breakpoints or [], self._robot.cameras())
         if known != self._structure:
             self._structure = known
@@ -131,7 +131,7 @@ class Follower:
             self._subscription = self.monitor.getSnapshot.subscribe(self._on_snapshot, rate=rate)
 
     def _is_outdated(self) -> bool:
-        """Return whether the structure that is known is that of before a restart or a reload."""
+        """Return whether the known structure is from before a restart or a reload."""
         known, newest = self._polled_structure.value, self._log.newest
         return self._restarted or (
             known is not None and newest is not None and known.generation != newest.component.generation
@@ -143,9 +143,9 @@ class Follower:
             self._publish(self.silence)
 
     def _is_of_older(self, snapshot: ComponentSnapshot) -> bool:
-        """Return whether a snapshot is of another process that serves the same name, and was started earlier.
+        """Return whether a snapshot comes from an older process that serves the same name.
 
-        The younger one is followed as long as it sends; otherwise each would end the run of the other.
+        The newer one is followed as long as it sends; otherwise each would end the run of the other.
         """
         before = self._log.newest
         return before is not None and self.age <= _SILENT and snapshot.startedAt < before.component.startedAt

@@ -1,4 +1,4 @@
-"""Former images of the cameras, as JPEG: the newest that fit."""
+"""Earlier images of the cameras, as JPEG: the newest that fit."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ OLDEST: Final = 2.0
 """Seconds for which an image counts as that of a later moment."""
 
 _QUALITY: Final = 80
-"""Of 1 to 95; an image of 320 x 240 takes about 12 kB."""
+"""JPEG quality, from 1 to 95; an image of 320 x 240 takes about 12 kB."""
 _LARGEST: Final = 4096
-"""Most pixels of a side."""
+"""Limit of the width and the height in pixels."""
 _KEPT_BYTES: Final = 32 << 20
-"""Bytes of former images, of all cameras; at two a second and 12 kB those of 22 minutes of one camera."""
+"""Limit in bytes of the kept images of all cameras: 22 minutes of one camera at two of 12 kB a second."""
 _KEPT_INTERVAL: Final = 0.45
 """Wall seconds between two images of a camera that are kept."""
 
 
 class Pictures:
-    """Former images of the cameras, the newest that fit, by the wall time at which they came."""
+    """Earlier images of the cameras, the newest that fit, by the wall time at which they arrived."""
 
     def __init__(self, most_bytes: int = _KEPT_BYTES) -> None:
         self._most_bytes = most_bytes
@@ -49,14 +49,14 @@ class Pictures:
         return not 0.0 <= at - self._latest.get(camera, -math.inf) < _KEPT_INTERVAL
 
     def at(self, camera: str, at: float) -> bytes | None:
-        """Return the last image of a camera up to a wall time; None when there is none of about then."""
+        """Return the last image of a camera up to a wall time; None if there is none from about then."""
         for taken, name, jpeg in reversed(self._kept):
             if name == camera and taken <= at:
                 return jpeg if at - taken <= OLDEST else None
         return None
 
     def spread(self, most: int) -> dict[str, list[tuple[float, bytes]]]:
-        """Return what is kept by camera, each with its wall time: `most` at most, evenly over time."""
+        """Return at most `most` kept images by camera, each with its wall time, evenly over time."""
         found: dict[str, list[tuple[float, bytes]]] = {}
         for taken, camera, jpeg in evenly(self._kept, most):
             found.setdefault(camera, []).append((taken, jpeg))
@@ -64,7 +64,7 @@ class Pictures:
 
 
 def evenly(items: Iterable[T], most: int) -> list[T]:
-    """Return at most so many items, at equal distances."""
+    """Return at most `most` items, evenly spaced."""
     kept = list(items)
     return kept[:: -(-len(kept) // max(1, most)) or 1]
 

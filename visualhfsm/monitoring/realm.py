@@ -116,12 +116,12 @@ class PolledValue(Generic[T]):
         self._next = 0.0
 
     def forget(self) -> None:
-        """Call again: the server has changed."""
+        """Forget the answer and call again: the server has changed."""
         self.value = None
         self._pending = None
 
     def poll(self) -> T | None:
-        """Call if it is time to, read the answer if it has arrived, and return what is known."""
+        """Call if a call is due, read its answer if that has arrived, and return the known answer."""
         if self._pending is not None and self._pending.done():
             pending, self._pending = self._pending, None
             try:
@@ -139,7 +139,7 @@ class PolledValue(Generic[T]):
 class Newest(Generic[T]):
     """The newest sample of a stream, or None when it is older than `oldest` s or does not fit the interface.
 
-    A sample that does not fit is logged once, until one fits again, as this is read many times a second.
+    Only the first sample of a series that does not fit is logged, since this is read many times a second.
     """
 
     def __init__(self, read: Callable[[], Sample[T] | None], oldest: float = math.inf) -> None:
@@ -149,7 +149,7 @@ class Newest(Generic[T]):
         """Why the last sample does not fit."""
 
     def __call__(self) -> Sample[T] | None:
-        """Return it without waiting."""
+        """Return the sample without waiting."""
         try:
             sample = self._read()
         except MarshalException as error:

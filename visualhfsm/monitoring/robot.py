@@ -25,7 +25,7 @@ _PARTS: Final = frozenset({_BODY, "Health", "Head"})
 
 
 class RobotState(msgspec.Struct, frozen=True, rename="camel"):
-    """What is known of the robot; what is unknown or too old is empty."""
+    """The state of the robot; fields that are unknown or too old are empty."""
 
     joints: dict[str, float] = {}
     """Angles in rad by joint."""
@@ -35,9 +35,9 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """Pitch of the head in rad, positive downwards."""
     health: HealthReport | None = None
     torso: Placement | None = None
-    """Where a simulation has the torso."""
+    """The place of the torso, known only in a simulation."""
     objects: dict[str, Placement] = {}
-    """Where the balls are and what else can move, by name."""
+    """The places of the balls and other movable objects, by name."""
     trouble: str = ""
     """Why the joints of a present robot are unknown."""
 
@@ -53,7 +53,7 @@ class RobotPresence(NamedTuple):
     present: bool = False
     simulated: bool = False
     speed: float = 0.0
-    """Robot seconds in a second of wall time, as measured, in tenths."""
+    """Measured robot seconds per second of wall time, in tenths."""
     has_balls: bool = False
     """Whether it has balls that can be moved."""
     stopped: str = ""
@@ -61,7 +61,7 @@ class RobotPresence(NamedTuple):
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
-    """What does not change: the cameras' names, and the limits of the joints once they are known."""
+    """Constants: the cameras' names, and the limits of the joints once they are known."""
 
     cameras: list[str]
     limits: list[JointLimits]
@@ -86,7 +86,7 @@ class RobotMonitor:
         self.world: Final = WorldMonitor(communicator)
 
     def update(self) -> None:
-        """Request what is missing; without a robot nothing is requested."""
+        """Request missing data; without a robot, request nothing."""
         self.world.update()
         if _BODY in self._communicator.identities():
             self._names.poll()
@@ -96,7 +96,7 @@ class RobotMonitor:
             self._limits.forget()
 
     def facts(self) -> RobotFacts:
-        """Return what does not change."""
+        """Return the constants."""
         return RobotFacts(self.cameras(), list(self._limits.value or ()))
 
     def cameras(self) -> list[str]:
@@ -129,7 +129,7 @@ class RobotMonitor:
         simulated = clock is not None and clock.value.simulated
         factor = math.nan if health is None else health.value.realTimeFactor
         return RobotPresence(
-            present=simulated or factor != 0.0,  # the server of a real robot is there also while that is lost
+            present=simulated or factor != 0.0,  # the server stays present while a real robot is lost
             simulated=simulated,
             speed=round(factor, 1) if math.isfinite(factor) else 0.0,
             has_balls="BallRedMotors" in identities,
@@ -149,7 +149,7 @@ class RobotMonitor:
         return min((sample.age for sample in samples if sample is not None), default=math.inf)
 
     def read(self, *, stale: bool = False) -> RobotState:
-        """Return what is known now, without waiting; with `stale` also old values."""
+        """Return the present state without waiting; with `stale`, include old values."""
         oldest, oldest_health = (math.inf, math.inf) if stale else (STALE, _STALE_HEALTH)
         head, health = self._head(), self._health()
         pose = head.value if head is not None and head.age <= oldest else None

@@ -1,6 +1,6 @@
 """What a component did in one run: moments, changes of state, and numbers over time.
 
-All of it takes bounded memory: the oldest is dropped.
+Memory is bounded: the oldest entries are dropped.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _INTERVAL: Final = 0.05
 """Seconds of component time between two moments that are kept, unless a state changes."""
 _FASTEST: Final = 1
 _SAMPLE: Final = 20
-"""Of so many moments one is unpacked to estimate the size of all."""
+"""One of this many moments is unpacked to estimate the total size."""
 CAPACITY: Final = 18_000
 """Rows of numbers kept: half an hour at 10 a second."""
 MOST_COLUMNS: Final = 1000
@@ -107,7 +107,7 @@ class RunLog:
         return found if most is None else found[max(0, len(found) - most) :]
 
     def add(self, snapshot: LiveSnapshot) -> None:
-        """Add a moment; one that is not after the last only replaces it as the newest."""
+        """Add a moment; one that is not later than the last only becomes the newest."""
         time = snapshot.component.time
         with self._lock:
             before, self._newest = self._newest, snapshot
@@ -136,7 +136,7 @@ class RunLog:
     def moments(self, largest: int) -> list[tuple[float, bytes]]:
         """Return the moments as JSON, each with its component time.
 
-        When all would take more than about `largest` bytes, they are fewer, at equal distances.
+        If all would take more than about `largest` bytes, some are left out evenly.
         """
         with self._lock:
             kept = list(zip(self._times, self._packed, strict=True))
@@ -165,7 +165,7 @@ class RunLog:
             )
 
     def marked(self, camera: str) -> dict[str, list[tuple[float, float, float]]]:
-        """Return by label when and where something was marked on a camera's pictures: time, u and v."""
+        """Return the marks on a camera's pictures by label: time, u and v of each."""
         prefix = f"{_MARK}{camera}/"
         with self._lock:
             names = self._series.names
@@ -197,7 +197,7 @@ _MARK: Final = "mark."
 
 
 def is_sound(snapshot: ComponentSnapshot) -> bool:
-    """Return whether a snapshot can be one: of times in a run, and of not too many automata.
+    """Return whether a snapshot is plausible: its times are those of a run, and its parts are not too many.
 
     The log is searched by time, and any process in the realm may send anything.
     """
@@ -219,12 +219,12 @@ def _is_sound_mark(mark: Mark) -> bool:
 
 
 def numbers_of(snapshot: LiveSnapshot) -> dict[str, float]:
-    """Return all that can be plotted, by name.
+    """Return all numbers that can be plotted, by name.
 
     `4.corner` is a variable of automaton 4, `4:lastCycle` the wall seconds of its last cycle, `self.speed` a
-    parameter, `joint.HeadYaw` an angle in rad, `robot.lag` and its like are of the robot's server, and
-    `images.Camera` is the rate of a camera's images. `mark.Camera/ball.u` and `.v` are where something was
-    marked.
+    parameter, `joint.HeadYaw` an angle in rad, `robot.lag` and the like belong to the robot's server, and
+    `images.Camera` is the rate of a camera's images. `mark.Camera/ball.u` and `.v` are the position of a
+    mark.
     """
     found: dict[str, float] = {}
     for automaton in snapshot.component.automata:
@@ -257,7 +257,7 @@ class SeriesTable:
     def __init__(self, capacity: int = CAPACITY) -> None:
         self._rows: deque[tuple[float, array.array[float]]] = deque(maxlen=capacity)
         self._places: dict[str, int] = {}
-        """The place of each number in a row; rows from before it appeared are shorter."""
+        """The index of each number in a row; rows from before it appeared are shorter."""
 
     @property
     def names(self) -> list[str]:

@@ -1,6 +1,6 @@
 """The world around the robot: its shapes, and where things are, as far as a simulation reports them.
 
-Where no simulation reports the truth, the balls are placed by the encoders of what carries them.
+Without a simulation, the balls are placed by the encoders of the mechanisms that carry them.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from zenoh_ice import Communicator
 MOST_SHAPES: Final = 1000
 _MOST_OBJECTS: Final = 100
 _FARTHEST: Final = 1000.0
-"""Metres from the origin within which something is shown."""
+"""Metres from the origin within which objects are shown."""
 _LONGEST_NAME: Final = 64
 _STALE: Final = 2.0
 """Wall seconds after which a place is too old."""
 _DIGITS: Final = 4
-"""What moves by less than 0.1 mm is taken to rest."""
+"""Objects that move by less than 0.1 mm count as resting."""
 _BALLS: Final = ("BallGreen", "BallRed")
 _BALL_RADIUS: Final = 0.06
 _BALL_COLORS: Final = {"BallGreen": (0.02, 0.85, 0.05), "BallRed": (0.95, 0.02, 0.02)}
@@ -41,7 +41,7 @@ _DEFAULT: Final = tuple(
     Shape(name, "sphere", [_BALL_RADIUS, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [*color])
     for name, color in _BALL_COLORS.items()
 )
-"""The world where no simulation reports one: balls, of which those that are known are shown."""
+"""The world when no simulation reports one: balls, shown if their places are known."""
 
 
 class WorldMonitor:
@@ -59,10 +59,10 @@ class WorldMonitor:
         }
         self._reported = PolledValue(ScenePrx.uncheckedCast(proxy(_SCENE)).getShapes.begin)
         self.shapes: Sequence[Shape] = _DEFAULT
-        """What there is to be seen; another object once it has changed."""
+        """The shapes of the world; a new object after each change."""
 
     def update(self) -> None:
-        """Request the shapes of a simulation that has appeared; forget those of one that is gone."""
+        """Request the shapes of a simulation that has appeared; forget those of one that has left."""
         known = self._reported.value
         if _SCENE in self._communicator.identities():
             reported = self._reported.poll()
@@ -73,12 +73,12 @@ class WorldMonitor:
             self.shapes = _DEFAULT
 
     def torso(self) -> Placement | None:
-        """Return where a simulation has the torso; None while that is unknown."""
+        """Return the place of the torso in a simulation; None while it is unknown."""
         truth = self._truth()
         return None if truth is None else sound_placement(values_of(truth.value.torso))
 
     def objects(self) -> dict[str, Placement]:
-        """Return where everything is that can move, as far as it is known."""
+        """Return the places of all movable objects, as far as they are known."""
         truth = self._truth()
         if truth is None:
             carried = {name: self._carried(name) for name in self._encoders}
@@ -115,7 +115,7 @@ def _sound_shape(shape: Shape) -> Shape | None:
 
 
 def sound_objects(reported: Mapping[str, Sequence[float]]) -> dict[str, Placement]:
-    """Return the places of objects that can be ones, of no more objects than are shown."""
+    """Return the valid places of objects, of at most as many objects as are shown."""
     found: dict[str, Placement] = {}
     for name, values in reported.items():
         at = sound_placement(values)

@@ -17,7 +17,7 @@ from visualhfsm.errors import EditError
 
 @dataclass(frozen=True, slots=True)
 class FileVersion:
-    """A file as it was at one time: when it was changed in ns, its bytes, and the SHA-256 of its content."""
+    """A version of a file: its modification time in ns, its size in bytes, and the SHA-256 of its content."""
 
     changed_at: int
     size: int
@@ -53,7 +53,7 @@ def read_file(path: Path) -> tuple[bytes, FileVersion]:
 
 
 def write_file(path: Path, content: bytes) -> FileVersion:
-    """Write a file whole or not at all, with the permissions and the group that it had; a link stays one.
+    """Write a file whole or not at all, keeping its permissions and group; a symbolic link stays a link.
 
     The content is on the disk before the new file replaces the old one. Raises EditError, also for a file
     that may not be written to, though its directory may.
@@ -72,7 +72,7 @@ def write_file(path: Path, content: bytes) -> FileVersion:
             stream.write(content)
             stream.flush()
             if former is not None:
-                with suppress(PermissionError):  # the group may be one that the user is not in
+                with suppress(PermissionError):  # the user may not be in the group
                     os.fchown(descriptor, -1, former.st_gid)
                 os.fchmod(descriptor, stat.S_IMODE(former.st_mode))
             os.fsync(descriptor)

@@ -100,7 +100,7 @@ def imported_views(document: Document, path: Path) -> list[dict[str, Any]]:
     """Return the content of all automata that are imported, each before those below it.
 
     They have the ids that a component of the document, whose file is `path`, gives them. Each has the file,
-    relative to the document, and the automaton of it that it comes from. What cannot be read is left out.
+    relative to the document, and the automaton of it that it comes from. Unreadable imports are left out.
     """
     own = {automaton.id: automaton for automaton in document.automata}
     views = []

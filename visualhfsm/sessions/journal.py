@@ -1,8 +1,8 @@
 """Keep every change of a document on disk until it is closed, so that a crash loses nothing.
 
-A journal is a file of JSON lines: what the document was when it was opened, then every command. It is locked
-while its session lives, and the system takes the lock away when the process dies, however it does. A power
-failure may cost the last seconds.
+A journal is a file of JSON lines: the document as it was opened, then every command. It is locked while its
+session lives, and the system releases the lock when the process dies, for whatever reason. A power failure
+may lose the last seconds.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _LARGEST: Final = 256 << 20
 
 
 class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
-    """What the document was: the content of its file, blank for a new one, whose text is `content`, too."""
+    """The document as it was opened; `content` is that of its file, or the text of a new document."""
 
     path: str | None
     name: str
@@ -135,7 +135,7 @@ class Journal:
 
     @property
     def header(self) -> Header:
-        """What the document was."""
+        """The document as it was opened."""
         return self._header
 
     @property
@@ -160,7 +160,7 @@ class Journal:
             _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
             self._has_gap = True
             if self._descriptor >= 0:
-                with suppress(OSError):  # the disk may be missing
+                with suppress(OSError):  # the disk may have been removed
                     os.ftruncate(self._descriptor, size)
 
     def begin(self) -> None:
@@ -172,7 +172,7 @@ class Journal:
                 _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
 
     def cut(self, place: int, why: Exception) -> None:
-        """Drop the invalid entry at a place, and what follows; a copy of the file is kept."""
+        """Drop the invalid entry at a place, and all that follow; a copy of the file is kept."""
         assert self._file is not None
         copy = self._file.with_name(self._file.name + _UNREADABLE)
         _logger.warning("%s: what follows is dropped, and kept in %s: %s", self._file, copy, why)
@@ -196,7 +196,7 @@ class Journal:
         flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         descriptor = os.open(file, flags, 0o600)
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX)  # a search for abandoned ones holds it briefly
+            fcntl.flock(descriptor, fcntl.LOCK_EX)  # a search for abandoned journals holds it briefly
             _write(descriptor, msgspec.json.encode(self._header) + b"\n")
         except BaseException:
             file.unlink(missing_ok=True)

@@ -1,6 +1,6 @@
 """Merge two versions of a document with a common ancestor.
 
-What only one side changed is taken from it; texts, such as code, are merged line by line. Where both changed
+Changes of only one side are taken over; texts, such as code, are merged line by line. Where both changed
 the same part of an element, mine is kept, and the element is a conflict. New elements of theirs with the id
 of a new one of mine get another id. Inconsistencies, such as a transition to a state that the other side
 deleted, are left to the checks.
@@ -180,7 +180,7 @@ def _new_numbers(
 
 
 class _Hunk(NamedTuple):
-    """Lines (or letters) of the base, from `start` up to but not with `end`, and what is in their place."""
+    """Lines (or letters) of the base, from `start` to before `end`, and their replacement."""
 
     start: int
     end: int
@@ -188,10 +188,10 @@ class _Hunk(NamedTuple):
 
 
 def merge_lines(base: str, mine: str, theirs: str) -> str | None:
-    """Return the merge of two texts with the ancestor `base`, or None when both changed the same.
+    """Return the merge of two texts with the ancestor `base`, or None when both changed the same lines.
 
-    Changes of adjacent lines count as the same: together they might mean something that neither side has
-    written.
+    Changes of adjacent lines count as a conflict, too: together they might mean something that neither side
+    has written.
     """
     return _merged_text(base, mine, theirs, lambda *_: None)
 
@@ -206,7 +206,7 @@ class Typed(NamedTuple):
 def merge_typing(base: str, mine: str, theirs: str) -> Typed:
     """Return the merge of two texts that were typed at the same time, with all letters of both.
 
-    What only one side deleted is gone. Where both wrote at the same place, mine comes first.
+    Text that only one side deleted is removed. Where both wrote at the same place, mine comes first.
     """
     conflicts: list[bool] = []
 
@@ -247,7 +247,7 @@ def _merged_text(
 
 
 def _overlapping(here: deque[_Hunk], there: deque[_Hunk]) -> tuple[list[_Hunk], list[_Hunk], int]:
-    """Take the first change from both sides, with all of the other side that touch it, and where they end."""
+    """Take the first change, with all that touch it on either side; return them by side, and their end."""
     taken: tuple[list[_Hunk], list[_Hunk]] = ([], [])
     end = -1
     while True:
@@ -305,7 +305,7 @@ def _letters(base: str, changed: str) -> Iterator[_Hunk]:
 
 
 def _insertions(old: str, new: str) -> list[_Hunk] | None:
-    """Return what was inserted at several places, or None when something is missing, too."""
+    """Return the insertions at several places, or None when something was also deleted."""
     found: list[_Hunk] = []
     at = 0
     for letter in new:

@@ -43,7 +43,7 @@ _MOST_STEPS: Final = 5000
 
 @dataclass(frozen=True, slots=True)
 class Added:
-    """What is new in one automaton: ids of states and transitions. An automaton may be new itself."""
+    """The new states and transitions of one automaton, by id; the automaton itself may be new."""
 
     automaton: int
     states: tuple[int, ...]
@@ -59,11 +59,11 @@ class Change:
     before: Document
     after: Document
     conflict: bool = False
-    """Whether somebody else had replaced the same words, which stand beside each other now."""
+    """Whether somebody else had replaced the same words; the text then contains both versions."""
 
     @property
     def added(self) -> tuple[Added, ...]:
-        """What is new, for example to select it; empty when nothing is."""
+        """The new elements, for example to select them; empty when there are none."""
         return tuple(_added(self.before, self.after))
 
     @property
@@ -84,7 +84,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What undoing, or redoing, leads to: a document, and the revision at which it was made."""
+    """The target of undoing or redoing: a document, and the revision at which it was made."""
 
     name: str
     document: Document
@@ -302,8 +302,8 @@ class DocumentSession:
     def do(self, command: Command, base: str | None = None) -> Change:
         """Apply a command. Raises EditError and leaves the document as it was when that is not possible.
 
-        With `base`, the text over which that of the command was typed, it is merged with what others made of
-        `base` meanwhile.
+        `base` is the text in which the command's text was typed; if given, changes of others to it are
+        merged.
         """
         before = self.document
         conflict = False
@@ -351,11 +351,11 @@ class DocumentSession:
         return written(self.document)
 
     def save(self, path: Path | None = None, *, overwrite: bool = False) -> Path:
-        """Save the document, to its own file if no other is named, and return where.
+        """Save the document, by default to its own file, and return the path.
 
         Raises EditError when there is no name yet, when the file was in an older dialect, or when another
-        file is there; ChangedOutsideError when another program has changed the file. With `overwrite` the
-        last three do not matter.
+        file is there; ChangedOutsideError when another program has changed the file. `overwrite` ignores the
+        last three.
         """
         target = self.path if path is None else path.absolute()
         if target is None:
@@ -410,7 +410,7 @@ class DocumentSession:
     def close(self, *, discard: bool = False) -> None:
         """End the session and remove its journal. Raises EditError when changes would be lost.
 
-        With `discard` they are.
+        `discard` allows that.
         """
         if self.is_unsaved and not discard:
             raise EditError(
@@ -475,7 +475,7 @@ class DocumentSession:
         return self.text().encode()
 
     def _notice_saved(self) -> None:
-        """Detect that the document was saved although its journal lacks that, after a crash in between."""
+        """Detect that the document was saved though its journal lacks the entry, after a crash in between."""
         if self.path is None or not self.is_changed_outside():
             return
         try:

@@ -29,7 +29,7 @@ class Template:
 
 
 def find_templates() -> list[Template]:
-    """Return the templates: the empty one, then the installed behaviors, of several of a name the first."""
+    """Return the templates: the empty one, then the installed behaviors, of each name the first."""
     found = {EMPTY: Template(EMPTY, "An empty component.", None)}
     for directory in _directories():
         for path in sorted(directory.glob("*.xml")):

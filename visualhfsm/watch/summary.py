@@ -1,4 +1,4 @@
-"""Sum a run up in figures, for the terminal and the page of the run."""
+"""Summarize a run in figures, for the terminal and the page of the run."""
 
 from __future__ import annotations
 

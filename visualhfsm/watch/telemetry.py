@@ -53,14 +53,14 @@ class WatchState:
 
     @property
     def marks(self) -> Sequence[Mark]:
-        """What the component marks on the picture of the camera; nothing once it is lost."""
+        """The marks of the component on the picture of the camera; none once it is lost."""
         if self.snapshot is None or self.snapshot_age > STALE:
             return ()
         return [mark for mark in self.snapshot.marks if mark.camera == self.camera]
 
     @property
     def trouble(self) -> str:
-        """What does not answer and what to do about it; empty when all is well."""
+        """Who does not answer, and what to do about it; empty when all is well."""
         if self.robot_age == math.inf:
             return f"Waiting for a robot server at {self.endpoint}; naoserver-sim starts one"
         if self.robot_age > STALE:
@@ -75,7 +75,7 @@ class WatchState:
 
 
 class Telemetry:
-    """What is known of a component and its robot; `update` it about ten times a second.
+    """The data of a component and its robot; `update` them about ten times a second.
 
     Both may be missing at the start, and are found again after they were lost. A component that is restarted
     begins a new log; one that is reloaded continues the same log.
@@ -102,7 +102,7 @@ class Telemetry:
 
     @property
     def log(self) -> RunLog:
-        """What happened in the component's run."""
+        """The log of the component's run."""
         return self._follower.log
 
     @property
@@ -132,7 +132,7 @@ class Telemetry:
         )
 
     def update(self, elapsed: float = 0.0, seconds: float = 0.0) -> WatchState:
-        """Request what is missing and return what is known now."""
+        """Request missing data and return the present state."""
         self._robot.update()
         self._follower.update()
         self._image_description.poll()
@@ -186,13 +186,13 @@ class Telemetry:
         self._image_description = PolledValue(proxy.getImageDescription.begin)
 
     def _take_picture(self) -> None:
-        """Keep what the camera sees now, if it is time to."""
+        """Keep the present image of the camera, if one is due."""
         now = time.time()
         image = self._image() if self._pictures.due(self.camera, now) else None
         if image is None:
             return
         shape = image.value.description
-        with contextlib.suppress(VisualHfsmError):  # an image of another size than it says
+        with contextlib.suppress(VisualHfsmError):  # the image's size does not fit its data
             self._pictures.add(
                 self.camera, now, encode_jpeg(shape.width, shape.height, image.value.pixelData)
             )

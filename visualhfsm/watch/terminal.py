@@ -1,6 +1,6 @@
 """Watch a component in the terminal until the time is over or Ctrl-C, then print a summary.
 
-The view lays out automata, camera, robot and what happened for the size of the terminal.
+The view lays out automata, camera, robot and changes to fit the terminal.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ def _live_display(console: Console) -> Iterator[Callable[[WatchState], None]]:
 
 @contextlib.contextmanager
 def _stderr_set_aside() -> Iterator[None]:
-    """Keep what is written to stderr, by Zenoh's own logger too, from the screen, and print it at the end."""
+    """Hold back stderr, including the output of Zenoh's own logger, and print it at the end."""
     stderr = 2
     if not os.isatty(stderr):
         yield

@@ -23,7 +23,7 @@ _logger = logging.getLogger(__name__)
 class Checking:
     """Checks documents that have not changed for a moment, one at a time, in their newest revision.
 
-    `quiet` is that moment in seconds, `report` gets what was found. `include` are directories with packages
+    `quiet` is that moment in seconds, `report` gets the problems. `include` are directories with packages
     of interfaces. Closing it closes `process`.
     """
 
@@ -50,11 +50,11 @@ class Checking:
         self._wanted.set()
 
     def forget(self, tab: Tab) -> None:
-        """Do not check it any more."""
+        """Stop checking a tab's document."""
         self._waiting.pop(tab.id, None)
 
     async def run(self) -> None:
-        """Check what is to be checked, until cancelled."""
+        """Check the documents that are due, until cancelled."""
         while True:
             await self._wanted.wait()
             self._wanted.clear()

@@ -48,10 +48,10 @@ _Robot = p.ConnectRobot | p.EndRobot | p.MoveBalls | p.Simulate
 _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Record | p.Recording | p.Run | p.StopRun
 
 CONCURRENT = CODE_HELP | _Reading | _Robot | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
-"""Requests that change no document: the connection goes on to the next one meanwhile."""
+"""Requests that change no document: the connection reads the next one meanwhile."""
 
-_ONE_LINE: Final = 60  # letters of a text that is shown as it was and is
-_MOST_LINES: Final = 200  # of a text that differs
+_ONE_LINE: Final = 60  # letters of a text whose versions are both shown whole
+_MOST_LINES: Final = 200  # lines of the difference of a text
 _SAVED: Final = "saved"  # a document may be compared with this instead of a file
 
 _logger = logging.getLogger(__name__)
@@ -72,7 +72,7 @@ async def converse(websocket: WebSocket, workspace: Workspace, key: bytes) -> No
 
 
 async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
-    """Run all until one ends, and cancel the others; raises what the first one to fail raised."""
+    """Run all until one ends, then cancel the others; raises the first exception of any."""
     tasks = [asyncio.create_task(each) for each in work]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -86,7 +86,7 @@ async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
 
 
 class _Connection:
-    """Reads requests and does them on the workspace; the answers go to the window."""
+    """Reads requests and executes them on the workspace; the answers go to the window."""
 
     def __init__(self, websocket: WebSocket, window: Window, workspace: Workspace, key: bytes) -> None:
         self._websocket = websocket
@@ -97,7 +97,7 @@ class _Connection:
         self._under_way: dict[str, set[asyncio.Task[None]]] = defaultdict(set)
 
     async def close(self) -> None:
-        """End everything under way."""
+        """Cancel all requests under way."""
         tasks = [task for tasks in self._under_way.values() for task in tasks]
         for task in tasks:
             task.cancel()
@@ -257,7 +257,7 @@ class _Connection:
                 return await documents.open_recording(workspace, window, workspace.root.recording(path))
 
     async def _change_robot(self, request: _Robot) -> None:
-        """Start and end what is to be driven."""
+        """Start and end the robot."""
         robots = self._workspace.services.robots
         match request:
             case p.Simulate(world=world, speed=speed, balls=balls, body=body):
@@ -339,7 +339,7 @@ def _outcome(change: Change) -> dict[str, Any]:
 
 
 def _step(change: Change) -> dict[str, Any]:
-    """Return the outcome of undoing or redoing, with the place to show: it may be far from what is shown."""
+    """Return the outcome of undoing or redoing, with the changed place, which may be out of sight."""
     return {**_outcome(change), "place": change.place}
 
 

@@ -126,7 +126,7 @@ async def close(workspace: Workspace, number: int, *, discard: bool) -> None:
 async def save(
     workspace: Workspace, number: int, text: str | None = None, *, overwrite: bool
 ) -> dict[str, Any]:
-    """Save a document, to another file if one is named; of that of a recording a copy, which is opened."""
+    """Save a document, by default to its own file; one of a recording is saved as a copy, which is opened."""
     tab = workspace.tab(number)
     path = None if text is None else workspace.root.document(text)
     if path is not None:
@@ -146,7 +146,7 @@ async def save(
 
 
 def _make_folder(folder: Path) -> None:
-    """Create a folder that a name has in front. Raises EditError."""
+    """Create the folder that a file name contains. Raises EditError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -176,7 +176,7 @@ async def list_files(workspace: Workspace, text: str) -> dict[str, Any]:
                 continue
             try:
                 status = path.stat()
-            except OSError:  # a link that leads nowhere, or what was deleted just now
+            except OSError:  # a broken link, or a file that was deleted just now
                 continue
             kind = _kind_of(path, status.st_mode)
             if kind:

@@ -1,4 +1,4 @@
-"""The messages on the websocket, as types: what does not fit them is refused before anything is done.
+"""The messages on the websocket, as types: invalid messages are refused before anything is done.
 
 The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each, `{"re": 1, "ok":
 3}` or `{"re": 1, "error": "text", "kind": "kind"}`. Changes are sent as pushes, `{"push": "kind"}`; those of
@@ -110,7 +110,7 @@ class TabEdit(_Request):
 class Do(TabEdit):
     """Apply a command of `visualhfsm.editing.commands` to the document.
 
-    `base` is the text over which that of the command was typed: what others made of it meanwhile is kept.
+    `base` is the text in which the command's text was typed: changes of others to it are kept.
     """
 
     command: AnyCommand
@@ -253,7 +253,7 @@ class StopRun(_Request):
 class Simulate(_Request):
     """Start a simulated robot, or start it again with other options; what was started here before is ended.
 
-    The answer comes before the robot does: the push `robot` says how far it is.
+    The answer comes before the robot is present: the push `robot` reports the progress.
     """
 
     world: Name = "balls"
@@ -263,9 +263,9 @@ class Simulate(_Request):
 
 
 class ConnectRobot(_Request):
-    """Connect to a real robot at an address such as `nao.local`; `start` is what it does at first.
+    """Connect to a real robot at an address such as `nao.local`; `start` is its first action.
 
-    It is refused while components run, which would drive it at once.
+    It is refused while components run, because they would drive the robot at once.
     """
 
     address: Name
@@ -319,9 +319,9 @@ class ExportRun(_Request):
 
 
 class Record(_Request):
-    """Record a followed component into a new file below the root, which is answered, or end that with None.
+    """Record a followed component into a new file below the root, whose path is the answer; or end that.
 
-    `pictures` are taken of each camera in a second. The push `workspace` says what is recorded.
+    `pictures` is the number per second and camera; None ends the recording. The push `workspace` reports it.
     """
 
     component: Name
@@ -389,9 +389,9 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     """An open document.
 
     `path` is relative to the root where it can be, and empty as long as there is no file. `component` is the
-    name of what was started from it and runs, or else of the component that it would be. `outside` says what
-    another program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs
-    from what its component runs. `recording` is the file that contains a document which is not to be changed.
+    name of its running component, or of the one that it would become. `outside` says what another
+    program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs from
+    that of the running component. `recording` is the file that contains the document, which is read-only.
     """
 
     tab: int
@@ -435,9 +435,9 @@ class Step(msgspec.Struct, frozen=True):
 
 
 class DocumentPush(Push, tag="document"):
-    """A document, whole in `full` or what of it changed in `patch`; the steps come latest first.
+    """A document, whole in `full` or only its changes in `patch`; the steps come latest first.
 
-    `full` and `patch` of `visualhfsm.web.window` say what is in them.
+    `full` and `patch` of `visualhfsm.web.window` document the content of both.
     """
 
     tab: int

@@ -1,4 +1,4 @@
-"""Let a page in again that the editor had served before a restart.
+"""Readmit a page that the editor had served before a restart.
 
 While it is connected, the page gets a key, which it never sends. After a restart of the editor with the same
 root on the same port, both sides prove to each other that they have it: first the server, since in the
@@ -22,7 +22,7 @@ from typing import Final
 
 _KEY_BYTES: Final = 32
 _CHALLENGES: Final = 64
-_LONGEST: Final = 128  # characters of what a page sends
+_LONGEST: Final = 128  # characters of the nonce of a page
 
 _logger = logging.getLogger(__name__)
 
@@ -52,7 +52,7 @@ class Resumption:
 
 
 def kept_key(directory: Path, root: Path, port: int) -> bytes:
-    """Return the key of a root and port, which is made and kept in a directory with the first call.
+    """Return the key of a root and port; the first call creates it and keeps it in a directory.
 
     A key that cannot be kept, or that others could have read, is not used: then pages have to be opened again
     after a restart, which is logged.

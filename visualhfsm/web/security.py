@@ -66,7 +66,7 @@ end the editor and start it again.</p>
 <p>Changes that were not saved are kept: the editor offers to recover them.</p>
 </html>
 """
-"""The page for people who are refused; `reason` is one of ours, never something of the request."""
+"""The page for people who are refused; `reason` never contains text of the request."""
 
 _logger = logging.getLogger(__name__)
 
@@ -74,7 +74,7 @@ _logger = logging.getLogger(__name__)
 def content_security_policy(host: str, script_hash: str, style_nonce: str) -> str:
     """Return the policy of the page: everything from this server, and nothing inline but what is named here.
 
-    `host` is the page's own, checked before: browsers differ in whether 'self' takes in websockets. The code
+    `host` is the page's own, checked before: browsers differ in whether 'self' includes websockets. The code
     editor creates a style sheet with the nonce.
     """
     return "; ".join(
@@ -155,7 +155,7 @@ class Guard:
         await self._answer(scope, headers, refusal)(scope, receive, _with_headers(send))
 
     def _answer(self, scope: Scope, headers: Headers, refusal: str) -> ASGIApp:
-        """Return what answers a request over HTTP."""
+        """Return the application that answers a request over HTTP."""
         if scope["path"] == _RESUME and refusal in {"", _UNKNOWN} and scope["method"] == "GET":
             return self._resumed(_query(scope))
         if refusal:
@@ -186,7 +186,7 @@ class Guard:
         return response
 
     def _refusal(self, scope: Scope, headers: Headers) -> str:
-        """Return why a request is refused, empty if it is not; nothing in it comes from the request."""
+        """Return why a request is refused, empty if it is not; it contains no text of the request."""
         host = headers.getlist("host")
         if len(host) != 1 or not self._is_ours(host[0]):
             return "use the address that the command printed: the header Host names another machine"
@@ -247,7 +247,7 @@ class Root:
         self._granted = frozenset(path.resolve() for path in granted)
 
     def resolve(self, text: str) -> Path:
-        """Return the path that a text of the page means, absolute and without symbolic links.
+        """Return the path for a text from the page, absolute and without symbolic links.
 
         Raises ForbiddenPathError.
         """
@@ -275,7 +275,7 @@ class Root:
         return self._file(text, DOCUMENT_SUFFIX)
 
     def source(self, text: str) -> Path:
-        """Return the path of what can be opened: a document, or one of SCXML; raises ForbiddenPathError."""
+        """Return the path of a file to open, a document or SCXML; raises ForbiddenPathError."""
         return self._file(text, DOCUMENT_SUFFIX, FOREIGN_SUFFIX)
 
     def recording(self, text: str) -> Path:

@@ -146,11 +146,11 @@ class _HttpServer(uvicorn.Server):
     """uvicorn, which also ends a connection that was accepted right before its end."""
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Accept no more connections, and end those there are."""
+        """Accept no more connections, and end the open ones."""
         for server in self.servers:
             server.close()
-        # asyncio hands over what it has accepted a turn later. uvicorn ends only what it has by now: it would
-        # wait for the others and leave them open, and a browser would send its next request there.
+        # asyncio hands over accepted connections one turn of the loop later. uvicorn would wait for these but
+        # leave them open, and a browser would send its next request there.
         await asyncio.sleep(0)
         await super().shutdown(sockets)
 
@@ -162,7 +162,7 @@ class _WebSocket(WebSocketsSansIOProtocol):
         """End the connection."""
         try:
             super().shutdown()
-        except InvalidState:  # uvicorn says that it closes, even when the page has said so
+        except InvalidState:  # uvicorn begins to close even when the page has done so already
             self.transport.abort()
 
 

@@ -54,11 +54,11 @@ class Shown(Source):
     undo: tuple[Step, ...]
     redo: tuple[Step, ...]
     is_unsaved: bool
-    """Whether closing would lose something."""
+    """Whether closing would lose changes."""
 
 
 class Tab:
-    """An editing session, which executes requests in order in threads, and what windows show of it.
+    """An editing session, which executes requests in order in threads, and its state as windows show it.
 
     `changed` is called on the event loop whenever `shown` is new. `recording` is the file of the recording
     that contains the document, which is not changed then.
@@ -98,16 +98,16 @@ class Tab:
 
     @property
     def component(self) -> str:
-        """The name of the component that was started from it and runs, or else of that it would be."""
+        """The name of the component that was started from it and runs, or else of the one it would become."""
         return self.run.component if self.run is not None and self.is_running else self.shown.component
 
     def take_generated(self) -> None:
-        """Remember that the running component has loaded what was generated last."""
+        """Remember that the running component has loaded the last generated document."""
         self.runs = self.generated
 
     @property
     def differs_from_run(self) -> bool:
-        """Whether the document differs from what its component runs, except in where things stand."""
+        """Whether the document differs from what its component runs, except in positions."""
         runs, document = self.runs, self.shown.document
         if runs is None or not self.is_running:
             return False
@@ -118,10 +118,10 @@ class Tab:
     async def edit(
         self, work: Callable[Concatenate[DocumentSession, P], R], *args: P.args, **kwargs: P.kwargs
     ) -> R:
-        """Do work on the session in a thread, after the work before it; raises what that raises.
+        """Do work on the session in a thread, after earlier work; its exceptions are raised here.
 
-        What it changed is shown before this returns. Work that has begun ends even when the caller is
-        cancelled, and the next waits for it.
+        Its changes are shown before this returns. Work that has begun is completed even when the caller is
+        cancelled, and later work waits for it.
         """
         await self._lock.acquire()
         future = self._threads.begin(partial(work, self._session, *args, **kwargs))

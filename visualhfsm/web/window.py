@@ -1,4 +1,4 @@
-"""One browser window: what waits to be sent to it, and what was sent.
+"""One browser window: messages that wait for it, and the documents that were sent to it.
 
 Only the changes of documents are sent. Versions of a document share what did not change, so that two of them
 are compared quickly.
@@ -35,7 +35,7 @@ class Version(NamedTuple):
     name: str
 
     def header(self) -> dict[str, Any]:
-        """Return all that the page has of it but its automata."""
+        """Return everything that the page gets of it, except its automata."""
         return {"name": self.name, **view(self.document)}
 
 
@@ -85,14 +85,14 @@ class Window:
             self._filled.set()
 
     def close(self, tab: int) -> None:
-        """Send that a tab is closed, and nothing of it any more."""
+        """Announce that a tab is closed, and send no more of it."""
         self._sent.pop(tab, None)
         for key in [key for key in self._pushes if key[1] == tab]:
             del self._pushes[key]
         self.push(Closed(tab=tab))
 
     async def write(self, send: Callable[[str], Awaitable[None]]) -> None:
-        """Send what waits as soon as there is something, until cancelled: first pushes, then answers."""
+        """Send waiting messages as soon as there are any, pushes before answers, until cancelled."""
         while True:
             await self._filled.wait()
             self._filled.clear()
@@ -147,7 +147,7 @@ def full(version: Version) -> msgspec.Raw:
 
 
 def patch(old: Version, new: Version) -> msgspec.Raw | None:
-    """Return as JSON what changed from one version to another; what did not is left out.
+    """Return the changes from one version to another as JSON, without the unchanged parts.
 
     `document`: its own fields, if one changed; `automata`: those that are new; `parts`: what changed in
     those that were there, see `_part`; `removed`: ids; `order`: all ids in their order, if that changed.
@@ -198,7 +198,7 @@ def _part(old: Automaton, new: Automaton) -> dict[str, Any] | None:
 
 
 def _items(old: tuple[Item, ...], new: tuple[Item, ...]) -> dict[str, Any] | None:
-    """Return what changed in a list; None when two of it have the same id.
+    """Return what changed in a list; None when two items have the same id.
 
     `changed`: the items that differ, and the new ones, which stand at the end; `removed`: ids; `order`: all
     ids in their order, if that is another one then.

@@ -1,4 +1,4 @@
-"""What all windows share: the open documents, the clipboard, and what runs."""
+"""The state that all windows share: the open documents, the clipboard, and the running components."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from .security import Root
 from .tab import Tab, Threads
 from .window import Window
 
-_RECORDINGS: Final = "recordings"  # the directory of what is recorded from the page, below the root
+_RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
 _ANY_PORT: Final = Settings().listen
 _LONGEST_TITLE: Final = 18  # characters before a number: the name of a component has at most 100, in ASCII
@@ -81,10 +81,10 @@ class Limits:
     """Lines of a component's output that are kept for a window."""
 
     quiet_seconds: float = 0.15
-    """How long a document must not have changed before it is checked."""
+    """How long a document must be unchanged before it is checked."""
 
     file_check_seconds: float = 1.0
-    """How often the open files are looked at for changes from outside."""
+    """Seconds between two checks of the open files for changes by other programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ def make_services(settings: Settings, include: Sequence[Path] = ()) -> MakeServi
     """Return a factory of the services of a realm, which the settings name.
 
     `include` are directories with packages of interfaces. Components and robots that are started here connect
-    to the editor, too: so it finds them, and they each other, whatever else runs on this machine.
+    to the editor, too, so that all of them find each other, whatever else runs on this machine.
     """
 
     def make(publish: Publish) -> Services:
@@ -373,7 +373,7 @@ class Workspace:
         return {**started, **recording}
 
     async def record(self, component: str, pictures: int | None) -> dict[str, str] | None:
-        """Record a component that is followed, and what it runs where that is open; with None end that."""
+        """Record a followed component, with its document if that is open; None ends the recording."""
         live = self.services.live
         if pictures is None:
             await live.end_record(component)
@@ -420,7 +420,7 @@ class Workspace:
         return result
 
     async def emergency_stop(self) -> object:
-        """Stop the robot and all that runs in its realm, then what was started here and does not answer."""
+        """Stop the robot and all components of its realm, then all processes of components started here."""
         try:
             return await self.services.live.control("", "emergencyStop", {})
         finally:
@@ -435,12 +435,12 @@ class Workspace:
         return found
 
     async def unfollow(self, window: Window, component: str) -> None:
-        """Send a window no more of a component."""
+        """Stop sending a window the data of a component."""
         if self._lose(window, component):
             await self.services.live.detach(component)
 
     def _lose(self, window: Window, component: str) -> bool:
-        """Remove a window from those that follow a component; return whether it was the last one."""
+        """Remove a window from the followers of a component; return whether it was the last one."""
         followers = self._followers.get(component, set())
         if window not in followers:
             return False

@@ -1,6 +1,6 @@
 """Commands for automata and their tree."""
 
-# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+# ruff: noqa: D102, ARG002 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Command(
     def apply(self, document: Document) -> Document:
         """Return the changed document, or the same object when nothing changes.
 
-        It depends on nothing else, so that it can be replayed. Raises EditError.
+        The result depends on nothing else, so that commands can be replayed. Raises EditError.
         """
         raise NotImplementedError
 
@@ -59,12 +59,12 @@ class Command(
 
     @property
     def text_typed(self) -> str:
-        """The text that is typed, of a command for one piece of text."""
+        """The typed text of a command for one piece of text."""
         text: str = getattr(self, self._text_field())
         return text
 
     def with_text(self, text: str) -> Self:
-        """Return the command with another text. Raises EditError when it is not one for a piece of text."""
+        """Return the command with another text. Raises EditError when it sets no piece of text."""
         return msgspec.structs.replace(self, **{self._text_field(): text})
 
     def _text_field(self) -> str:
@@ -91,7 +91,7 @@ class AutomatonCommand(Command, frozen=True, kw_only=True):
 
 
 def only_text(command: Command, fields: Sequence[str]) -> str:
-    """Return the one field that is typed. Raises EditError when a command has none, or several."""
+    """Return the typed field. Raises EditError when a command has none, or several."""
     if len(fields) != 1:
         raise EditError("Cannot merge what was typed", f"{type(command).__name__} sets no piece of text")
     return fields[0]

@@ -3,7 +3,7 @@
 An entry of a list is named by the list and its index.
 """
 
-# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+# ruff: noqa: D102, ARG002 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 

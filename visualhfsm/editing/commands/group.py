@@ -1,6 +1,6 @@
 """The command that groups states into a sub-automaton."""
 
-# ruff: noqa: D102 - `Command` says what its methods do, and with what
+# ruff: noqa: D102 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def _with_initial(states: list[State], transitions: tuple[Transition, ...]) -> t
 
 
 def _moving(document: Document, source: Automaton, states: list[State]) -> set[int]:
-    """Return the ids of the automata that only these states own: those below them from now on."""
+    """Return the ids of the automata that only these states own, and that move with them."""
     moving = {id(state) for state in states}
     return {
         child
@@ -158,9 +158,8 @@ def _moving(document: Document, source: Automaton, states: list[State]) -> set[i
 def split_variables(text: str, inside: AbstractSet[str], outside: AbstractSet[str]) -> tuple[str, str]:
     """Return the lines of variables that stay, and those that only code with the words `inside` uses.
 
-    A line goes when it gives values to names that are among those words, that are not among the words
-    `outside`, and that no other line needs, and when it needs no line that stays. Lines that are not Python
-    stay.
+    A line moves if it assigns only names that are in `inside`, not in `outside`, and not used by a line that
+    stays, and if it uses no name of a line that stays. Lines that are not Python stay.
     """
     try:
         statements = parse_python(text).body
@@ -192,7 +191,7 @@ def split_variables(text: str, inside: AbstractSet[str], outside: AbstractSet[st
 
 class _Names(NamedTuple):
     given: set[str]
-    """Names to which a plain assignment gives values; none of any other statement."""
+    """Names that a plain assignment sets; empty for any other statement."""
     bound: set[str]
     """Names that any other statement binds, such as an import."""
     used: set[str]

@@ -1,6 +1,6 @@
 """Commands for a selection on the canvas: states and transitions together."""
 
-# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+# ruff: noqa: D102, ARG002 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class DeleteItems(Command, frozen=True, kw_only=True):
     states: Ids = ()
     transitions: Ids = ()
     cut: bool = False
-    """Whether they are on the clipboard, for the name of the step alone."""
+    """Whether they were cut to the clipboard; affects only the name of the step."""
 
     def apply(self, document: Document) -> Document:
         automaton = find_automaton(document, self.automaton)
@@ -162,7 +162,7 @@ class PlaceItems(Command, frozen=True, kw_only=True):
 
 
 def describe(automaton: Automaton, states: Ids, transitions: Ids) -> str:
-    """Return what to call some states and transitions together."""
+    """Return a name for some states and transitions together."""
     if len(states) == 1 and not transitions:
         return label(find_state(automaton, states[0]))
     if len(transitions) == 1 and not states:

@@ -1,6 +1,6 @@
-"""Commands that insert what was written as text: states from the clipboard, and whole documents."""
+"""Commands that insert text: states from the clipboard, and whole documents."""
 
-# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+# ruff: noqa: D102, ARG002 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from .base import Command, Id
 _STEP: Final = 30.0
 """Pixels by which states that would cover others are shifted, repeatedly."""
 _NEAR: Final = range(-2, 3)
-"""Steps apart at which two circles still touch."""
+"""Distances in steps at which two circles still touch."""
 
 
 class PasteStates(Command, frozen=True, kw_only=True):
     """Paste a fragment into an automaton, with new numbers.
 
-    Its upper left corner is placed at `x`, `y`; without these it is placed where it was copied from, or
-    beside what is there. Names are kept where they are free. A pasted state is initial only where there is no
-    initial state.
+    Its upper left corner is placed at `x`, `y`, by default where it was copied from, shifted so as not to
+    cover other states. Names are kept if they are free. A pasted state is initial only if the automaton has
+    no initial state.
     """
 
     automaton: Id

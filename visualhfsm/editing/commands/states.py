@@ -1,6 +1,6 @@
 """Commands for states."""
 
-# ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
+# ruff: noqa: D102, ARG002 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _DEFAULT_NAME: Final = "state"
 
 
 class AddState(Command, frozen=True, kw_only=True):
-    """Add a state, and a transition to it from `origin`; the first one of an automaton is its initial one."""
+    """Add a state, and a transition to it from `origin`; the first state of an automaton is initial."""
 
     automaton: Id
     x: float
@@ -64,7 +64,7 @@ class AddState(Command, frozen=True, kw_only=True):
 
 
 class _StateCommand(AutomatonCommand, frozen=True, kw_only=True):
-    """A change of one state: of the fields of the command unless `changed_state` is another."""
+    """A change of one state; it sets the fields of the command unless `changed_state` is overridden."""
 
     titled: ClassVar[str] = ""
     state: Id

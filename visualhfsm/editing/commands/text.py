@@ -1,6 +1,6 @@
 """Set pieces of code by their place, and replace a text in all of them."""
 
-# ruff: noqa: D102 - `Command` says what its methods do, and with what
+# ruff: noqa: D102 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SHOWN: Final = 30
 class ReplaceText(Command, frozen=True, kw_only=True):
     """Replace a text in all code of the document, or in a `line` of it, from 1, at a `place`.
 
-    `whole` and what is found are those of `search`.
+    `whole` and the matches are as in `search`.
     """
 
     text: _Short
@@ -55,7 +55,7 @@ class ReplaceText(Command, frozen=True, kw_only=True):
         return f"Replace “{self.text[:_SHOWN]}” by “{self.by[:_SHOWN]}” ({times})"
 
     def _found(self, document: Document) -> Iterator[tuple[Place, list[str], slice, int]]:
-        """Yield the places of code that has the text, the lines there, which are changed, and how often."""
+        """Yield for each place with matches its lines, the slice to change, and the number of matches."""
         pattern = pattern_for(self.text, whole=self.whole)
         part = slice(self.line - 1, self.line) if self.line else slice(None)
         for place, text, _, _ in spots(document):

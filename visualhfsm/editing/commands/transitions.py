@@ -1,6 +1,6 @@
 """Commands for transitions."""
 
-# ruff: noqa: D102 - `Command` says what its methods do, and with what
+# ruff: noqa: D102 - `Command` documents its methods and their parameters
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class AddTransition(AutomatonCommand, frozen=True, kw_only=True):
 
 
 class _TransitionCommand(AutomatonCommand, frozen=True, kw_only=True):
-    """A change of one transition: of the fields of the command unless `changed_transition` is another."""
+    """A change of one transition; it sets the command's fields unless `changed_transition` is overridden."""
 
     titled: ClassVar[str] = ""
     transition: Id
