@@ -23,7 +23,7 @@ const hasDocument = () => Boolean(page.document);
 /** @param {number} count @param {string} noun */
 const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
-/** The tab whose component was started here and is to be stopped: the shown one, or that which is followed; or 0. */
+/** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && runs.isRunning(tab)) || 0;
 
 const files = () => import("./files.js");
@@ -308,7 +308,7 @@ const LIST = [
   },
 ];
 
-/** What the menu beside Run offers. */
+/** The menu beside Run. */
 export const RUN_MENU = [
   ["tryIt", "runWith", "startHere", "recordRun", "generate"],
   ["stepAll", "sendEvent"],
@@ -373,7 +373,7 @@ export function perform(id, context) {
 }
 
 /**
- * The actions that are possible now and have all the words of a text; those whose label begins with it come first.
+ * The actions that are possible now and contain all words of a text; those whose label begins with it come first.
  *
  * @param {string} text
  * @param {Context} context

@@ -51,7 +51,7 @@ const LAZY = {
   "hfsm-monitor-timeline": "./monitor/timeline.js",
   "hfsm-start": "./start.js",
 };
-const ROOMY = 900; // px of width from which on the robot is shown beside the automaton by itself
+const ROOMY = 900; // px of width from which the robot is shown beside the automaton automatically
 const ROBOT_SHOWN = "visualhfsm.robotShown";
 const SIDE = [
   ["hfsm-code-panel", "Code"],
@@ -88,11 +88,11 @@ export class HfsmApp extends PageElement {
     this.knownTabs = undefined;
     /** Whether the output was opened for a run. */
     this.outputOpened = false;
-    /** Resolves when the overlay of the canvas is there. @type {Promise<void> | undefined} */
+    /** Resolves when the overlay of the canvas has loaded. @type {Promise<void> | undefined} */
     this.overlay = undefined;
   }
 
-  /** Tags of the elements that were asked for last beside and below the canvas, which may be loading. */
+  /** Tags of the elements that were last requested beside and below the canvas; they may still be loading. */
   #wanted = {side: "", bottom: ""};
 
   get context() {
@@ -222,7 +222,7 @@ export class HfsmApp extends PageElement {
     await panel?.choose(tab);
   }
 
-  /** Whether the tree is to be seen. */
+  /** Whether the tree is visible. */
   get showsTree() {
     return Boolean(/** @type {HTMLElement | null} */ (this.querySelector(".left"))?.offsetWidth);
   }
@@ -231,7 +231,7 @@ export class HfsmApp extends PageElement {
     this.tree = this.showsTree ? "without-tree" : "with-tree";
   }
 
-  /** Show what can be done with the robot. */
+  /** Show the menu of the robot. */
   showRobotMenu() {
     /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
   }
@@ -455,7 +455,7 @@ export class HfsmApp extends PageElement {
     if (planned.has(page.tab)) this.#showOverlay();
   }
 
-  /** Load what is shown while a component is followed, with the first one. */
+  /** When the first component is followed, load the elements that show it. */
   async #monitored() {
     this.requestUpdate();
     if (monitor.component && this.outputOpened) {
@@ -474,13 +474,13 @@ export class HfsmApp extends PageElement {
   }
 }
 
-/** What is marked in the shown automaton though nothing runs. */
+/** The marks in the shown automaton that do not come from a run. */
 const highlighted = () => page.highlight?.get(page.automaton?.id ?? 0);
 
 /** @param {DragEvent} event */
 const holdsFiles = (event) => event.dataTransfer?.types.includes("Files") ?? false;
 
-/** Accept files that are dropped anywhere, and show that while they are dragged. @param {HTMLElement} element */
+/** Accept files that are dropped anywhere, and show a sign while they are dragged. @param {HTMLElement} element */
 function takeDrops(element) {
   const sign = document.createElement("div");
   sign.className = "drop-sign";
@@ -498,7 +498,7 @@ function takeDrops(element) {
     if (!holdsFiles(event)) return;
     event.preventDefault();
     sign.hidden = true;
-    const files = [...(event.dataTransfer?.files ?? [])]; // removed once others run
+    const files = [...(event.dataTransfer?.files ?? [])]; // the browser empties the list after this handler
     try {
       await (await import("./files.js")).openDropped(files);
     } catch (error) {
@@ -521,7 +521,7 @@ function showImports() {
   store.addEventListener("document", ({detail}) => detail.tab === page.tab && lookAtImports(detail.tab));
   store.addEventListener("closed", ({detail}) => imported.delete(detail.tab));
   page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
-  store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // none is asked before
+  store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // not asked while offline
 }
 
 /** @param {number} tab */
@@ -532,12 +532,12 @@ async function lookAtImports(tab, again = false) {
   if (!document || (!asked && !known) || (known?.asked === asked && !again)) return;
   imported.set(tab, {asked, content: known?.content ?? []});
   const content = asked ? await store.request("imported", {tab}).catch(() => []) : [];
-  if (imported.get(tab)?.asked !== asked) return; // another one is shown by now
+  if (imported.get(tab)?.asked !== asked) return; // the imports have changed meanwhile
   imported.set(tab, {asked, content});
   store.showContent(tab, content);
 }
 
-/** The imports of a document in a text, which changes when they do. @param {OpenDocument | undefined} document */
+/** The imports of a document as a text, to detect changes. @param {OpenDocument | undefined} document */
 const importsOf = (document) =>
   [...(document?.own.values() ?? [])]
     .flatMap(({id, imported: from}) => (from ? `${id} ${from.automaton} ${from.file}` : []))

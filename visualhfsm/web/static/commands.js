@@ -81,7 +81,7 @@ export function rename(kind, id, name) {
     : applyHere("renameTransition", {transition: id, name});
 }
 
-/** Whether the system's clipboard may hold something older than what was copied here: a browser may refuse it. */
+/** Whether the system's clipboard may be older than the last copy here, because the browser refused to write it. */
 let systemIsBehind = false;
 
 /** @param {"copy" | "cut"} op */
@@ -110,14 +110,14 @@ export const cut = () => take("cut");
 let turn = Promise.resolve();
 let waiting = 0;
 
-/** Whether a step is possible, or may be once those before it are done. @param {"undo" | "redo"} op */
+/** Whether a step is possible, or may be after pending ones. @param {"undo" | "redo"} op */
 export const canStep = (op) => waiting > 0 || Boolean(page.document?.[op].length);
 
 /**
- * Undo or redo a step, after those before it, and show what it changed; says so unless it is in sight.
+ * Undo or redo a step, after pending ones, and show its changes; a notice names it unless they were in sight.
  *
  * @param {"undo" | "redo"} op
- * @param {(place: Place) => boolean} [isHere] whether a place is what the user edits; without it, it is the canvas
+ * @param {(place: Place) => boolean} [isHere] whether the user edits a place; by default the user edits the canvas
  */
 export function step(op, isHere) {
   const {tab} = page;
@@ -126,7 +126,7 @@ export function step(op, isHere) {
     .then(() => takeStep(op, tab, isHere))
     .finally(() => {
       waiting -= 1;
-      page.dispatchEvent(new Event("change")); // what can be undone depends on it
+      page.dispatchEvent(new Event("change")); // the steps that can be undone depend on it
     });
   return turn;
 }
@@ -153,14 +153,14 @@ async function takeStep(op, tab, isHere) {
   notify(`${op === "undo" ? "Undone" : "Redone"}: ${name}.`);
 }
 
-/** How the text of a document begins, also after a way through a mail. */
+/** The beginning of the text of a document, which may have been sent by mail. */
 const DOCUMENT = /^\s*(<\?xml[^>]*>\s*)?<VisualHFSM\b/i;
 
 /**
  * Paste, with the upper left corner at a point if one is given, and select the result.
  *
  * @param {{x: number, y: number}} [point]
- * @param {string} [text] what the system's clipboard holds: pasted when it is a document, of this editor or another
+ * @param {string} [text] content of the system's clipboard, pasted if it is a document, of this editor or another
  */
 export async function paste(point, text = "") {
   const done =

@@ -20,11 +20,11 @@ import {page} from "./page.js";
 import {required} from "./required.js";
 import {store} from "./store.js";
 
-/** Resolves when what the server has just sent is drawn. */
+/** Resolves when the last message of the server has been drawn. */
 export const drawn = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 
 /**
- * An element without a shadow, so that one style sheet, one order of focus and one set of labels hold for all.
+ * An element without a shadow root: style sheet, order of focus and labels are those of the page.
  *
  * `watches` names the events of the page and of the store after which it is drawn again.
  */
@@ -53,7 +53,7 @@ export class PageElement extends LitElement {
     const redraw = () => this.requestUpdate();
     for (const kind of ofPage) page.addEventListener(kind, redraw, {signal: this.#stop.signal});
     for (const kind of ofStore) store.addEventListener(kind, redraw, {signal: this.#stop.signal});
-    redraw(); // what it watches may have changed while it was hidden
+    redraw(); // the watched values may have changed while it was hidden
   }
 
   disconnectedCallback() {

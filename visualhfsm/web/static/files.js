@@ -18,7 +18,7 @@ export function recentFiles() {
     const found = JSON.parse(localStorage.getItem(RECENT) ?? "[]");
     return Array.isArray(found) ? found.filter((each) => typeof each === "string") : [];
   } catch {
-    return []; // another program wrote there
+    return []; // invalid: written by another program
   }
 }
 
@@ -39,7 +39,7 @@ export async function openPath(path) {
 }
 
 /**
- * Show what was opened, and what has no equivalent here.
+ * Show an opened document, and remarks on what has no equivalent here.
  *
  * @param {import("./store.js").Opened} opened
  * @param {string} name
@@ -64,7 +64,7 @@ export async function openFile() {
   if (path) await openPath(path);
 }
 
-/** Whether all states of an automaton lie on one spot. @param {import("./store.js").Automaton} automaton */
+/** Whether all states of an automaton have the same position. @param {import("./store.js").Automaton} automaton */
 const isHeaped = ({imported, states}) =>
   !imported && states.length > 1 && states.every(({x, y}) => x === states[0].x && y === states[0].y);
 
@@ -95,7 +95,7 @@ export async function recover(journal) {
   const done = await ask("recover", {journal});
   if (!done) return;
   page.show(done.tab);
-  if (former) await ask("close", {tab: former.tab}); // the file as it was saved
+  if (former) await ask("close", {tab: former.tab}); // close the document as it was saved
 }
 
 /** @returns {Promise<boolean>} whether the document is saved */
@@ -129,7 +129,7 @@ const OTHER_NAME = "Choose another name.";
  * @param {(overwrite: boolean) => Promise<{path: string, tab?: number}>} request
  * @param {string} path
  * @param {number} tab
- * @returns {Promise<true | string>} why it was not saved, empty when the user says so; true when it was
+ * @returns {Promise<true | string>} true if it was saved, else why not; empty if the user decided so
  */
 async function saving(request, path, tab, overwrite = false) {
   try {
@@ -172,7 +172,7 @@ async function saving(request, path, tab, overwrite = false) {
 }
 
 /**
- * Settle that another program has changed the file of a document.
+ * Resolve a change of the file of a document by another program.
  *
  * @param {"mine" | "theirs" | "merge"} choice
  * @returns {Promise<boolean>} whether that was possible

@@ -1,14 +1,14 @@
 /** Keys that are pressed before the panel or field for them has loaded. */
 
-const LIMIT = 10_000; // ms; a panel that takes longer does not come
+const LIMIT = 10_000; // ms; a panel that takes longer has failed to load
 
 /** @typedef {{key: string, shiftKey: boolean}} Key */
 
-/** The keys pressed meanwhile, undefined while nothing is waited for. @type {Key[] | undefined} */
+/** The keys pressed meanwhile, undefined while nothing is loading. @type {Key[] | undefined} */
 let held;
 
 /**
- * Hold keys until something is done that moves the focus, and press them there.
+ * Hold keys until some work has moved the focus, and press them there.
  *
  * @template T
  * @param {() => Promise<T>} work
@@ -49,11 +49,11 @@ function letGo() {
   held = undefined;
 }
 
-/** A click elsewhere is where the user wants to go on. */
+/** After a click, the user continues elsewhere: held keys are dropped. */
 addEventListener("pointerdown", letGo, true);
 
 /**
- * Press keys where the focus is. One of them may move it, and begin to hold the others again.
+ * Press keys at the focus. One of them may move the focus, and cause the others to be held again.
  *
  * @param {Key[]} keys
  */

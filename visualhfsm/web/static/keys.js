@@ -5,13 +5,13 @@ import {isHeld} from "./holding.js";
 import {MONITOR_KEYS} from "./monitor/actions.js";
 import {required} from "./required.js";
 
-/** By how a key is written, such as `Ctrl+Shift+Z`. @type {Map<string, import("./actions.js").Action>} */
+/** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./actions.js").Action>} */
 const byKey = new Map();
 for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
 
 const isMac = /^(Mac|iP)/.test(navigator.platform);
 
-/** How a pressed key is written. @param {KeyboardEvent} event */
+/** The name of a pressed key. @param {KeyboardEvent} event */
 export function written(event) {
   const key = latin(event);
   const letter = key.length === 1 && key !== " " ? key.toUpperCase() : key;
@@ -26,8 +26,8 @@ export function written(event) {
 }
 
 /**
- * The letter of a key where the keyboard types none: the Option key of a Mac changes it, and Cyrillic and Greek
- * keyboards have their own. Then the place of the key counts.
+ * The Latin letter of a key. Where the keyboard types another character, as with the Option key of a Mac or on Cyrillic
+ * and Greek keyboards, the position of the key counts.
  *
  * @param {KeyboardEvent} event
  */
@@ -53,10 +53,10 @@ const NAMES = {
 };
 /** @type {Record<string, string>} */
 const MAC_NAMES = {...NAMES, Ctrl: "⌘", Alt: "⌥", Shift: "⇧", Delete: "⌦", Backspace: "⌫"};
-/** Keys that a Mac keeps for itself with ⌘; its Control key does the same. */
+/** Keys that macOS reserves with ⌘: there they are pressed with Control. */
 const MAC_CONTROL = new Set(["Ctrl+M", "Ctrl+Shift+Space"]);
 
-/** A key as it is shown to people, with the signs of a Mac there. @param {string} key */
+/** A key as it is shown to the user, with the symbols of a Mac on one. @param {string} key */
 export function spoken(key, mac = isMac) {
   const parts = key.split(/\+(?!$)/);
   if (!mac) return parts.map((part) => NAMES[part] ?? part).join("+");
@@ -66,19 +66,19 @@ export function spoken(key, mac = isMac) {
   return signs.sort((one, other) => modifierRank(one) - modifierRank(other)).join("");
 }
 
-/** Where a sign of a Mac stands among those before the key. @param {string} sign */
+/** The rank of a modifier's symbol on a Mac among those before the key. @param {string} sign */
 function modifierRank(sign) {
   const rank = "⌃⌥⇧⌘".indexOf(sign);
   return rank < 0 ? 4 : rank;
 }
 
-/** The key of an action as it is shown to people. @param {string} id */
+/** The key of an action as it is shown to the user. @param {string} id */
 export const keyOf = (id) => spoken(required(actionOf(id).keys?.[0], `key of ${id}`));
 
 /** A key in the words of the attribute `aria-keyshortcuts`. @param {string} key */
 export const ariaKey = (key) => key.replace("Ctrl", isMac && !MAC_CONTROL.has(key) ? "Meta" : "Control");
 
-/** Whether the Option key of a Mac types with it what a program or a name needs, such as `@` or an accent. */
+/** Whether the Option key of a Mac types a character for programs or names, such as `@` or an accent. */
 const composes = (/** @type {KeyboardEvent} */ {altKey, key}) => altKey && /^(Dead|[!-@[-`{-~])$/.test(key);
 
 /** Whether a field has the focus. @param {EventTarget} target */
@@ -97,12 +97,12 @@ function isTyping(target) {
  */
 export function listenForKeys(context) {
   document.addEventListener("keydown", (event) => {
-    const [target] = event.composedPath(); // that in the shadow of the code editor, too
+    const [target] = event.composedPath(); // includes elements in the shadow root of the code editor
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
     const typing = isTyping(target);
     if (typing ? composes(event) : isHeld(event)) return;
     const action = byKey.get(written(event));
-    if (!action || action.id === "paste") return; // the browser's own event brings the text, below
+    if (!action || action.id === "paste") return; // the browser's `paste` event, below, contains the text
     if (action.scope !== "typing" && typing) return;
     const element = event.target instanceof Element ? event.target : document.body;
     const onCanvas = context.canvas.contains(element) || element === document.body;

@@ -1,4 +1,4 @@
-/** Menus: that of the right mouse button and of Shift+F10, and those below a button. */
+/** Menus: the context menu (right mouse button, Shift+F10), and menus below buttons. */
 
 import {html, nothing, render} from "lit";
 
@@ -13,12 +13,12 @@ const GROUND = [
   ["selectAll", "layout", "layoutAll", "fit"],
   ["repairNumbers", "extract", "inline", "export", "compare", "up"],
 ];
-/** Actions that are left out where they are not possible. */
+/** Actions that are left out when they are not possible. */
 const RARE = new Set(["repairNumbers", "extract", "inline"]);
 
 /**
- * What a menu has, by default the actions on what is selected: ids of actions, or actions. `label` is its name where it
- * shows no `title`.
+ * The content of a menu, by default the actions on the selection: ids of actions, or actions. `label` is its name if it
+ * has no `title`.
  *
  * @typedef {{groups?: (string | Action)[][], title?: string, label?: string}} Content
  * @import {Action, Context} from "./actions.js"
@@ -100,7 +100,7 @@ export function showMenu({x, y, point, groups: given, label, title = label ? "" 
   required(context.app.querySelector("main"), "place for the menu").append(element);
   const {width, height} = element.getBoundingClientRect();
   const top = Math.max(4, Math.min(y, innerHeight - height - 4));
-  const stop = document.querySelector(".stop-button")?.getBoundingClientRect(); // lies above every menu
+  const stop = document.querySelector(".stop-button")?.getBoundingClientRect(); // it is above every menu
   const right = stop && top < stop.bottom && top + height > stop.top ? stop.left : innerWidth;
   element.style.left = `${Math.max(4, Math.min(x, right - width - 4))}px`;
   element.style.top = `${top}px`;

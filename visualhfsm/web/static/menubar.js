@@ -51,7 +51,7 @@ class Menubar extends PageElement {
     return this.querySelectorAll("[role=menuitem]");
   }
 
-  /** @param {number} index @param {boolean} [stay] whether it stays open if it is open already */
+  /** @param {number} index @param {boolean} [stay] whether an open menu stays open */
   async #open(index, stay = false) {
     const {dropMenu} = await menu();
     /** @param {number} at @param {boolean} [remain] */

@@ -2,25 +2,25 @@
 
 const SHOWN = 6000; // ms
 const MOST = 4; // notices at a time, without errors
-const MOST_ERRORS = 3; // at a time; older ones are counted
+const MOST_ERRORS = 3; // shown at a time; older ones are counted
 
 /** @type {HTMLElement | undefined} */
 let list;
-/** What stands for the errors that are not shown. @type {HTMLElement | undefined} */
+/** The line for errors that are not shown. @type {HTMLElement | undefined} */
 let older;
 
 /**
  * Show a notice, which disappears by itself; an error stays until it is dismissed.
  *
  * @param {string} text @param {"info" | "error"} kind
- * @param {{label: string, run: () => void}} [link] leads to what it is about
- * @returns {() => void} takes it away
+ * @param {{label: string, run: () => void}} [link] leads to its subject
+ * @returns {() => void} removes it
  */
 export function notify(text, kind = "info", link = undefined) {
   list ??= makeList();
   const same = [...list.children].find(({firstChild}) => firstChild instanceof Text && firstChild.data === text);
-  if (same && kind === "error") return () => dismiss(same); // it may come in each frame; its button must stay
-  same?.remove(); // it is shown once
+  if (same && kind === "error") return () => dismiss(same); // it may be repeated in each frame; its button must stay
+  same?.remove(); // the same text is shown once
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
   notice.setAttribute("role", kind === "info" ? "status" : "alert");
@@ -51,7 +51,7 @@ function makeList() {
   return made;
 }
 
-/** What stands for older errors. @param {HTMLElement} all */
+/** Make the line for older errors. @param {HTMLElement} all */
 function makeOlder(all) {
   const made = document.createElement("div");
   made.className = "older";

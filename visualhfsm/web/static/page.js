@@ -1,7 +1,7 @@
 /**
  * The state of the page itself: the shown tab and automaton, and the selection.
  *
- * Tree, canvas and panels share it. Nothing of it is in the document.
+ * Tree, canvas and panels share this state. It is not part of the document.
  */
 
 import {ownerOf, pathTo, rootOf, titleOf} from "./outline.js";
@@ -10,7 +10,7 @@ import {store} from "./store.js";
 
 /** Parts of a place that are edited as code beside the canvas. */
 const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument"]);
-/** Where the data of other parts is shown. */
+/** The section in which the data of other parts is shown. */
 /** @type {Record<string, string>} */
 const SECTIONS = {
   period: "timing",
@@ -24,7 +24,7 @@ const SECTIONS = {
 /**
  * @import {Place, Target} from "./store.js"
  * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot
- * @typedef {{line?: number, column?: number}} At where in the text at a place the cursor is to stand
+ * @typedef {{line?: number, column?: number}} At position of the cursor in the text at a place
  * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, reveal: null, save: null,
  *   "focus-canvas": null, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
  */
@@ -34,8 +34,8 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   /** The shown tab; 0 is the start page. */
   tab = 0;
   /**
-   * What is marked on the canvas though nothing runs, such as a step of a counterexample: of each automaton
-   * what its states and transitions show. The event `highlight` says that it is another.
+   * Marks on the canvas that do not come from a run, such as a step of a counterexample: for each automaton, those of
+   * its states and transitions. The event `highlight` reports a change.
    *
    * @type {Map<number, Map<string, import("./canvas/live-marks.js").Live>> | undefined}
    */
@@ -74,14 +74,14 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     return this.#spot().transitions;
   }
 
-  /** The selected state when it is the only selected thing. */
+  /** The selected state if nothing else is selected. */
   get state() {
     if (this.states.size !== 1 || this.transitions.size) return undefined;
     const [id] = this.states;
     return this.automaton?.states.find((each) => each.id === id);
   }
 
-  /** The selected transition when it is the only selected thing. */
+  /** The selected transition if nothing else is selected. */
   get transition() {
     if (this.transitions.size !== 1 || this.states.size) return undefined;
     const [id] = this.transitions;
@@ -157,7 +157,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   /**
    * Edit a piece of code beside the canvas.
    *
-   * @param {Place & At & {focus?: boolean}} place as in the protocol, and where the cursor is to stand
+   * @param {Place & At & {focus?: boolean}} place as in the protocol, and the position of the cursor
    */
   edit(place) {
     this.dispatchEvent(new CustomEvent("edit", {detail: place}));
@@ -168,17 +168,17 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
    *
    * @param {string} section `interfaces`, `timing`, `variables`, `functions`, `inputs`, `parameters`, `events`,
    *   `properties`, `libraries` or `description`
-   * @param {Place & At} [place] what of it to focus
+   * @param {Place & At} [place] to focus in it
    */
   showData(section, place) {
     this.dispatchEvent(new CustomEvent("data", {detail: {section, place}}));
   }
 
   /**
-   * Go to a place of the document, such as that of a problem, a hit of a search or a line of a traceback.
+   * Show a place of the document, such as that of a problem, a hit of a search or a line of a traceback.
    *
    * @param {Place} place
-   * @param {At} at where in its text
+   * @param {At} at position in its text
    */
   jump(place, at = {}) {
     const {kind, automaton, id, part = ""} = place;

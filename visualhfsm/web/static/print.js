@@ -1,5 +1,5 @@
 /**
- * The whole component as pages: the browser prints them, or saves them as PDF.
+ * The whole component as pages, which the browser prints or saves as PDF.
  *
  * @import {Automaton, State, Transition} from "./store.js"
  */
@@ -14,7 +14,7 @@ import {spokenTime} from "./times.js";
 
 /** Show the print dialog of the browser with the pages of the shown document. */
 export async function printComponent() {
-  document.querySelector("body > .pages")?.remove(); // of a dialog whose end was not reported
+  document.querySelector("body > .pages")?.remove(); // left by a dialog whose end was not reported
   const pages = document.createElement("div");
   pages.className = "pages";
   render(content(), pages);

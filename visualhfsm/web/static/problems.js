@@ -1,5 +1,5 @@
 /**
- * The problems of a document, by what they are about.
+ * The problems of a document by their elements.
  *
  * @import {Problem} from "./store.js"
  */
@@ -9,7 +9,7 @@ const known = new WeakMap();
 const RANK = {error: 2, warning: 1, note: 0};
 
 /**
- * The worst problem of a state or transition, undefined without one.
+ * The worst problem of a state or transition, undefined if there is none.
  *
  * @param {Problem[]} problems
  * @param {"state" | "transition" | "automaton"} kind

@@ -1,24 +1,24 @@
 /**
- * Coming in again after the editor was restarted on the same port: see visualhfsm/web/resumption.py.
+ * Readmission after the editor was restarted on the same port: see visualhfsm/web/resumption.py.
  *
- * The key is never sent, and nothing is before the server has proved that it has it, too: in the meantime anybody on
- * this machine may have listened on the port.
+ * The key is never sent. The server must first prove that it has the key, too: in the meantime anybody on this machine
+ * may have listened on the port.
  */
 
 export class Resumption {
   /** @type {CryptoKey | undefined} */
   #key = undefined;
 
-  /** @param {string | undefined} key in hexadecimal digits, as the server greeted with it */
+  /** @param {string | undefined} key in hexadecimal digits, from the server's greeting */
   async learn(key) {
-    // Browsers offer cryptography to pages of loopback and of https only.
+    // Browsers offer cryptography only to pages from loopback or https.
     this.#key =
       key && crypto.subtle
         ? await crypto.subtle.importKey("raw", bytes(key), {name: "HMAC", hash: "SHA-256"}, false, ["sign", "verify"])
         : undefined;
   }
 
-  /** Get a new cookie; whether that was possible. */
+  /** Get a new cookie; returns whether that was possible. */
   async resume() {
     const key = this.#key;
     if (!key) return false;
@@ -30,7 +30,7 @@ export class Resumption {
       const answer = digits(new Uint8Array(await crypto.subtle.sign("HMAC", key, text(`page:${challenge}`))));
       return (await fetch(`/resume?challenge=${challenge}&proof=${answer}`)).ok;
     } catch {
-      return false; // it is offline again, or no editor
+      return false; // it is offline again, or is not an editor
     }
   }
 }

@@ -1,4 +1,4 @@
-/** What can be done with the robot: start a simulation, change it, put it upright, end it, or connect to a real one. */
+/** The menu of the robot: start a simulation, change it, put it upright, end it, or connect to a real robot. */
 
 import {html, nothing} from "lit";
 
@@ -19,7 +19,7 @@ const BODIES = [
   ["H21", "H21, its hands fixed"],
 ];
 const ADDRESS = "visualhfsm.robot";
-/** What a real robot does at first, as `naoserver-naoqi --start`. @type {[string, string][]} */
+/** The first action of a real robot, as `naoserver-naoqi --start`. @type {[string, string][]} */
 const STARTS = [
   ["leave", "stays as it is"],
   ["stiffen", "holds its joints where they are"],
@@ -33,7 +33,7 @@ class RobotMenu extends PageElement {
 
   constructor() {
     super();
-    /** What was chosen here and is not running yet. @type {string | undefined} */
+    /** Choices that are not running yet. @type {string | undefined} */
     this.world = undefined;
     /** @type {string | undefined} */
     this.speed = undefined;
@@ -54,7 +54,7 @@ class RobotMenu extends PageElement {
     );
   }
 
-  /** What is chosen. */
+  /** The present choices. */
   get wanted() {
     const {simulation} = store.robot;
     const {world = simulation.world, speed = simulation.speed, body = simulation.body, balls = simulation.balls} = this;
@@ -172,12 +172,12 @@ class RobotMenu extends PageElement {
   /** @param {KeyboardEvent} event */
   #key = (event) => {
     if (event.key === "Escape") this.close();
-    if (event.key !== "Tab") event.stopPropagation(); // a letter is no key of the canvas here
+    if (event.key !== "Tab") event.stopPropagation(); // here, letters are not keys of the canvas
   };
 }
 
 /**
- * What is chosen of some, each with its words and what explains it.
+ * A choice among options, each with its label and its title.
  *
  * @param {string} label @param {string} chosen @param {[string, string, string?][]} options
  * @param {(chosen: string) => void} choose

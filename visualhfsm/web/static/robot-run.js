@@ -1,4 +1,4 @@
-/** What has to be settled before a run: that a robot is there, and that it accepts commands. */
+/** Conditions of a run: a robot is present, and accepts commands. */
 
 import {ask} from "./commands.js";
 import {confirm} from "./dialogs/dialog.js";
@@ -14,11 +14,11 @@ import {store} from "./store.js";
 
 const DANCE = "dance";
 
-/** What the user has chosen where there is no robot; it is asked once. @type {string | undefined} */
+/** The user's choice when there is no robot; asked only once. @type {string | undefined} */
 let chosen;
 
 /**
- * Settle what a document needs to run; asks the user where needed.
+ * Provide what a document needs to run; asks the user if necessary.
  *
  * @param {Fields} fields of the document
  * @returns {Promise<boolean | "trial">} whether it may run, or is to be tried without a robot
@@ -31,7 +31,7 @@ export async function settle(fields) {
     const choice = chosen ?? (await choose());
     if (choice === "connect") {
       await connect().catch(notifyError);
-      return false; // the user looks at the real robot first, and runs then
+      return false; // the user checks the real robot before the run
     }
     if (!choice) return false;
     if (choice === "trial") return choice;

@@ -1,4 +1,4 @@
-/** What the page knows of the robot of the realm, in words, and how it asks for one. */
+/** The robot of the realm in words, and requests for a robot. */
 
 import {store} from "./store.js";
 
@@ -8,7 +8,7 @@ import {store} from "./store.js";
 const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString([], {hour: "2-digit", minute: "2-digit"});
 
 /**
- * What is shown of a robot: in words, in fewer words for narrow windows, and as a color.
+ * The status of a robot: in words, in fewer words for narrow windows, and as a color.
  *
  * @param {Robot} robot
  * @returns {{word: string, short: string, kind: "none" | "busy" | "here" | "amber" | "stopped"}}
@@ -38,7 +38,7 @@ export function shownOf(robot) {
   }
 }
 
-/** Ask the server to start a simulation, as the last one was. @param {object} [changes] of it */
+/** Request a simulation like the last one. @param {object} [changes] to it */
 export const simulate = (changes = {}) => store.request("simulate", {...store.robot.simulation, ...changes});
 
 const LONGEST_START = 60_000; // ms
@@ -46,11 +46,11 @@ const LONGEST_START = 60_000; // ms
 /** Whether a document uses parts of a robot. @param {Fields} fields */
 export const needsRobot = ({interfaces}) => interfaces.length > 0;
 
-/** Whether a document looks for something in the pictures of a camera. @param {Fields} fields */
+/** Whether a document uses a camera, probably to look for a ball. @param {Fields} fields */
 const looks = ({interfaces}) => interfaces.some(({type}) => /\bCamera(Prx)?$/.test(type));
 
 /**
- * The simulation that a document needs: in its world; without one, what looks for a ball gets balls that move.
+ * The simulation that a document needs: in its world; without one, a document that looks for a ball gets moving balls.
  *
  * @param {Fields} fields
  */
@@ -63,7 +63,7 @@ export function simulationFor(fields) {
 export const isElsewhere = ({world}) =>
   store.robot.started === "simulation" && Boolean(world) && world !== store.robot.simulation.world;
 
-/** Whether a document can run at once: its robot is there, and accepts commands. @param {Fields} fields */
+/** Whether a document can run at once: its robot is present and accepts commands. @param {Fields} fields */
 export function isReadyFor(fields) {
   const {status, stopped, started, hasBalls, simulation} = store.robot;
   if (!needsRobot(fields)) return true;
@@ -71,7 +71,7 @@ export function isReadyFor(fields) {
   return status === "present" && !stopped && !misses && !isElsewhere(fields);
 }
 
-/** Wait until the robot that is being started is there. @returns {Promise<boolean>} whether it came */
+/** Wait until the robot that is being started is present. @returns {Promise<boolean>} whether it is */
 export function robotComes() {
   return new Promise((resolve) => {
     const ended = new AbortController();

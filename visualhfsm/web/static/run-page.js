@@ -1,5 +1,5 @@
 /**
- * A run in one file, without a server: the views of the editor show what visualhfsm/run_page.py put into the page.
+ * A run in one file, without a server: the views of the editor show the content from visualhfsm/run_page.py.
  *
  * @import {Automaton, Fields, Message} from "./store.js"
  * @import {LiveStructure, Timeline} from "./monitor/monitor.js"
@@ -35,9 +35,9 @@ import {currentTheme, initTheme, switchTheme} from "./theme.js";
 
 const TAB = 1;
 const OLDEST = 2; // s for which a picture counts as that of a later moment, or twice the usual time between two
-const MOST_POINTS = 600; // of a line in a plot
+const MOST_POINTS = 600; // points of a line in a plot
 
-/** The code of what is selected; a double click leads there. */
+/** The code of the selected element; a double click leads there. */
 class RunCode extends PageElement {
   connectedCallback() {
     super.connectedCallback();
@@ -54,7 +54,7 @@ class RunCode extends PageElement {
 
 customElements.define("hfsm-run-code", RunCode);
 
-/** What the page contains. @returns {Promise<{content: Content, moments: string[]}>} */
+/** The content of the page. @returns {Promise<{content: Content, moments: string[]}>} */
 async function unpacked() {
   const packed = atob(required(document.getElementById("run"), "run").textContent ?? "");
   const bytes = Uint8Array.from(packed, (each) => each.charCodeAt(0));
@@ -64,7 +64,7 @@ async function unpacked() {
 }
 
 /**
- * What the server would answer.
+ * Answer requests as the server would.
  *
  * @typedef {{time?: number, camera?: string, at?: number, names?: string[], start?: number, end?: number}} Wanted
  * @param {Content} content
@@ -97,7 +97,7 @@ const answers = ({times, pictures}, moments) => {
   };
 };
 
-/** What the server would push of the document. @param {Content} content @returns {Message[]} */
+/** The messages that the server would push about the document. @param {Content} content @returns {Message[]} */
 function pushes({name, document}) {
   const title = `${name}.xml`;
   const named = {tab: TAB, title, component: name, path: "", recording: name};

@@ -24,7 +24,7 @@ class Runs {
   }
 
   /**
-   * The last status of the component of a tab; undefined when it never ran.
+   * The last status of the component of a tab; undefined if it never ran.
    *
    * @returns {Run | undefined}
    * @param {number} tab

@@ -22,12 +22,12 @@ import {store} from "./store.js";
 import {copyUnsent, unsentBanner} from "./unsent.js";
 
 /**
- * A button that does an action.
+ * A button for an action.
  *
  * @param {string} id
  * @param {import("./actions.js").Context} context
  * @param {{label?: boolean | "short", kind?: string, words?: string, image?: string}} options a `short` label leaves
- *   out the key; `words` and `image` stand for those of the action
+ *   out the key; `words` and `image` replace those of the action
  */
 export function actionButton(id, context, {label = true, kind = "", words, image} = {}) {
   const action = actionOf(id);
@@ -77,7 +77,7 @@ export function menuButton(name, image, open, {kind = "bare", title = name, labe
 }
 
 /**
- * The folder of a document, where another one has the same name.
+ * The folder of a document, if another one has the same name.
  *
  * @param {TabState} tab
  * @param {TabState[]} tabs
@@ -136,7 +136,7 @@ class Tabs extends PageElement {
 
   updated() {
     if (this.#revealed === page.tab) return; // scrolling makes the browser lay out everything at once
-    const chosen = this.querySelector(".tab.chosen"); // not there until the workspace has come
+    const chosen = this.querySelector(".tab.chosen"); // missing until the workspace has arrived
     chosen?.scrollIntoView({block: "nearest", inline: "nearest"});
     this.#revealed = chosen ? page.tab : 0;
   }
@@ -186,7 +186,7 @@ class Breadcrumbs extends PageElement {
       ${this.#siblings()}`;
   }
 
-  /** What stands between the first automaton of a long path and its last ones. @param {Automaton[]} hidden */
+  /** The list of the automata in the middle of a long path. @param {Automaton[]} hidden */
   #between(hidden) {
     return html`<select
       aria-label="${hidden.length} automata between"
@@ -295,8 +295,8 @@ class Status extends PageElement {
 }
 
 /**
- * What stands above everything until it is settled: the server is offline, the robot is stopped, a file was changed by
- * another program, changes were not saved, or what was typed was not sent.
+ * Banners above everything until their cause is resolved: the server is offline, the robot is stopped, another program
+ * changed a file, changes were not saved, or typed text was not sent.
  *
  * @param {import("./actions.js").Context} context
  */
@@ -312,7 +312,7 @@ export function banner({app, canvas}) {
   return html`${stoppedBanner()}${unsentBanner(() => app.requestUpdate())}${fileBanner(canvas)}`;
 }
 
-/** The robot refuses commands until the operator has looked at it and resets the stop. */
+/** The robot refuses commands until the operator has checked it and resets the stop. */
 function stoppedBanner() {
   const reason = store.robot.stopped;
   if (!reason) return nothing;
@@ -330,7 +330,7 @@ async function resetStop() {
   }
 }
 
-/** What the shown document comes from, and that it is not changed. @param {string} path @param {HfsmCanvas} canvas */
+/** The recording that contains the shown, read-only document. @param {string} path @param {HfsmCanvas} canvas */
 function recordingBanner(path, canvas) {
   const plays = monitor.recording?.tab === page.tab;
   return html`<div class="banner recorded" role="status">

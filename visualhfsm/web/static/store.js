@@ -19,7 +19,7 @@
  * @typedef {{name: string, kind: string, within: string, expression: string}} Property
  * @typedef {{name: string, description: string, onError: string, onRefused: string, world: string, language: string,
  *   parameters: Parameter[], events: {name: string, description: string}[], properties: Property[],
- *   libraries: {name: string, kind: string}[], interfaces: Interface[], ros: RosInterface[]}} Fields what a document has beside automata
+ *   libraries: {name: string, kind: string}[], interfaces: Interface[], ros: RosInterface[]}} Fields without automata
  * @typedef {{timeMs: number, automaton: number, kind: string, text: string, state: number, origin?: number,
  *   transition?: number}} Step
  * @typedef {{steps: Step[], repeats?: number}} Counterexample
@@ -140,11 +140,11 @@ const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/web/workspace.py). */
 const LARGEST = 4 * 2 ** 20;
-const MERGED = 200_000; // characters; of a longer text what was typed last counts
-/** Requests that do not depend on what was typed before. */
+const MERGED = 200_000; // characters; longer texts are not merged, but replaced
+/** Requests that do not depend on unsent text. */
 const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
 
-/** An answer of the server that says why something was not done. */
+/** An answer of the server with the reason why a request failed. */
 export class RequestError extends Error {
   /** @param {string} message @param {string} kind as docs/reference/protocol.md has them */
   constructor(message, kind) {
@@ -165,18 +165,18 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   workspace = {tabs: [], recoverable: [], running: []};
   robot = NO_ROBOT;
   online = false;
-  /** When the connection was lost, ms since 1970; 0 while it stands. */
+  /** When the connection was lost, ms since 1970; 0 while connected. */
   offlineSince = 0;
-  /** Whether the server answers and does not know this page: it was restarted, and has new secrets. */
+  /** Whether the server answers but refuses this page: it was restarted, and has new secrets. */
   refused = false;
-  /** Whether the server was restarted, so that the page is loaded again: its tabs are others. */
+  /** Whether the server was restarted, so that the page is reloaded: the tabs are different. */
   restarted = false;
-  /** Typed texts that the server does not have yet, by what they are. @type {Map<string, Unsaved>} */
+  /** Typed texts that the server does not have yet, by their keys. @type {Map<string, Unsaved>} */
   unsaved = new Map();
   /** The answer of the server to `hello`. @type {Greeting} */
   greeting = {};
   /**
-   * What answers requests in an exported page, which has no server, and the frames that it has by their path.
+   * The stand-in for the server in an exported page: it answers requests, and has frames by path.
    *
    * @type {{answer: (op: string, fields: any) => any, frames: Record<string, ArrayBuffer>} | undefined}
    */
@@ -221,7 +221,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     for (const push of pushes) this.#receive(push);
   }
 
-  /** What users see while there is no connection. */
+  /** The text for users while there is no connection. */
   get whyOffline() {
     return this.refused
       ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."
@@ -238,7 +238,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    */
   request(op, fields = {}) {
     if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
-    // Before the server has greeted, its tabs may be others than those that the page shows.
+    // Before the greeting, the server's tabs may differ from those that the page shows.
     const isGreeting = op !== "hello" && !this.online && this.#socket?.readyState === WebSocket.OPEN;
     return isGreeting ? this.#greeted.then(() => this.#send(op, fields)) : this.#send(op, fields);
   }
@@ -275,7 +275,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    *
    * @param {number} tab
    * @param {{command: string} & Record<string, unknown>} command
-   * @param {string} [base] the text over which that of the command was typed: what others made of it is merged
+   * @param {string} [base] the text in which that of the command was typed: changes of others to it are merged
    */
   do(tab, command, base) {
     return this.request("do", {tab, command, base: (base?.length ?? Infinity) <= MERGED ? base : undefined});
@@ -443,7 +443,7 @@ function updated(former, {tab, revision, undo, redo, dirty, full, patch}) {
   return {document, changed};
 }
 
-/** The automata of a document with what is imported in the place of where it is. @param {OpenDocument} document */
+/** The automata of a document, with imported content in the place of each import. @param {OpenDocument} document */
 function withContent({own, content}) {
   if (!content.length) return own;
   const automata = new Map(own);
@@ -486,7 +486,7 @@ function patchedItems(list, change) {
   return order ? inOrder(byId, order) : [...byId.values()];
 }
 
-/** Those that are there. @template T @param {Map<number, T>} byId @param {number[]} order @returns {T[]} */
+/** The items that exist. @template T @param {Map<number, T>} byId @param {number[]} order @returns {T[]} */
 const inOrder = (byId, order) => order.flatMap((id) => byId.get(id) ?? []);
 
 /** The one connection of the page. */

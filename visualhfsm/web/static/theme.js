@@ -1,4 +1,4 @@
-/** Light or dark: as the system, unless the user has chosen; always as the system where it forces its colors. */
+/** Light or dark: as the system, unless the user has chosen; always as the system if that forces its colors. */
 
 const KEY = "visualhfsm.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");

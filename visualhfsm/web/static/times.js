@@ -3,7 +3,7 @@
 /** @type {Record<string, number>} */
 const UNITS = {"": 1, ms: 1, s: 1000, min: 60_000};
 
-/** A time in minutes, seconds or milliseconds; what is no time stays as it is. @param {string} milliseconds */
+/** A time in minutes, seconds or milliseconds; other text stays as it is. @param {string} milliseconds */
 export function spokenTime(milliseconds) {
   const value = Number(milliseconds);
   if (!milliseconds.trim() || !Number.isFinite(value)) return milliseconds.trim();
@@ -11,7 +11,7 @@ export function spokenTime(milliseconds) {
   return value >= UNITS.s && Number.isInteger(value) ? `${value / UNITS.s} s` : `${value} ms`;
 }
 
-/** A typed time such as `1.5 s` or `500 ms` in milliseconds; what is no time stays as it is. @param {string} typed */
+/** A typed time such as `1.5 s` or `500 ms` in milliseconds; other text stays as it is. @param {string} typed */
 export function toMilliseconds(typed) {
   const [, number, unit] = /^(\d+(?:[.,]\d+)?)\s*(ms|s|min|)$/i.exec(typed.trim()) ?? [];
   if (number === undefined) return typed;

@@ -16,7 +16,7 @@ import {store} from "./store.js";
 /** @import {Context} from "./actions.js" */
 
 /**
- * An element of the page, and what is said of it. `enter` is done with it; with `types` the user types there, so the
+ * An element of the page, and its explanation. `enter` is performed there; with `types` the user types there, so the
  * tour does not take the focus.
  *
  * @typedef {{selector: string, title: string, text: TemplateResult, next?: string, types?: boolean,
@@ -137,7 +137,7 @@ export async function startTour(context) {
     const {enter} = STEPS[index];
     if (step > 0 && enter) {
       await enter(context);
-      if (bubble.isConnected) show(); // where it is now
+      if (bubble.isConnected) show(); // the element may have moved
     }
   };
   const show = () => {
@@ -177,7 +177,7 @@ export async function startTour(context) {
 }
 
 /**
- * Put the frame around an element, and the bubble beside it where there is most room.
+ * Place the frame around an element, and the bubble on the side with the most room.
  *
  * @param {Element} element
  * @param {HTMLElement} frame

@@ -8,7 +8,7 @@ import {page} from "./page.js";
 import {problemOf, problemOfAutomaton} from "./problems.js";
 
 const MOST = 4000; // rows; a larger tree is folded below the first level
-const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is seen
+const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is visible
 
 /**
  * @import {From} from "./element.js"
@@ -21,7 +21,7 @@ export class Tree extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "problems"]};
 
-  /** What is seen, from top to bottom. @type {Row[]} */
+  /** The visible rows, from top to bottom. @type {Row[]} */
   rows = [];
   /** Keys of rows. @type {Set<string>} */
   #folded = new Set();
@@ -29,7 +29,7 @@ export class Tree extends PageElement {
   /** @type {string | undefined} */
   #revealed = "";
 
-  /** Draw what was done in the tree at once, and all else after the canvas, which is where one looks then. */
+  /** Draw changes made in the tree at once, others after the canvas, where the user then looks. */
   async scheduleUpdate() {
     if (this.hasUpdated && !this.contains(document.activeElement)) await drawn();
     super.scheduleUpdate();
@@ -152,7 +152,7 @@ export class Tree extends PageElement {
     this.#markLive();
   }
 
-  /** This does not draw everything again: states may change many times a second. */
+  /** Update the marks alone: states may change many times a second. */
   #markLive() {
     /** @type {NodeListOf<HTMLElement>} */
     const branches = this.querySelectorAll("[role=treeitem]");
@@ -246,7 +246,7 @@ export class Tree extends PageElement {
     this.#focused = next.key;
     choose(next);
     this.requestUpdate();
-    // At once: the next key may come before the tree is drawn again, and must find the row that this one led to.
+    // At once: the next key may arrive before the tree is redrawn, and must find the row that this one selected.
     /** @type {HTMLElement | null} */ (this.querySelector(`[data-index="${this.rows.indexOf(next)}"]`))?.focus();
   }
 }

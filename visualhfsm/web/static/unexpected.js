@@ -1,5 +1,5 @@
 /**
- * Uncaught errors: they are shown, with what to do.
+ * Uncaught errors: they are shown, with advice.
  *
  * This module runs before the others and needs only the notices, so that it also reports a page that cannot be loaded.
  */
@@ -12,10 +12,10 @@ addEventListener(
   "error",
   (event) => {
     if (event.target !== window) {
-      // that of an element, such as a picture of a camera
+      // an error of an element, such as a picture of a camera
       if (event.target instanceof HTMLScriptElement) report(`${event.target.src} could not be loaded`);
     } else if (!event.message.startsWith("ResizeObserver loop")) {
-      // which only says that sizes follow in the next frame
+      // harmless: sizes follow in the next frame
       report(event.message, event.error?.stack ?? `${event.filename}:${event.lineno}`);
     }
   },
@@ -24,7 +24,7 @@ addEventListener(
 
 addEventListener("unhandledrejection", ({reason}) => {
   if (reason?.kind)
-    notifyError(reason); // a refusal of the server says itself what to do
+    notifyError(reason); // a refusal of the server contains its own advice
   else report(String(reason), reason?.stack);
 });
 

@@ -1,4 +1,4 @@
-/** What was typed and did not reach the server: it is sent after reconnecting, or can at least be copied. */
+/** Typed text that did not reach the server: it is sent after reconnecting, or can at least be copied. */
 
 import {html, nothing} from "lit";
 
@@ -16,14 +16,14 @@ store.addEventListener("restarted", () => {
   if (texts.length) sessionStorage.setItem(KEPT, texts.join("\n\n"));
 });
 
-/** A button to copy what is not sent yet. */
+/** A button to copy the unsent text. */
 export function copyUnsent() {
   const texts = waiting();
   if (!texts.length) return nothing;
   return html`<button type="button" @click=${() => copy(texts.join("\n\n"))}>Copy what was not sent</button>`;
 }
 
-/** What was not sent before the editor was restarted. @param {() => void} redraw */
+/** The text that was not sent before the editor was restarted. @param {() => void} redraw */
 export function unsentBanner(redraw) {
   const text = sessionStorage.getItem(KEPT);
   if (!text || store.restarted) return nothing; // a click would be lost with the page that is about to be loaded again

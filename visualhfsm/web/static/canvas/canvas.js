@@ -35,7 +35,7 @@ export class HfsmCanvas extends HTMLElement {
   sketch = make("g", {class: "sketch"});
   /** The drawing, at its own scale: the browser zooms it without a new layout. */
   svg = make("svg", {role: "none"}, ...this.drawing.layers, this.sketch);
-  /** What takes the pointer and the focus, as large as the canvas. */
+  /** The element that receives the pointer and the focus, as large as the canvas. */
   surface = division("surface");
   /** The text beside the pointer. */
   tip = make("title");
@@ -62,11 +62,11 @@ export class HfsmCanvas extends HTMLElement {
   #views = new Map();
   #shown = "";
   #unfitted = false;
-  #fitted = ""; // the view after everything was shown; as long as nobody changed it, it is kept so
+  #fitted = ""; // the view in which everything was shown: unless the user changes it, everything stays visible
   /** @type {Map<string, Live> | undefined} */
   #live;
 
-  /** Whether changes are refused: of another version, of what was recorded, and of what comes from another file. */
+  /** Whether changes are refused: in a comparison, of a recorded document, and of content of another file. */
   get readOnly() {
     return Boolean(this.comparison || page.automaton?.imported) || store.isRecorded(page.tab);
   }
@@ -159,7 +159,7 @@ export class HfsmCanvas extends HTMLElement {
     this.#fitted = this.#view();
   }
 
-  /** Show the selection, or everything without one. */
+  /** Show the selection, or everything if nothing is selected. */
   fitSelection() {
     const places = this.selectedKeys().flatMap((key) => this.drawing.places.get(key) ?? []);
     if (!places.length) return this.fit();
@@ -260,9 +260,9 @@ export class HfsmCanvas extends HTMLElement {
   #leave() {
     this.cancel();
     this.rename.cancel();
-    this.drawing.automaton = undefined; // another document may have one of the same number
+    this.drawing.automaton = undefined; // another document may have an automaton of the same number
     if (this.#fitted === this.#view())
-      this.#views.delete(this.#shown); // fitted again: panels may have come or gone
+      this.#views.delete(this.#shown); // fitted again: panels may have opened or closed
     else if (this.#shown) this.#views.set(this.#shown, {...this.viewport.middle, scale: this.viewport.scale});
     this.order.forget();
     this.hadFocus = this.contains(document.activeElement);
@@ -303,7 +303,7 @@ export class HfsmCanvas extends HTMLElement {
 
   #resting = 0;
 
-  /** Say that everything is outside, once the view rests. */
+  /** Show the hint that everything is outside, once the view rests. */
   #lookOutside() {
     clearTimeout(this.#resting);
     this.#resting = setTimeout(() => {
@@ -313,7 +313,7 @@ export class HfsmCanvas extends HTMLElement {
     }, REST);
   }
 
-  /** Create what comes into view, once the size of the canvas is known. */
+  /** Create the elements that come into view, once the size of the canvas is known. */
   #look() {
     if (this.#size.width) this.drawing.look(this.viewport.seen, this.viewport.scale);
   }
@@ -334,7 +334,7 @@ export class HfsmCanvas extends HTMLElement {
     }
     this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
     if (before.width && this.#size.width) {
-      if (whole && !contains(this.viewport.seen, this.drawing.bounds())) this.fit(); // what was fully visible stays so
+      if (whole && !contains(this.viewport.seen, this.drawing.bounds())) this.fit(); // it stays fully visible
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }

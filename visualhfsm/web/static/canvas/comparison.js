@@ -47,7 +47,7 @@ export class Comparison {
     this.index = -1;
     /** @type {Difference[]} */
     this.differences = [];
-    /** The former automata of all that differs. @type {Map<number, Automaton>} */
+    /** The former automata of all differences. @type {Map<number, Automaton>} */
     this.before = new Map();
     /** The marks in each automaton, by key. @type {Map<number, Map<string, string>>} */
     this.byAutomaton = new Map();
@@ -66,7 +66,7 @@ export class Comparison {
     this.#show();
   }
 
-  /** Back to drawing. */
+  /** Return to drawing. */
   end() {
     this.stop.abort();
     this.legend.remove();

@@ -1,8 +1,8 @@
 /**
  * The drawing of one automaton: keeps the elements of the page in step with the document.
  *
- * Elements live as long as what they show, and only differences are drawn, so that a command in a document of hundreds
- * of states is drawn at once. In a large automaton, names and handles are created when they come into view.
+ * An element exists as long as its state or transition, and only differences are drawn, so that a command in a document
+ * of hundreds of states is drawn at once. In a large automaton, names and handles are created when they come into view.
  */
 
 import {outgoing} from "../outline.js";
@@ -30,7 +30,7 @@ export class Drawing {
     this.arcs = make("g", {class: "arcs"});
     this.names = make("g", {class: "names", "aria-hidden": "true"});
     this.circles = make("g", {class: "circles"});
-    /** All of it, from the lowest to the highest. */
+    /** All layers, from the lowest to the highest. */
     this.layers = [this.arcs, this.names, this.circles];
     /** @type {Map<string, StateView>} */
     this.states = new Map();
@@ -42,7 +42,7 @@ export class Drawing {
     this.automaton = undefined;
   }
 
-  /** Views without names and handles, which were not close enough yet. @type {Set<StateView | TransitionView>} */
+  /** Views without names and handles, which have not come into view yet. @type {Set<StateView | TransitionView>} */
   #bare = new Set();
   #isLarge = false;
 
@@ -122,8 +122,8 @@ export class Drawing {
    * Show elements elsewhere while they are dragged.
    *
    * @param {Map<string, Point>} moved
-   * @param {{dx: number, dy: number, keys: Set<string>}} [carried] transitions that move with both their states as
-   *   they are, from where they stood when the drag began
+   * @param {{dx: number, dy: number, keys: Set<string>}} [carried] transitions that move with both their
+   *   states unchanged, from their places at the beginning of the drag
    */
   preview(moved, carried) {
     this.#moved = true;
@@ -153,10 +153,10 @@ export class Drawing {
   }
 
   #stale = false;
-  #detailed = true; // whether labels and badges are seen; they are not placed before
+  #detailed = true; // whether labels and badges are visible; they are placed only then
 
   /**
-   * Create what is needed to show a part of the drawing.
+   * Create the elements for a part of the drawing.
    *
    * @param {Box} seen
    * @param {number} scale
@@ -168,7 +168,7 @@ export class Drawing {
   }
 
   /**
-   * Finish what is visible, and then what is near, so that small moves need nothing.
+   * Finish the visible elements, and then those nearby, so that small moves need no work.
    *
    * @param {Box} seen
    */
@@ -193,7 +193,7 @@ export class Drawing {
     this.#placeBadges();
   }
 
-  /** Put all names where none covers another. */
+  /** Place all names so that none covers another. */
   #placeNames() {
     const views = [...this.transitions.values()].filter((view) => view.complete);
     const found = placeLabels(
@@ -203,12 +203,12 @@ export class Drawing {
     for (const view of views) view.placeName(found.get(view));
   }
 
-  /** Where the states stand. */
+  /** The positions of the states. */
   #circles() {
     return [...this.states.keys()].flatMap((key) => this.places.get(key) ?? []);
   }
 
-  /** Put badges where no arc begins or ends. */
+  /** Place badges where no arc begins or ends. */
   #placeBadges() {
     /** @type {Map<number, number[]>} */
     const angles = new Map();

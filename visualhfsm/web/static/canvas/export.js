@@ -11,8 +11,8 @@ import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 
 const MARGIN = 24;
-const PIXELS = 2; // of a PNG for one of the drawing
-const MOST_PIXELS = 8000; // in one direction, which browsers still draw
+const PIXELS = 2; // of a PNG per pixel of the drawing
+const MOST_PIXELS = 8000; // in one direction, which browsers can still draw
 const INHERITED = ["font-size", "font-weight", "text-anchor"];
 const PRESENTED = [
   "fill",
@@ -66,7 +66,7 @@ export function picture(automaton, colors = "light") {
 }
 
 /**
- * A copy of an element with its computed styles as attributes, without what is not seen.
+ * A copy of an element with its computed styles as attributes, without invisible parts.
  *
  * @param {Element} element
  * @returns {Element}

@@ -3,8 +3,8 @@
  *
  * @typedef {{x: number, y: number}} Point
  * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, start?: Point, end?: Point, box:
- *   Box}} Arc `path` from rim to rim, `head` the arrow's, `middle` the handle, `normal` the side on which a name stands
- *   best, `first` where a number at the arc's beginning stands, `start` and `end` its ends at the rims.
+ *   Box}} Arc `path` from rim to rim, `head` the arrow's, `middle` the handle, `normal` the best side for a name,
+ *   `first` the place of a number at the arc's beginning, `start` and `end` its ends at the rims.
  * @typedef {{left: number, top: number, right: number, bottom: number}} Box
  */
 
@@ -13,12 +13,12 @@ export const RADIUS = 40;
 
 const HEAD_LENGTH = 10;
 const HEAD_WIDTH = 4.5;
-const FAN = 50; // pixels between arcs that nobody has placed
+const FAN = 50; // pixels between arcs that the user has not placed
 /** Distance of a loop's handle from the middle of its state. */
 export const LOOP = 90;
 const LOOP_OPENING = 0.34; // radians between a loop's end and its axis
-const FAR_FROM_RIM = 20; // pixels to a number at an arc's beginning: outside of the ring around what is selected
-const STRAIGHT = 3; // a handle nearer to the chord than this bends nothing
+const FAR_FROM_RIM = 20; // pixels to a number at an arc's beginning: outside of the ring around a selected state
+const STRAIGHT = 3; // pixels; an arc with a handle nearer to its chord is straight
 
 /** @param {number} x @param {number} y */
 const length = (x, y) => Math.hypot(x, y) || 1;
@@ -149,7 +149,7 @@ function loop(center, handle) {
   const start = on(-LOOP_OPENING, RADIUS);
   const tip = on(LOOP_OPENING, RADIUS + 2);
   const end = on(LOOP_OPENING, RADIUS + HEAD_LENGTH - 1);
-  // A cubic is 1/8, 3/8, 3/8, 1/8 of its points in its middle, which is to be the handle.
+  // The middle of a cubic is 1/8, 3/8, 3/8, 1/8 of its points; it must be the handle.
   const middle = {x: (8 * handle.x - start.x - end.x) / 6, y: (8 * handle.y - start.y - end.y) / 6};
   const width = RADIUS * 0.62;
   const first = {x: middle.x + normal.y * width, y: middle.y - normal.x * width};

@@ -1,7 +1,7 @@
 /**
  * Gestures of the pointer: pan, pinch, select in a box, move, bend, connect.
  *
- * Each gesture has `move(event)`, `end(event)` and `cancel()`; nothing of it is in the document before the end.
+ * Each gesture has `move(event)`, `end(event)` and `cancel()`; the document does not change before the end.
  *
  * @import {HfsmCanvas} from "./canvas.js"
  * @import {Point} from "./geometry.js"
@@ -14,7 +14,7 @@ import {required} from "../required.js";
 import {drawnArc, RADIUS} from "./geometry.js";
 import {make} from "./svg.js";
 
-const CLICK = 3; // pixels; less is a click
+const CLICK = 3; // pixels; a shorter move is a click
 const CLEAR = 2.2; // radii; a new state that is nearer would lie on the one before it
 
 export class Pan {
@@ -44,7 +44,7 @@ export class Pan {
 
 /** Pan and zoom with two fingers. */
 export class Pinch {
-  /** @param {HfsmCanvas} canvas @param {Map<number, PointerEvent>} fingers where they are, now and later */
+  /** @param {HfsmCanvas} canvas @param {Map<number, PointerEvent>} fingers their present positions, kept up to date */
   constructor(canvas, fingers) {
     this.canvas = canvas;
     this.fingers = fingers;
@@ -63,7 +63,7 @@ export class Pinch {
 
   cancel() {}
 
-  /** The point between the fingers, and how far they are from each other. */
+  /** The point between the fingers, and their distance. */
   #between() {
     const [one, other] = this.fingers.values();
     return {
@@ -107,7 +107,7 @@ export class Band {
     }
     /** @param {string} key */
     const within = (key) => {
-      const place = this.canvas.drawing.places.get(key); // none yet for what another window has just added
+      const place = this.canvas.drawing.places.get(key); // none yet for an element that another window has just added
       return place && place.x >= left && place.x <= right && place.y >= top && place.y <= bottom;
     };
     const {states, transitions} = page.automaton ?? {states: [], transitions: []};
@@ -137,7 +137,7 @@ export class Move {
   /**
    * @param {HfsmCanvas} canvas
    * @param {PointerEvent} event
-   * @param {() => void} click what to do when nothing was moved after all
+   * @param {() => void} click called when nothing was moved after all
    */
   constructor(canvas, event, click) {
     this.canvas = canvas;
@@ -191,7 +191,7 @@ export class Move {
     if (!this.began) this.click();
     if (!this.dx && !this.dy) return;
     await moveSelected(this.dx, this.dy);
-    this.canvas.redraw(); // also when it was refused, to move everything back
+    this.canvas.redraw(); // even after a refusal, to move everything back
   }
 
   cancel() {

@@ -16,7 +16,7 @@ export const CODES = {
   exit: {path: "M-3.5-3.5V3.5M-1 0H4M1.5-2.5L4 0L1.5 2.5", word: "exit code"},
 };
 
-/** What hangs on a state. @satisfies {Record<string, {path: string, word: string}>} */
+/** The badges of a state. @satisfies {Record<string, {path: string, word: string}>} */
 export const BADGES = {
   child: {path: "M-4.5-1.5L0-4.5L4.5-1.5L0 1.5ZM-4.5 1.5L0 4.5L4.5 1.5", word: "sub-automaton"},
   imported: {path: "M-4-4H1M-4-4V4H4V1M4-4L-1 1M-1-2.5V1H2.5", word: "imported from another file"},

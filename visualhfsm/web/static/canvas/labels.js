@@ -56,7 +56,7 @@ class Boxes {
 }
 
 /**
- * Where the middle of each label is to be.
+ * Choose the middle of each label.
  *
  * @template K
  * @param {Label<K>[]} labels

@@ -18,9 +18,9 @@ const BETWEEN_STATES = 70;
 const BETWEEN_RANKS = 110;
 const LABEL_HEIGHT = 44;
 const WIDEST_LABEL = 150;
-const BEGIN = 120; // where the first state stands, from the top left
+const BEGIN = 120; // position of the first state, from the top left
 const GRID = 10;
-/** Where loops may stand, upwards first. */
+/** Possible directions of loops, upwards first. */
 const LOOP_ANGLES = [-90, 90, -60, -120, 60, 120, -30, -150, 30, 150, 0, 180].map(
   (degrees) => (degrees * Math.PI) / 180,
 );
@@ -29,7 +29,7 @@ const LOOP_ANGLES = [-90, 90, -60, -120, 60, 120, -30, -150, 30, 150, 0, 180].ma
 const rounded = (value) => Math.round(value / GRID) * GRID;
 
 /**
- * Where the states and handles of an automaton are to stand.
+ * Choose positions for the states and handles of an automaton.
  *
  * @param {Automaton} automaton
  * @returns {{automaton: number, states: Placed[], transitions: Placed[]}}
@@ -71,7 +71,7 @@ function placement(automaton) {
 }
 
 /**
- * Handles of transitions to the same state: each where most room is between the arcs of its state.
+ * Handles of transitions from a state to itself: each where the arcs of its state leave most room.
  *
  * @param {Transition[]} arcs
  * @param {Placed[]} states

@@ -11,11 +11,11 @@ const WIDTH = 176;
 const HEIGHT = 116;
 const MARGIN = 8;
 const FROM = 6; // states; fewer need no map
-const NARROW = 420; // pixels of a canvas that has no room for it
-const SMALLEST = 1.8; // pixels of a state's radius, unless they would run into each other
+const NARROW = 420; // pixels; a narrower canvas has no room for it
+const SMALLEST = 1.8; // pixels of a state's radius, unless states would overlap
 const MANY = 400; // states
-const RING = 1.5; // pixels around what is selected
-const PATIENCE = 250; // ms after which the picture is drawn although there is more to do
+const RING = 1.5; // pixels around selected states
+const PATIENCE = 250; // ms after which the picture is drawn even if the page is busy
 
 /** @param {() => void} action */
 const whenIdle = (action) =>
@@ -25,7 +25,7 @@ const whenIdle = (action) =>
 export class Minimap {
   #waiting = false;
   #queued = false;
-  #unpainted = true; // everything is visible without it
+  #unpainted = true; // not painted as long as everything is visible
   /** The part of the drawing on the map, and its scale. @type {import("./geometry.js").Box | undefined} */
   #box = undefined;
   #scale = 1;
@@ -55,7 +55,7 @@ export class Minimap {
     );
   }
 
-  /** Draw all of it again, soon. */
+  /** Redraw the whole map soon. */
   draw() {
     if (this.#waiting) return;
     this.#waiting = true;
@@ -66,7 +66,7 @@ export class Minimap {
     });
   }
 
-  /** Draw the frame around what is seen again, with the next picture of the screen. */
+  /** Redraw the frame around the visible part in the next animation frame. */
   frame() {
     if (this.#queued) return;
     this.#queued = true;
@@ -144,7 +144,7 @@ export class Minimap {
   }
 
   /**
-   * Where a point of the drawing is on the map.
+   * Convert a point of the drawing to the map.
    *
    * @param {import("./geometry.js").Point} point
    * @returns {[number, number]}

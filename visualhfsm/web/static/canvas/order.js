@@ -4,7 +4,7 @@ import {page} from "../page.js";
 import {neighbor} from "./geometry.js";
 
 export class Order {
-  #current = ""; // key of what Tab reaches
+  #current = ""; // key of the element that Tab reaches
   /** @type {SVGElement | undefined} */
   #focusable;
 
@@ -14,12 +14,12 @@ export class Order {
     canvas.surface.addEventListener("focusin", (event) => this.#focused(event));
   }
 
-  /** Forget what was current, as for another automaton. */
+  /** Forget the current element, as when another automaton is shown. */
   forget() {
     this.#current = "";
   }
 
-  /** Select one thing. @param {string} key @param {boolean} add to what is selected, or take away from that */
+  /** Select an element. @param {string} key @param {boolean} add to the selection, or remove from it */
   select(key, add = false) {
     const id = idOf(key);
     const kind = key.startsWith("s") ? "states" : "transitions";
@@ -50,7 +50,7 @@ export class Order {
       view.group.focus({preventScroll: true});
   }
 
-  /** Focus what is selected, or else what Tab reaches. */
+  /** Focus the selection, or else the element that Tab reaches. */
   focusSelected() {
     const {canvas} = this;
     const key = canvas.selectedKeys()[0] ?? this.#current;
@@ -71,7 +71,7 @@ export class Order {
     /** @type {Map<number, string[]>} */
     const leaving = new Map(states.map(({id}) => [id, []]));
     /** @type {string[]} */
-    const lost = []; // they leave no state
+    const lost = []; // transitions that leave no state
     for (const {id, origin} of transitions) (leaving.get(origin) ?? lost).push(`t${id}`);
     const keys = [...states.flatMap(({id}) => [`s${id}`, ...(leaving.get(id) ?? [])]), ...lost];
     const next = keys.length ? keys.at((keys.indexOf(this.#here) + step) % keys.length) : undefined;
@@ -99,5 +99,5 @@ export class Order {
   }
 }
 
-/** The id of a thing by its key; those that share one differ by what follows it. @param {string} key */
+/** The id of an element by its key; in keys of elements with the same id, a suffix follows it. @param {string} key */
 export const idOf = (key) => Number.parseInt(key.slice(1), 10);

@@ -11,14 +11,14 @@ import {Band, Link, Move, Pan, Pinch} from "./gestures.js";
 import {idOf} from "./order.js";
 
 const WHEEL = 600; // pixels of a wheel for a zoom by e
-const PINCH = 150; // the same for two fingers on a trackpad
-const LINE = 16; // pixels of a line, for wheels that count those
+const PINCH = 150; // the same for a pinch on a trackpad
+const LINE = 16; // pixels of a line, for wheels that count lines
 const LARGE = 40; // pixels; a trackpad's first steps are smaller
-const NOTCH = 120; // what browsers count for one notch of a mouse's wheel
+const NOTCH = 120; // units that browsers report for one notch of a mouse's wheel
 const TRACKPAD = 400; // ms for which a trackpad is remembered
-const SLOP = 10; // pixels; a finger that moves less rests
+const SLOP = 10; // pixels; a finger that moves less counts as resting
 const LONG = 500; // ms that a finger rests before the menu opens
-const BORDER = 28; // pixels from the edge, where a drag makes the drawing move along
+const BORDER = 28; // pixels from the edge within which a drag scrolls the drawing
 const FASTEST = 20; // pixels in one frame
 
 /** The state or transition at an element. @param {EventTarget | null} target @returns {SVGElement | null} */
@@ -46,15 +46,15 @@ export class Pointer {
   #owners = new Set();
   /** Where fingers touch the screen. @type {Map<number, PointerEvent>} */
   #fingers = new Map();
-  /** Opens the menu. */
+  /** The timer that opens the menu. */
   #longPress = 0;
-  #opened = false; // the menu, by the finger that still rests
+  #opened = false; // whether the resting finger has opened the menu
   /** Where the gesture began, until the pointer has moved far enough. @type {PointerEvent | undefined} */
   #resting;
   /** Where the pointer is at the edge. @type {PointerEvent | undefined} */
   #atEdge;
   #trackpadSeen = -Infinity;
-  /** What it was last pressed on. @type {EventTarget | null} */
+  /** The element on which the pointer was last pressed. @type {EventTarget | null} */
   #pressed = null;
   #spaceHeld = false;
   /** @type {(() => void) | undefined} */
@@ -68,7 +68,7 @@ export class Pointer {
     surface.addEventListener("pointermove", (event) => this.#move(event));
     surface.addEventListener("pointerup", (event) => this.#lift(event) && this.#up());
     surface.addEventListener("pointercancel", (event) => this.#lift(event) && canvas.cancel());
-    // The menu keeps the focus when the finger is lifted.
+    // When the finger is lifted, the menu must keep the focus.
     surface.addEventListener("touchend", (event) => this.#opened && event.cancelable && event.preventDefault());
     surface.addEventListener("pointerover", (event) => this.#showTip(event));
     surface.addEventListener("dblclick", (event) => this.#doubleClick(event));
@@ -159,7 +159,7 @@ export class Pointer {
   /** Put a finger down; two of them pan and zoom. @param {PointerEvent} event @returns {boolean} whether they do */
   #touch(event) {
     const {canvas} = this;
-    if (event.isPrimary) this.#fingers.clear(); // of one that was lifted elsewhere
+    if (event.isPrimary) this.#fingers.clear(); // a finger may have been lifted elsewhere
     this.#fingers.set(event.pointerId, event);
     this.#opened = false;
     clearTimeout(this.#longPress);
@@ -196,7 +196,7 @@ export class Pointer {
     this.#atEdge = undefined;
   }
 
-  /** While something is dragged at the edge, move the drawing along. @param {PointerEvent} event */
+  /** While something is dragged at the edge, scroll the drawing. @param {PointerEvent} event */
   #scroll(event) {
     const scrolls = !this.#resting && this.#gesture?.scrolls && this.#beyond(event).some(Boolean);
     const goesOn = this.#atEdge !== undefined;
@@ -226,7 +226,7 @@ export class Pointer {
     return [step(clientX - left, right - clientX), step(clientY - top, bottom - clientY)];
   }
 
-  /** Take a pointer away. @param {PointerEvent} event @returns {boolean} whether its gesture is over */
+  /** Forget a pointer. @param {PointerEvent} event @returns {boolean} whether its gesture is over */
   #lift({pointerId}) {
     this.#fingers.delete(pointerId);
     clearTimeout(this.#longPress);
@@ -253,8 +253,8 @@ export class Pointer {
   }
 
   /**
-   * What waits for the end of the gesture is done after the answer of the server: until then, everything stays where it
-   * was dragged.
+   * Actions that wait for the end of the gesture run after the answer of the server: until then, everything stays where
+   * it was dragged.
    */
   async #up() {
     const gesture = this.#gesture;
@@ -270,7 +270,7 @@ export class Pointer {
   /** @param {MouseEvent} event */
   #doubleClick(event) {
     const {canvas} = this;
-    const target = this.#pressed; // that of the event is what has captured the pointer
+    const target = this.#pressed; // the event's target is the element that captured the pointer
     /** @param {KeyboardEvent} event */
     const key = groupAt(target)?.dataset.key;
     if (!(target instanceof Element) || !key) {
@@ -297,7 +297,7 @@ export class Pointer {
     canvas.dispatchEvent(new CustomEvent("hfsm-menu", {bubbles: true, detail}));
   }
 
-  /** A mouse's wheel zooms; two fingers on a trackpad pan, and zoom when they pinch. @param {WheelEvent} event */
+  /** A mouse's wheel zooms; two fingers on a trackpad pan, or zoom with a pinch. @param {WheelEvent} event */
   #wheel(event) {
     event.preventDefault();
     const {viewport} = this.canvas;
@@ -309,13 +309,13 @@ export class Pointer {
       return;
     }
     const {left, top} = this.canvas.getBoundingClientRect();
-    const factor = Math.exp(-dy / (mouse ? WHEEL : PINCH)); // a pinch comes with Ctrl
+    const factor = Math.exp(-dy / (mouse ? WHEEL : PINCH)); // browsers report a pinch with Ctrl
     viewport.zoom(factor, event.clientX - left, event.clientY - top);
   }
 
   /**
-   * Whether a mouse's wheel was turned: it counts lines, or makes large steps up or down where no trackpad was just
-   * used, whose steps are small at first. Some mice make small ones, too; for them the wheel can be set to zoom.
+   * Whether a mouse's wheel was turned: it counts lines, or makes large vertical steps when no trackpad was just used.
+   * The steps of a trackpad are small at first. Some mice make small steps, too: a setting makes their wheel zoom.
    *
    * @param {WheelEvent & {wheelDeltaX?: number, wheelDeltaY?: number}} event
    */

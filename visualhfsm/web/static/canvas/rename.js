@@ -41,7 +41,7 @@ export class Rename {
     this.input.select();
   }
 
-  /** Stay at the name while the drawing moves. */
+  /** Keep the field at the name while the drawing moves. */
   follow() {
     if (!this.#what) return;
     const place = this.#place();

@@ -16,7 +16,7 @@ const blank = template(`
   <g class="state" role="button" tabindex="-1">
     <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/>
   </g>`);
-/** What is not seen from far away. */
+/** Parts that are not visible from far away. */
 const blankDetails = templates(`
   <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/>
   <g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>`);
@@ -31,7 +31,7 @@ const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.
 export class StateView {
   words = "";
   selected = false;
-  /** What is shown beside the pointer. */
+  /** The text beside the pointer. */
   tip = "";
 
   /** @param {State} state */
@@ -45,7 +45,7 @@ export class StateView {
   #body;
   /** @type {SVGElement | undefined} */
   #badges = undefined;
-  /** What is not seen from far away, once it is drawn. @type {{name: Element, codes: Element} | undefined} */
+  /** Parts that are hidden from far away, once they are drawn. @type {{name: Element, codes: Element} | undefined} */
   #details = undefined;
   /** @type {Partial<More>} */
   #more = {};
@@ -96,7 +96,7 @@ export class StateView {
     this.#drawDetails();
   }
 
-  /** Draw what is not seen from far away, too. */
+  /** Draw the parts that are not visible from far away, too. */
   finish() {
     if (this.#details) return;
     const details = blankDetails();
@@ -106,7 +106,7 @@ export class StateView {
     this.#drawDetails();
   }
 
-  /** Move it; returns whether it was elsewhere. @param {Point} point */
+  /** Move the state; returns whether its position changed. @param {Point} point */
   place({x, y}) {
     if (x === this.#x && y === this.#y) return false;
     [this.#x, this.#y] = [x, y];
@@ -128,7 +128,7 @@ export class StateView {
     this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }
 
-  /** Put the badges where no arc is, by the angles (rad) at which arcs touch the rim. @param {number[]} angles */
+  /** Place the badges where no arc is, by the angles (rad) at which arcs touch the rim. @param {number[]} angles */
   placeBadges(angles) {
     this.#angles = angles;
     if (!this.#badges) return;
@@ -206,7 +206,7 @@ const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
 const codesOf = (state) => PARTS.filter((part) => state[part].trim());
 
 /**
- * A badge at the rim of a state, at some half turns, with a glyph, and a bar for each if there are several.
+ * A badge at the rim of a state, at some half turns, with a glyph and, if there are several, a bar for each.
  *
  * @param {string} kind
  * @param {number} halfTurns

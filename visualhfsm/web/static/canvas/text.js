@@ -131,7 +131,7 @@ function broken(words, size, count, radius) {
 }
 
 /**
- * How wide a line may be so that it stays in the circle.
+ * The width of a line that fits in the circle.
  *
  * @param {number} index
  * @param {number} count

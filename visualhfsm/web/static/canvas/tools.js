@@ -69,9 +69,9 @@ export class TransitionTool {
   /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    /** The transition that is drawn, once it is known where it begins. @type {Link | undefined} */
+    /** The transition that is drawn, once its origin is known. @type {Link | undefined} */
     this.link = undefined;
-    /** The state that was chosen last. @type {State | undefined} */
+    /** The last chosen state. @type {State | undefined} */
     this.chosen = undefined;
     const origin = page.state;
     if (origin) this.#begin(origin);
@@ -123,7 +123,7 @@ export class TransitionTool {
     this.canvas.showHint(this.hint);
   }
 
-  /** The first arrow leads on from where it begins; until then it is a loop. @param {[number, number]} arrow */
+  /** Choose the neighbor of the chosen state, or first of the origin. @param {[number, number]} arrow */
   #choose(arrow) {
     const {states} = page.shownAutomaton;
     const origin = this.link?.origin;

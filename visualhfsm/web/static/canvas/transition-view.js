@@ -4,7 +4,7 @@
  * @import {Problem, Transition} from "../store.js"
  * @import {Arc, Box, Point} from "./geometry.js"
  * @typedef {{from: string, to: string, rank: number, problem?: Problem, mark?: string}} More `rank` is its place among
- *   those out of its state, 0 when it is the only one
+ *   the transitions out of its state, 0 when it is the only one
  */
 
 import {sameProblem} from "../problems.js";
@@ -19,7 +19,7 @@ const blank = template(`
   <g class="transition" role="button" tabindex="-1">
     <path class="hit"/><path class="glow"/><path class="line"/><path class="head"/>
   </g>`);
-/** Its handle and its name are not seen from far away. */
+/** The handle and the name, which are not visible from far away. */
 const blankHandle = template(`
     <g class="handle"><circle class="grip" r="${HANDLE + 4}"/><circle class="knob" r="${HANDLE}"/><path class="glyph"/>
     <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/></g>`);
@@ -31,18 +31,18 @@ const NAME = 12;
 const DETAIL = 10.5;
 const WIDEST = 150;
 
-/** Where what was not placed yet is. @type {Arc} */
+/** The arc of a transition that was not placed yet. @type {Arc} */
 const NOWHERE = arc(undefined, undefined, {x: 0, y: 0});
 
 export class TransitionView {
   words = "";
   selected = false;
-  /** What is shown beside the pointer. */
+  /** The text beside the pointer. */
   tip = "";
   arc = NOWHERE;
-  /** Where the middle of its name is. @type {Point | undefined} */
+  /** The middle of its name. @type {Point | undefined} */
   nameAt = undefined;
-  /** The same relative to the handle, so that it moves with the handle. @type {Point | undefined} */
+  /** The same relative to the handle, with which it moves. @type {Point | undefined} */
   offset = undefined;
   width = 0;
   height = 0;
@@ -232,19 +232,19 @@ export class TransitionView {
 
   #carried = false;
 
-  /** Show it elsewhere as it is. @param {number} dx @param {number} dy */
+  /** Show it elsewhere, otherwise unchanged. @param {number} dx @param {number} dy */
   carry(dx, dy) {
     this.#carried = true;
     this.group.setAttribute("transform", `translate(${dx},${dy})`);
     this.label?.setAttribute("transform", `translate(${dx},${dy})`);
   }
 
-  /** What `placeLabels` needs to know of this name. */
+  /** The name as a label for `placeLabels`. */
   asLabel() {
     return {key: this, handle: this.arc.middle, normal: this.arc.normal, width: this.width, height: this.height};
   }
 
-  /** Put the name beside the handle, with its middle at a point, or where it stands best alone. */
+  /** Put the name beside the handle, with its middle at a point, by default at the best place without other names. */
   placeName(middle = beside(this.asLabel(), this.arc.normal)) {
     if (!this.#details) return;
     const {nameSpan, detailSpan} = this.#details;

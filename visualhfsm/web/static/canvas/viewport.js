@@ -1,10 +1,10 @@
 /**
- * Which part of the drawing is seen, and how large.
+ * The visible part of the drawing, and its scale.
  *
  * @import {Box, Point} from "./geometry.js"
  */
 
-/** Below these scales ever less is drawn, see canvas.css. */
+/** Below each of these scales, fewer details are drawn: see canvas.css. */
 export const FAR = 0.55;
 export const VERY_FAR = 0.28;
 export const TINY = 0.15;
@@ -26,17 +26,17 @@ export class Viewport {
     this.changed = changed;
   }
 
-  /** Where a point of the window is in the drawing. @param {number} x @param {number} y */
+  /** Convert a point of the window to the drawing. @param {number} x @param {number} y */
   toDrawing(x, y) {
     return {x: (x - this.x) / this.scale, y: (y - this.y) / this.scale};
   }
 
-  /** Where a point of the drawing is in the window. @param {Point} point */
+  /** Convert a point of the drawing to the window. @param {Point} point */
   toWindow({x, y}) {
     return {x: x * this.scale + this.x, y: y * this.scale + this.y};
   }
 
-  /** What of the drawing is seen. */
+  /** The visible part of the drawing. */
   get seen() {
     const {width, height} = this.size();
     const start = this.toDrawing(0, 0);
@@ -66,7 +66,7 @@ export class Viewport {
     this.changed();
   }
 
-  /** Show a box whole, in the middle. @param {Box} [box] */
+  /** Show all of a box, in the middle. @param {Box} [box] */
   fit(box) {
     const {width, height} = this.size();
     if (!width || !height) return;

@@ -19,7 +19,7 @@ import {icon} from "../icons.js";
  * @template T
  * @param {{title: string, content: (close: Close<T>, redraw: () => void) => unknown,
  *   footer?: (close: Close<T>) => unknown, wide?: boolean}} options
- * @returns {Promise<T | undefined>} what it was closed with, undefined after Esc
+ * @returns {Promise<T | undefined>} the value passed to `close`, undefined after Esc
  */
 export function showDialog({title, content, footer, wide = false}) {
   const dialog = document.createElement("dialog");

@@ -1,5 +1,5 @@
 /**
- * Choose a document among those that the server reaches.
+ * Choose a document among those that the server can reach.
  *
  * @import {From} from "../element.js"
  * @import {Entry} from "../store.js"
@@ -15,8 +15,8 @@ import {showDialog} from "./dialog.js";
 
 /**
  * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording",
- *   attempt?: (path: string) => Promise<string>}} options with a `suggestion` a new name may be typed; `attempt` does
- *   something with the path, and says why that was not possible: the dialog stays until it was
+ *   attempt?: (path: string) => Promise<string>}} options with a `suggestion` a new name may be typed; `attempt` uses
+ *   the path, and returns why that failed: the dialog stays open until it succeeds
  * @returns {Promise<string | undefined>} a path
  */
 export async function chooseFile({title, verb, suggestion, kind = "document", attempt}) {

@@ -1,5 +1,5 @@
 /**
- * Help: what the signs of the drawing mean, and every key.
+ * Help: the meaning of the signs of the drawing, and every key.
  *
  * @import {Automaton, State, Transition} from "../store.js"
  */

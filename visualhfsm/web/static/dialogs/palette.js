@@ -1,4 +1,4 @@
-/** The palette: every action that is possible now, found by what is typed. */
+/** The palette: all actions that are possible now, filtered by the typed text. */
 
 import {html, nothing} from "lit";
 

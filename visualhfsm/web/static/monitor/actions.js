@@ -12,14 +12,14 @@ const attached = () => Boolean(monitor.component);
 /** Whether there is something to show live: a component, or at least a robot. */
 const hasLive = () => attached() || store.robot.status === "present";
 const steers = () => monitor.steers;
-/** Whether it runs, as far as is known. */
+/** Whether the component runs, as far as is known. */
 const runs = () => monitor.isLive && !monitor.ended && !monitor.since && store.online;
 const recorder = () => import("./recorder.js");
 const paused = () => monitor.newest?.component.status !== 0;
 /** Whether the selection belongs to the component. */
 const here = () => attached() && page.tab === monitor.tab;
 const selected = () => page.state ?? page.transition;
-/** Whether the selected thing can have a breakpoint: now, or when the component runs. */
+/** Whether the selected element can have a breakpoint, now or when the component runs. */
 const breakable = () => Boolean(page.document && selected()) && (monitor.breakpoints.arePlanned(page.tab) || steers());
 const kind = () => (page.state ? "state" : "transition");
 
@@ -314,7 +314,7 @@ export const monitorActions = [
   },
 ];
 
-/** What can be done with the selected state or transition of a component. @returns {string[][]} */
+/** The actions on the selected state or transition of a component. @returns {string[][]} */
 export const monitoredSelection = () =>
   [
     [

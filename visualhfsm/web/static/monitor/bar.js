@@ -20,7 +20,7 @@ import {STOP_KEY} from "./stop.js";
 
 const PAUSED = STATUS.indexOf("Paused");
 
-/** Where somebody writes, who is not to be taken elsewhere. */
+/** Where the user writes, who must then not be moved elsewhere. */
 const WRITING = "hfsm-code-panel, hfsm-data-panel, dialog";
 
 class MonitorBar extends MonitorElement {
@@ -61,7 +61,7 @@ class MonitorBar extends MonitorElement {
     </div>`;
   }
 
-  /** What the followed component does, and what else can be done with it. */
+  /** The state of the followed component, and further actions on it. */
   #followed() {
     const {status, word, why} = statusOf();
     const {recording, writable, looking} = monitor;
@@ -102,7 +102,7 @@ class MonitorBar extends MonitorElement {
       ${actionButton("livePanel", this.context, {label: "short", kind: "values"})}`;
   }
 
-  /** What takes the changes over into the run; with words when there are some. */
+  /** The button that reloads the component; it has a label when the document has changed. */
   #reload() {
     const changed = page.tabState?.changed && isEnabled("reload", this.context);
     return changed
@@ -110,7 +110,7 @@ class MonitorBar extends MonitorElement {
       : this.#button("reload");
   }
 
-  /** Begins and ends a recording; while one goes on, for how long it does. */
+  /** The button that begins and ends a recording; it shows the time of a running one. */
   #record() {
     const {recordedSince: since, newest} = monitor;
     if (!since) return this.#button("record");
@@ -128,7 +128,7 @@ class MonitorBar extends MonitorElement {
     </button>`;
   }
 
-  /** The breakpoint at which it paused, which leads there. */
+  /** A link to the breakpoint at which it paused. */
   #stoppedAt() {
     const {stoppedAt = []} = monitor.snapshot?.component ?? {};
     const [first] = stoppedAt;
@@ -151,7 +151,7 @@ class MonitorBar extends MonitorElement {
     page.jump({kind: state ? "state" : "transition", automaton, id: state || transition});
   }
 
-  /** Go where the component has just paused, unless the user is writing. */
+  /** Show where the component has just paused, unless the user is writing. */
   #arrive() {
     const {stoppedAt = [], startedAt} = monitor.newest?.component ?? {};
     const [first] = stoppedAt;
@@ -171,7 +171,7 @@ class MonitorBar extends MonitorElement {
     return actionButton(id, this.context, {label: false, ...other});
   }
 
-  /** Where the document is that this is about, unless it is the one that is shown. */
+  /** A link to the component's document, unless that is shown. */
   #elsewhere() {
     const {tab} = monitor;
     if (tab && tab === page.tab) return nothing;
@@ -186,7 +186,7 @@ class MonitorBar extends MonitorElement {
   }
 }
 
-/** @returns {{status: string, word: string, why?: string}} how it is shown, in words, and more of it */
+/** @returns {{status: string, word: string, why?: string}} its style, its name, and details */
 function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};

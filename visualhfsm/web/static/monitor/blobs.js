@@ -1,4 +1,4 @@
-/** Round shadows on the floor, where no others are drawn: they show where a ball in the air is. */
+/** Round shadows on the floor, drawn where real ones are not: they show where a ball in the air is. */
 
 import {Box3, CircleGeometry, Group, Mesh, MeshBasicMaterial, Sphere} from "three";
 
@@ -6,7 +6,7 @@ import {Box3, CircleGeometry, Group, Mesh, MeshBasicMaterial, Sphere} from "thre
 
 const LIFT = 0.004; // m above the floor, above the lines of a field
 const DARKEST = 0.28; // opacity below a thing on the floor
-const HIGHEST = 1.2; // m from which on a thing throws none
+const HIGHEST = 1.2; // m from which a thing casts no shadow
 const TORSO = 0.15; // m, the radius below a robot
 
 export class Blobs extends Group {
@@ -14,7 +14,7 @@ export class Blobs extends Group {
   /** @type {Map<Object3D, {blob: Mesh<CircleGeometry, MeshBasicMaterial>, radius: number}>} */
   #blobs = new Map();
 
-  /** Put one below each thing that is seen. @param {Object3D} torso @param {Object3D[]} things */
+  /** Place one below each visible thing. @param {Object3D} torso @param {Object3D[]} things */
   place(torso, things) {
     const seen = new Set(torso.visible ? [torso, ...things] : things);
     for (const [thing, {blob}] of this.#blobs)

@@ -1,31 +1,31 @@
-/** The links of the robot's body: nested three.js groups, as the links carry each other. */
+/** The links of the robot's body as three.js groups, nested as the links carry each other. */
 
 import {DoubleSide, Group, Mesh, MeshBasicMaterial, Quaternion, Shape, ShapeGeometry, Vector2, Vector3} from "three";
 
 import {required} from "../required.js";
 
-/** Metres by which the other sole must fit better for the body to stand on that one. */
+/** Metres by which the second sole must fit better for the body to stand on it instead. */
 const LEVEL = 0.005;
 
-/** Radians that a body may be off the pose in which its soles stand level; beyond that it has fallen. */
+/** Radians of tilt from the pose in which the soles are level, beyond which the body has fallen. */
 const UNSTEADY = 0.35;
 
-/** Sine of the angle from which on it is known where to a torso leans. */
+/** Sine of the angle from which the direction in which a torso leans is known. */
 const LEANING = 0.1;
 
-/** Metres from the origins of the links of a body that lies to the floor, about. */
+/** Metres between the floor and the origins of the links of a lying body, about. */
 const THICKNESS = 0.05;
 
-/** Metres above the floor below which all of a sole is when it stands on it. */
+/** Metres above the floor below which all of a standing sole lies. */
 const TOUCHING = 0.006;
 
-/** By how much the mark of a contact is larger than the sole, and its height in m above the lower side. */
+/** Scale of the mark of a contact relative to the sole, and its height in m above the lower side. */
 const RIM = 1.3;
 const LIFT = 0.003;
 
 /**
- * What the server knows of the robot: angles of the joints in rad, the angle in rad between the torso's z axis and the
- * vertical, and where a simulation has the torso (position in m, and a quaternion x, y, z, w).
+ * The state of the robot from the server: angles of the joints in rad, the angle in rad between the z axis of the torso
+ * and the vertical, and in a simulation the place of the torso (position in m, quaternion x, y, z, w).
  *
  * @typedef {{joints: Record<string, number>, tilt: number | null, torso: number[] | null}} BodyState
  * @typedef {[number, number, number]} Triple
@@ -82,16 +82,16 @@ export class Body {
     return this.#link("head");
   }
 
-  /** What is seen of the head. */
+  /** The visible parts of the head. */
   get headParts() {
     return this.head.children;
   }
 
   /**
-   * Let the body stand level on one of its soles: that one is on the floor below which the other reaches least.
+   * Let the body stand level on the sole whose floor the other sole penetrates least.
    *
-   * No encoder knows where the torso is: x is where the torso looks, and the origin lies between the feet, as when the
-   * robot was put there.
+   * No encoder measures the place of the torso: x is its forward direction, and the origin lies between the feet, as if
+   * the robot had been put there.
    */
   #stand() {
     const {torso} = this;
@@ -117,8 +117,8 @@ export class Body {
   }
 
   /**
-   * Lay a body down that is tilted so and cannot stand so, the way that it leans or else forward; all links are on the
-   * floor then.
+   * Lay down a body that is tilted too far to stand, in the direction in which it leans, else forward; no link is then
+   * below the floor.
    *
    * @param {number} tilt
    */

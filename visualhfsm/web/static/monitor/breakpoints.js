@@ -1,6 +1,6 @@
 /**
- * The breakpoints of the followed component, those that it had before it was restarted, and those of one that is not
- * there yet.
+ * The breakpoints of the followed component, those that it had before a restart, and those for components that do not
+ * run yet.
  */
 
 import {store} from "../store.js";
@@ -10,10 +10,10 @@ import {store} from "../store.js";
 const KEPT = "visualhfsm.breakpoints";
 const MOST_DOCUMENTS = 50;
 const MOST_ARGUMENTS = 80;
-const LONGEST_CONDITION = 900; // characters that a command line takes here
+const LONGEST_CONDITION = 900; // characters that fit in an argument of the command line
 
 /**
- * Where the followed component pauses, and where another one of a tab is to; `all` are those that the followed one has.
+ * Breakpoints of the followed component, which are `all`, and those that are planned for the component of another tab.
  */
 export class Breakpoints {
   /** @type {Breakpoint[]} */
@@ -21,7 +21,7 @@ export class Breakpoints {
   /** @type {Breakpoint[]} */
   #former = [];
   #monitor;
-  /** The newest change: the next one begins with what it leaves. @type {Promise<void>} */
+  /** The newest change: the next one begins with its result. @type {Promise<void>} */
   #changed = Promise.resolve();
 
   /** @param {typeof import("./monitor.js").monitor} monitor */
@@ -35,13 +35,13 @@ export class Breakpoints {
     return !component || isOver || followed !== tab;
   }
 
-  /** Those of the component of a tab, or those that it is to have. @param {number} tab */
+  /** The breakpoints of the component of a tab, or those planned for it. @param {number} tab */
   of(tab) {
     return this.arePlanned(tab) ? planned.of(tab) : this.all;
   }
 
   /**
-   * Set one, with a condition or with "" for always, or remove it with undefined.
+   * Set a breakpoint with a condition, "" for always, or remove it with undefined.
    *
    * @param {"state" | "transition"} kind
    * @param {number} tab
@@ -66,7 +66,7 @@ export class Breakpoints {
   async #replace(breakpoints) {
     const monitor = this.#monitor;
     if ((await monitor.steer("setBreakpoints", {breakpoints})) === undefined) return;
-    if (monitor.breakpoints !== this) return; // it follows another one by now
+    if (monitor.breakpoints !== this) return; // another component is followed by now
     this.all = breakpoints;
     if (monitor.tab) planned.set(monitor.tab, breakpoints);
     this.#notify();
@@ -76,14 +76,14 @@ export class Breakpoints {
     for (const kind of ["structure", "shown"]) this.#monitor.dispatchEvent(new Event(kind));
   }
 
-  /** Keep them: the component that had them has ended. */
+  /** Keep the breakpoints of a component that has ended. */
   keep() {
     if (this.all.length) this.#former = this.all;
     this.all = [];
   }
 
   /**
-   * Put those that were kept, as far as there is still what they stand at.
+   * Restore the kept breakpoints whose elements still exist.
    *
    * @param {{has: (breakpoint: Breakpoint) => boolean}} structure
    */
@@ -113,7 +113,7 @@ export const breakpointAt = (all, automaton, kind, id) =>
   all.find((each) => each.automaton === automaton && each[kind] === id);
 
 /**
- * All with another one, which has a condition or "" for always; with undefined all without it.
+ * All breakpoints and a new one with a condition, "" for always; with undefined, all except that one.
  *
  * @param {Breakpoint[]} all
  * @param {number} automaton
@@ -126,7 +126,7 @@ function withBreakpoint(all, automaton, kind, id, condition) {
   return condition === undefined ? rest : [...rest, {automaton, state: 0, transition: 0, condition, [kind]: id}];
 }
 
-/** The breakpoints of the documents, for when their components run; they are kept when the page is left. */
+/** The breakpoints of documents for later runs; they are kept when the page is closed. */
 class Planned {
   /** @type {Map<number, {key: string, all: Breakpoint[]}>} */
   #tabs = new Map();
@@ -136,7 +136,7 @@ class Planned {
     store.addEventListener("closed", ({detail}) => this.#tabs.delete(detail.tab));
   }
 
-  /** Those of a tab, as far as there is still what they stand at. @returns {Breakpoint[]} @param {number} tab */
+  /** The breakpoints of a tab whose elements still exist. @returns {Breakpoint[]} @param {number} tab */
   of(tab) {
     const {automata} = store.documents.get(tab) ?? {};
     return this.#of(tab).filter(({automaton, state, transition}) => {
@@ -145,7 +145,7 @@ class Planned {
     });
   }
 
-  /** Whether a tab has any, though its document may not be here yet. @param {number} tab */
+  /** Whether a tab has any, even if its document has not arrived yet. @param {number} tab */
   has(tab) {
     return this.#of(tab).length > 0;
   }
@@ -156,7 +156,7 @@ class Planned {
     this.#write(tab);
   }
 
-  /** What starts a component with them. @returns {string[]} @param {number} tab */
+  /** The arguments that start a component with its breakpoints. @returns {string[]} @param {number} tab */
   argumentsFor(tab) {
     const fitting = this.of(tab)
       .filter(({condition}) => condition.length < LONGEST_CONDITION)
@@ -174,7 +174,7 @@ class Planned {
     return found?.all ?? [];
   }
 
-  /** A document that is saved to a file, or to another one, keeps them. */
+  /** A document that is saved to a file, or to another file, keeps its breakpoints. */
   #follow() {
     for (const [tab, known] of this.#tabs) {
       const key = keyOf(tab);
@@ -194,8 +194,8 @@ class Planned {
 }
 
 /**
- * What a document is known by: its file, or its title as long as it has none; "" before the server said where files
- * are.
+ * The key of a document: its file, or its title as long as it has none; "" before the server has reported its root
+ * directory.
  *
  * @param {number} tab
  */
@@ -215,7 +215,7 @@ function read() {
       ),
     );
   } catch {
-    return {}; // somebody else wrote there
+    return {}; // invalid: written by another program
   }
 }
 

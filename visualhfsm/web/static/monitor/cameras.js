@@ -1,5 +1,5 @@
 /**
- * What the robot's cameras see, and what the component marks on it.
+ * The pictures of the robot's cameras, with the marks of the component.
  *
  * @import {PropertyValues} from "lit"
  * @import {Mark} from "./monitor.js"
@@ -115,7 +115,7 @@ class Camera extends MonitorElement {
   constructor() {
     super();
     this.name = "";
-    /** Whether a moment of the past is looked at. */
+    /** Whether a moment of the past is shown. */
     this.past = false;
     /** Whether its picture is large. */
     this.isLarge = false;
@@ -196,11 +196,11 @@ class Camera extends MonitorElement {
     return canvas;
   }
 
-  /** The wall time whose picture is asked for or shown. @type {number | undefined} */
+  /** The wall time whose picture is requested or shown. @type {number | undefined} */
   #former;
   #busy = false;
 
-  /** Show what the camera saw at the moment that is looked at, one request at a time. */
+  /** Show the picture of the shown moment of the past, with one request at a time. */
   async #showPast() {
     if (this.#busy) return;
     this.#busy = true;

@@ -1,4 +1,4 @@
-/** Where each automaton is, and how long its cycles take. */
+/** The current state of each automaton, and how long its cycles take. */
 
 import {html} from "lit";
 

@@ -116,10 +116,10 @@ export async function askCondition(automaton, kind, {id, name}) {
     await monitor.breakpoints.set(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
 }
 
-const LONGEST_VALUE = 900; // characters that a command line takes here
+const LONGEST_VALUE = 900; // characters that fit in an argument of the command line
 
 /**
- * Ask for the values of parameters, at first those of the document's last run with parameters.
+ * Ask for the values of parameters, initially those of the document's last run with parameters.
  *
  * @param {number} tab
  * @param {Parameter[]} parameters
@@ -182,7 +182,7 @@ function parameterField({name, type, default: usual, description}, values, first
   </div>`;
 }
 
-/** Show what a reload could not keep. @param {string[]} notKept */
+/** Show the data that a reload could not keep. @param {string[]} notKept */
 export function showNotKept(notKept) {
   return showDialog({
     title: "Reloaded",

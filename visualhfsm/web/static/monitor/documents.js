@@ -14,10 +14,10 @@ import {page} from "../page.js";
 import {store} from "../store.js";
 import {monitor} from "./monitor.js";
 
-const DEPTH = 3; // directories below the root that are looked through
+const DEPTH = 3; // levels of directories below the root that are searched
 const MOST = 60;
 
-/** Open the document of the component that is followed, if the server reaches a file of its name. */
+/** Open the document of the component that is followed, if the server can reach a file of its name. */
 export async function openFollowed() {
   const name = monitor.structure?.document.replace(/^.*\//, "") || `${monitor.component}.xml`;
   if (monitor.tab) {
@@ -57,7 +57,7 @@ async function find(name) {
   return undefined;
 }
 
-/** Download what is followed, from its beginning until now, as a page that needs no server. */
+/** Download the followed run, from its beginning until now, as a page that needs no server. */
 export async function exportRun() {
   const done = await ask("exportRun", {component: monitor.component, tab: monitor.tab});
   if (!done) return;
@@ -66,14 +66,14 @@ export async function exportRun() {
   notify(`${done.name} was exported: ${(file.size / 1e6).toFixed(1)} MB.`);
 }
 
-/** Ask which recording, and open it into the views of a component that runs. */
+/** Ask for a recording, and show it in the views of a running component. */
 export async function openRecording() {
   const path = await chooseFile({title: "Open a recording", verb: "Open", kind: "recording"});
   if (path) await play(path);
 }
 
 /**
- * Offer to play what a run is recorded into, once the run has ended.
+ * Offer to play the recording of a run, once the run has ended.
  *
  * @param {number} tab that it was started from
  * @param {string} path

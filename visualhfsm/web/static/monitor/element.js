@@ -8,13 +8,13 @@ import {PageElement} from "../element.js";
 import {monitor} from "./monitor.js";
 
 /**
- * Milliseconds between two moments that numbers and lists show; the canvas waits for nothing. It is less than the 0.1 s
+ * Milliseconds between two updates of numbers and lists; the canvas is updated at once. It is less than the 0.1 s
  * between two snapshots, so that one frame of the page shows all of a snapshot.
  */
 const PACE = 80;
-/** Those that will show the next moment, all in one frame. @type {Set<MonitorElement>} */
+/** Elements that will show the next moment, all in one frame. @type {Set<MonitorElement>} */
 const waiting = new Set();
-let shownAt = -PACE; // when they showed the last one, ms
+let shownAt = -PACE; // when they were last updated, ms
 
 /** @param {MonitorElement} element */
 function showSoon(element) {
@@ -51,7 +51,7 @@ export class MonitorElement extends PageElement {
   }
 }
 
-/** Component time as people read it. @param {number} seconds */
+/** A component time for display. @param {number} seconds */
 export function spokenSeconds(seconds) {
   if (!Number.isFinite(seconds)) return "–";
   const minutes = Math.floor(seconds / 60);

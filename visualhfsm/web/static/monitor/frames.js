@@ -1,9 +1,9 @@
-/** Images from the server: the newest, whenever the last one was drawn. */
+/** Images from the server: always the newest, once the previous one is drawn. */
 
 import {messageOf} from "../notices.js";
 import {store} from "../store.js";
 
-const AGAIN = 1500; // ms until a lost connection is tried again
+const AGAIN = 1500; // ms until a lost connection is retried
 
 /**
  * Receive frames until `close` is called.

@@ -15,14 +15,14 @@ import {WorldDrawing} from "./world-drawing.js";
 
 const UP = new Vector3(0, 0, 1);
 const RESTING = 0.03; // m above the floor up to which a thing rests on it
-const REACH = 6; // m from where a thing or the robot was up to which it is carried or pulled
+const REACH = 6; // m from its place to which a thing or the robot is carried or pulled at most
 
 const PER_METRE = 100; // N for each metre that is dragged
 const STRONGEST = 120; // N
 const WEAKEST = 3; // N
 const SECONDS = 0.15;
 
-/** Sends the newest place alone, one at a time: a slow simulation is not flooded. */
+/** Sends only the newest place, one at a time, so that a slow simulation is not flooded. */
 class Carrier {
   /** @param {Handlers} handlers */
   constructor({place, report}) {
@@ -181,7 +181,7 @@ export class Grabbing {
   }
 }
 
-/** The force of a drag in N, as strong as one may push. @param {Vector3} drag in m */
+/** The force of a drag in N, limited to the strongest push. @param {Vector3} drag in m */
 function forceOf(drag) {
   return drag.clone().setZ(0).multiplyScalar(PER_METRE).clampLength(0, STRONGEST);
 }

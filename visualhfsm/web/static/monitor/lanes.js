@@ -3,7 +3,7 @@
 import {required} from "../required.js";
 import {monitor} from "./monitor.js";
 
-const NAMED = 34; // px that a span must be wide for its name
+const NAMED = 34; // px, the least width of a span with a name
 const FONT = "11px Inter, system-ui, 'DejaVu Sans', sans-serif";
 
 /**
@@ -101,7 +101,7 @@ function drawAxis(pen, colors, {range, x, width, top}) {
 }
 
 /**
- * Spans that are seen, without those too far left or right.
+ * The visible spans.
  *
  * @param {Span[]} spans
  * @param {Range} range

@@ -1,5 +1,5 @@
 /**
- * The followed component: its state, and steering it.
+ * The followed component: its state, and how to steer it.
  *
  * One component, or one recording, is followed at a time. `snapshot` is what is shown: the newest moment, or one of the
  * past while looking back.
@@ -64,8 +64,8 @@ export const ON_TIME = 1;
 export const ON_EVENT = 2;
 
 /**
- * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
- * one or breakpoints are; `snapshot` at each new moment of the component; `shown` when `snapshot` is another one.
+ * Events: `mode` when it is attached, detached, lost or found, or when permission to steer it changes; `structure` when
+ * that or breakpoints change; `snapshot` at each new moment of the component; `shown` when the `snapshot` changes.
  */
 class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarget) {
   /** Name of the followed component or recording, "" for none. */
@@ -76,7 +76,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   robot = new RobotFacts();
   /** The newest moment. @type {Snapshot | undefined} */
   newest = undefined;
-  /** A moment of the past that is looked at instead. @type {Snapshot | undefined} */
+  /** A moment of the past that is shown instead. @type {Snapshot | undefined} */
   looking = undefined;
   past = new Past();
   /** Since when it is silent, s since 1970; 0 while it sends. */
@@ -87,15 +87,15 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
    * @type {{at: number, message: string} | undefined}
    */
   ended = undefined;
-  /** Whether it may be steered, beside being stopped. */
+  /** Whether it may be steered; stopping it is always allowed. */
   writable = false;
   /**
-   * The recording that is looked at; `tab` shows its document, 0 for none.
+   * The recording that is shown; `tab` is that of its document, 0 for none.
    *
    * @type {{file: string, complete: boolean, tab: number, world: WorldShape[], cameras: string[]} | undefined}
    */
   recording = undefined;
-  /** Whether the canvas shows the automaton that is active deepest. */
+  /** Whether the canvas follows the deepest active automaton. */
   follows = false;
 
   #expected = ""; // a component that was just started here
@@ -162,12 +162,12 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return Boolean(this.since) && !this.ended && !this.looking;
   }
 
-  /** Whether what is shown is over: it has ended, and the present is shown. */
+  /** Whether it has ended, and no moment of the past is shown. */
   get isOver() {
     return Boolean(this.ended) && !this.looking;
   }
 
-  /** Whether it is shown beside a document: one that has ended only beside its own. @param {number} tab */
+  /** Whether it is shown with a document; after its end, only with its own document. @param {number} tab */
   isShownBeside(tab) {
     return Boolean(this.component) && !(this.isOver && this.tab && this.tab !== tab);
   }
@@ -177,7 +177,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return (store.workspace.running ?? []).map((each) => each.component);
   }
 
-  /** When the recording of it began that goes on, s since 1970; 0 without one. */
+  /** When the current recording of it began, s since 1970; 0 without one. */
   get recordedSince() {
     return store.workspace.running?.find((each) => each.component === this.component)?.since ?? 0;
   }
@@ -245,7 +245,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
       return false;
     }
     if (this.#attaching !== asked) {
-      // another one was chosen by now
+      // another component was chosen meanwhile
       if (![this.component, this.#attaching?.component].includes(component))
         store.request("detach", {component}).catch(() => {}); // it is gone already
       return false;
@@ -264,7 +264,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   }
 
   /**
-   * Look at a recording in the same views; `found` is what the server said of it.
+   * Show a recording in the same views; `found` is the answer of the server.
    *
    * @param {string} path
    * @param {import("../store.js").Answers["recording"]} found
@@ -325,7 +325,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     this.#emit("shown");
   }
 
-  /** Request what does not change of a robot that is there, unless it is known. */
+  /** Request the constants of a present robot, unless they are known. */
   async learnRobot() {
     if (await this.robot.complete(() => this.control("facts"))) this.#emit("structure");
   }
@@ -336,7 +336,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
    * @template {keyof Controls} Action
    * @param {Action} action
    * @param {object} args
-   * @returns {Promise<Controls[Action]>} what it gives; rejected with a RequestError
+   * @returns {Promise<Controls[Action]>} its result; rejected with a RequestError
    */
   control(action, args = {}) {
     return /** @type {Promise<Controls[typeof action]>} */ (
@@ -393,7 +393,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (value?.cameras?.length) this.robot.cameras = value.cameras;
     this.#known = new Structure(this.structure);
     this.#emit("structure", "shown");
-    // A component that is restarted knows of none.
+    // A restarted component has no breakpoints.
     if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.#known);
   }
 
@@ -417,7 +417,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (Object.keys(value.robot.joints).length) this.learnRobot();
   }
 
-  /** Whether a run that has begun may be steered is asked for each. @param {number} startedAt which run it is */
+  /** Decide whether a run that has begun may be steered. @param {number} startedAt which run it is */
   #judge(startedAt) {
     const before = this.writable;
     if (this.#started.has(this.component)) this.#steered.set(this.component, startedAt);
@@ -450,7 +450,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     this.#emit("mode", "shown");
   }
 
-  /** Attach to what was just started, as soon as it is there. */
+  /** Attach to the component that was just started, as soon as it is present. */
   #look() {
     if (this.#expected && this.running.includes(this.#expected)) {
       const component = this.#expected;
@@ -469,7 +469,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (!this.component || this.recording) return;
     if (!store.online) {
       this.since ||= Date.now() / 1000;
-      this.#started.clear(); // it may end meanwhile, unseen
+      this.#started.clear(); // components may end unseen while offline
       this.#lost = this.component;
       this.#emit("mode", "shown");
     } else {
@@ -483,5 +483,5 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   }
 }
 
-/** What this window follows. */
+/** The component that this window follows. */
 export const monitor = new Monitor();

@@ -12,9 +12,9 @@ import {monitor, ON_TIME} from "./monitor.js";
 
 /** Opacity of the states that were left last, the latest first. */
 const TRAIL = [1, 0.7, 0.45, 0.25];
-const FADING = 15; // s of component time after which a state of the trail is not seen any more
+const FADING = 15; // s of component time after which a state of the trail is no longer visible
 const FLASH = 1.2; // s
-/** How strongly the transition that led to where it is stays marked. */
+/** How strongly the transition into the current state stays marked. */
 const AFTERGLOW = 0.3;
 
 /**
@@ -125,7 +125,7 @@ export function showOn(canvas) {
   draw();
 }
 
-/** Show the automaton that is active deepest below the root, in the order of the document. @param {Snapshot} now */
+/** Show the deepest active automaton; of several, the first in the document. @param {Snapshot} now */
 function followDeepest({component}) {
   const {automata} = page.shownDocument;
   const active = new Map(component.automata.filter((each) => !each.ghost).map((each) => [each.id, each]));

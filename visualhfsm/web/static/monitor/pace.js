@@ -1,11 +1,11 @@
-/** How often, and how finely, a view is drawn: without a GPU it must leave the page time for everything else. */
+/** Rate and detail with which a view is drawn: without a GPU it must leave time for the rest of the page. */
 
 const SLOW = 30; // ms that a frame may occupy the page before the view is drawn simply
-const FAST = 8; // ms in which a simple frame must be done before the view is drawn in full again
-const FRAMES = 8; // that are looked at together
-const SHARE = 6; // one part of the time is for drawing simply, the others are for the rest of the page
+const FAST = 8; // ms; when simple frames take less, the view is drawn in full again
+const FRAMES = 8; // frames that are evaluated together
+const SHARE = 6; // simple drawing takes one of so many parts of the time
 const LONGEST = 400; // ms between two simple frames at most
-const TRIES = 2; // times that it is drawn in full again
+const TRIES = 2; // how often full drawing is tried again
 
 export class Pace {
   /** Whether it is drawn simply. */
@@ -17,7 +17,7 @@ export class Pace {
   #frames = [];
   #tries = TRIES;
 
-  /** @param {boolean} noGpu whether that is known */
+  /** @param {boolean} noGpu whether the lack of a GPU is known */
   constructor(noGpu = false) {
     if (!noGpu) return;
     this.#be(true, SLOW);
@@ -25,7 +25,7 @@ export class Pace {
   }
 
   /**
-   * Note how long a frame occupied the page in ms; returns whether it is drawn otherwise from now on.
+   * Note how long a frame occupied the page in ms; returns whether the view is drawn differently from now on.
    *
    * @param {number} took
    */

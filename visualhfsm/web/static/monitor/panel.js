@@ -11,7 +11,7 @@ import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
 /**
- * What each tab shows, and its module; loaded when it is first chosen. Those of the `robot` alone need no component.
+ * The tabs, with element and module, loaded when first chosen. Those of the `robot` alone need no component.
  *
  * @type {{id: string, label: string, tag: string, module: string, robot?: boolean}[]}
  */
@@ -26,9 +26,9 @@ const TABS = [
   {id: "errors", label: "Errors", tag: "hfsm-live-errors", module: "./errors.js"},
 ];
 
-const ROOMY = 480; // px of height from which on the signs are explained without being asked for
+const ROOMY = 480; // px of height from which the signs are always explained
 
-/* What the signs on the canvas mean while a component is followed. */
+/* The legend of the signs on the canvas while a component is followed. */
 
 /** @param {string} kind */
 const circle = (kind) =>
@@ -96,15 +96,15 @@ export class MonitorPanel extends MonitorElement {
   }
 
   /**
-   * The tabs that have something to show; without a component they are those of the robot, if there is one. Its
-   * pictures are not those of a trial.
+   * The tabs that have something to show; without a component, those of a present robot. A trial has no pictures of the
+   * robot's cameras.
    */
   get #tabs() {
     if (monitor.component) return TABS.filter(({id}) => id !== (monitor.isTrial ? "cameras" : "trial"));
     return TABS.filter(({robot}) => robot && store.robot.status === "present");
   }
 
-  /** The tab that is shown: the chosen one, as far as it has something to show. */
+  /** The shown tab: the chosen one, if it has something to show. */
   get #shown() {
     const tabs = this.#tabs;
     return (tabs.find(({id}) => id === this.chosen) ?? tabs.at(monitor.component ? 0 : -1))?.id ?? "";

@@ -1,8 +1,8 @@
 /**
- * The values of parameters with which a component is run: for each document the last ones, while the page is open.
+ * The values of parameters of the last run of each document, while the page is open.
  *
  * @import {Parameter} from "../store.js"
- * @typedef {Record<string, string>} Values by the parameter's name; none where its default is taken
+ * @typedef {Record<string, string>} Values by the parameter's name; a missing one means the default
  */
 
 /** By tab. @type {Map<number, Values>} */

@@ -5,7 +5,7 @@
  */
 
 const MOST = 20_000; // changes, and spans of all automata together, that are kept
-const MOST_AUTOMATA = 2_000; // that are distinguished
+const MOST_AUTOMATA = 2_000; // automata that are distinguished
 
 /**
  * @typedef {{time: number, automaton: number, origin: number, destination: number, transition: number}} Change
@@ -17,7 +17,7 @@ export class Past {
    * @param {Timeline} [timeline] as the server reports it
    */
   constructor(timeline) {
-    /** Component times between which there are moments, s. */
+    /** Component times of the first and the last moment, s. */
     this.start = timeline?.start ?? Infinity;
     this.end = timeline?.end ?? 0;
     /** @type {Change[]} */
@@ -29,7 +29,7 @@ export class Past {
       transition,
     }));
     /**
-     * When which state was the current one.
+     * The spans of the current states of each automaton.
      *
      * @type {Map<number, Span[]>}
      */
@@ -37,7 +37,7 @@ export class Past {
     for (const [automaton, state, ghost, start, end] of timeline?.spans ?? [])
       this.#of(automaton).push({state, ghost, start, end});
     this.#count = timeline?.spans.length ?? 0;
-    /** Names of all that can be plotted. @type {Set<string>} */
+    /** Names of all numbers that can be plotted. @type {Set<string>} */
     this.numbers = new Set(timeline?.numbers ?? []);
     /** @type {Map<number, {state: number, ghost: boolean, enteredAt?: number}>} */
     this.#before = new Map();
@@ -97,14 +97,14 @@ export class Past {
     return found;
   }
 
-  /** Forget the oldest tenth of the spans, whatever automata they are of. */
+  /** Forget the oldest tenth of the spans of all automata together. */
   #forgetSpans() {
     const ends = [...this.spans.values()].flatMap((spans) => spans.map(({end}) => end)).sort((a, b) => a - b);
     const before = ends[Math.floor(ends.length / 10)];
     this.#count = 0;
     for (const spans of this.spans.values()) {
       const first = spans.findIndex(({end}) => end > before);
-      spans.splice(0, first < 0 ? spans.length - 1 : first); // what is now stays
+      spans.splice(0, first < 0 ? spans.length - 1 : first); // the present span stays
       this.#count += spans.length;
     }
   }

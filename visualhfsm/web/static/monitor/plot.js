@@ -9,10 +9,10 @@ import uPlot from "uplot";
 import {monitor} from "./monitor.js";
 
 const HEIGHT = 150; // px
-const POINTS = 1500; // that the server is asked for
+const POINTS = 1500; // points requested from the server
 const EVERY = 100; // ms between two drawings
 
-// An exported page, whose modules are in it, has its styles, too.
+// An exported page contains its modules and also their styles.
 if (!import.meta.url.startsWith("data:")) {
   const sheet = document.createElement("link");
   sheet.rel = "stylesheet";
@@ -26,14 +26,14 @@ export class Plot {
 
   /** @type {uPlot | undefined} */
   #chart;
-  /** Component times, and of each number its values then. @type {(number | null)[][]} */
+  /** Component times, then the values of each number at them. @type {(number | null)[][]} */
   #data = [[]];
   /** That it is drawn in. @type {string | undefined} */
   #theme = "";
   #drawn = 0;
   #timer = 0;
   #filling = 0;
-  #past = monitor.past; // that the data is of
+  #past = monitor.past; // the past to which the data belongs
 
   /** @param {number} span seconds that are shown @param {(name: string) => string} titleOf */
   constructor(span, titleOf) {
@@ -58,7 +58,7 @@ export class Plot {
     this.refill();
   }
 
-  /** Ask the server for what was before. */
+  /** Request earlier values from the server. */
   async refill() {
     if (!monitor.component || !this.names.length) return this.draw();
     const number = (this.#filling += 1);
@@ -85,7 +85,7 @@ export class Plot {
       this.#past = monitor.past; // the component was restarted
       this.#data = [[], ...this.names.map(() => [])];
     }
-    if ((this.#data[0].at(-1) ?? -Infinity) >= time) return; // the server has sent it already
+    if ((this.#data[0].at(-1) ?? -Infinity) >= time) return; // already sent by the server
     this.#data[0].push(time);
     this.names.forEach((name, index) => this.#data[index + 1].push(numbers.get(name) ?? null));
     const old = this.#data[0].findIndex((each) => (each ?? 0) >= time - this.span - 1);
@@ -182,7 +182,7 @@ export class Plot {
     );
   }
 
-  /** While somebody looks back, where that is. @param {uPlot} chart @param {string} color */
+  /** Mark the shown moment of the past, if any. @param {uPlot} chart @param {string} color */
   #drawMoment(chart, color) {
     if (!monitor.looking) return;
     const x = chart.valToPos(monitor.looking.component.time, "x", true);

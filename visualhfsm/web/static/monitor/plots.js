@@ -14,7 +14,7 @@ import {Plot} from "./plot.js";
 import {numbersOf} from "./values.js";
 
 const MOST_LINES = 8; // of a plot
-const MOST_NAMES = 1000; // of numbers to choose from; the server keeps no more
+const MOST_NAMES = 1000; // names to choose from; the server keeps no more
 
 /** Labels of numbers that belong to no automaton, by the prefix of their names. @type {Record<string, string>} */
 const GROUPS = {
@@ -24,7 +24,7 @@ const GROUPS = {
   images: "Images a second",
   mark: "Marks (pixels)",
 };
-/** What is measured of each automaton. @type {Record<string, string>} */
+/** The measurements of each automaton. @type {Record<string, string>} */
 const MEASURED = {lastCycle: "cycle (s)", overruns: "overruns"};
 
 class Plots extends MonitorElement {
@@ -126,7 +126,7 @@ class Plots extends MonitorElement {
     </div>`;
   }
 
-  /** What is plotted at first: variables of automata, else the joints of the head. */
+  /** The initial plots: variables of automata, else the joints of the head. */
   #suggestion() {
     const variables = [...this.names].filter((name) => /^\d+\./.test(name));
     const head = [...this.names].filter((name) => name.startsWith("joint.Head"));
@@ -168,7 +168,7 @@ class Plots extends MonitorElement {
     this.#showMoment();
   }
 
-  /** What another component was plotted of says nothing here. */
+  /** Discard the plots of another component. */
   #forget() {
     this.component = monitor.component;
     this.names.clear();
@@ -177,7 +177,7 @@ class Plots extends MonitorElement {
     this.requestUpdate();
   }
 
-  /** Take in which numbers there are, and their newest values. */
+  /** Update the known numbers and their newest values. */
   #learn() {
     if (this.component !== monitor.component) this.#forget();
     const numbers = monitor.newest ? numbersOf(monitor.newest) : new Map();
@@ -188,7 +188,7 @@ class Plots extends MonitorElement {
     for (const plot of this.plots) plot.append(numbers);
   }
 
-  /** Show the values of the moment that is looked at. */
+  /** Show the values of the shown moment. */
   #showMoment() {
     for (const plot of this.plots) plot.draw();
     const numbers = monitor.snapshot ? numbersOf(monitor.snapshot) : new Map();

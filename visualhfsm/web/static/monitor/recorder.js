@@ -1,4 +1,4 @@
-/** Record what the followed component does into a file, with pictures at the rate that this browser remembers. */
+/** Record the followed component into a file, with pictures at the rate that this browser remembers. */
 
 import {ask} from "../commands.js";
 import {confirm} from "../dialogs/dialog.js";
@@ -8,7 +8,7 @@ import {play} from "./documents.js";
 import {monitor} from "./monitor.js";
 
 const RATE = "visualhfsm.recordedPictures";
-/** Pictures of each camera in a second. */
+/** Choices of pictures per second and camera. */
 const RATES = [0, 1, 5, 10, 30];
 const USUAL = 5;
 
@@ -19,7 +19,7 @@ export function pictureRate() {
   return kept !== null && RATES.includes(rate) ? rate : USUAL;
 }
 
-/** Begin to record the followed component, or end that. */
+/** Begin or end a recording of the followed component. */
 export async function toggleRecording() {
   const {component} = monitor;
   if (monitor.recordedSince) {

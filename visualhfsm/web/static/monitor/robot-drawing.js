@@ -1,5 +1,5 @@
 /**
- * The robot and its world as three.js draws them: the geometry once, then what is known of them.
+ * The robot and its world as three.js draws them: the geometry once, then each known state.
  *
  * @import {BodyState, DescribedBody} from "./body.js"
  * @import {DescribedMesh, Shape} from "./shapes.js"
@@ -19,15 +19,15 @@ import {dispose, Workshop} from "./shapes.js";
 import {Viewpoints} from "./viewpoints.js";
 import {WorldDrawing} from "./world-drawing.js";
 
-/** Where the light comes from, and metres around the robot within which things throw shadows. */
+/** The direction of the light, and metres around the robot within which things cast shadows. */
 const SUN = new Vector3(1.2, -0.9, 3);
 const SHADED = 1.6;
 const SHADOW_PIXELS = 1024;
 
-const SIMPLE = 0.75; // pixels of a simple picture, along a side, for each of the screen
+const SIMPLE = 0.75; // pixels of a simple picture per pixel of the screen, along a side
 
 export class RobotDrawing {
-  /** @param {HTMLElement} stage what it fills */
+  /** @param {HTMLElement} stage that it fills */
   constructor(stage) {
     this.stage = stage;
     const slow = hasNoGpu();
@@ -61,7 +61,7 @@ export class RobotDrawing {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #later = undefined;
   #drawn = 0; // when it was drawn last
-  #after = new MessageChannel(); // a message comes when the page can go on after a frame
+  #after = new MessageChannel(); // delivers a message when the page is free again after a frame
   /** @type {(() => void)[]} */
   #waiting = [];
 
@@ -98,12 +98,12 @@ export class RobotDrawing {
     return body.torso.visible;
   }
 
-  /** Show it from elsewhere. @param {View} view */
+  /** Show it from another viewpoint. @param {View} view */
   look(view) {
     this.viewpoints.choose(view, this.body, this.world.seen);
   }
 
-  /** Resolves when what was put somewhere is seen. */
+  /** Resolves when the present places have been drawn. */
   drawn() {
     return new Promise((resolve) => {
       this.#waiting.push(() => resolve(undefined));
@@ -111,7 +111,7 @@ export class RobotDrawing {
     });
   }
 
-  /** Draw it as soon as it is time to. */
+  /** Draw it when the next frame is due. */
   redraw() {
     if (this.#frame !== undefined || this.#later !== undefined) return;
     const left = this.#drawn + this.pace.wait - performance.now();
@@ -148,7 +148,7 @@ export class RobotDrawing {
     this.redraw();
   }
 
-  /** Let go of the body. */
+  /** Remove the body. */
   #clear() {
     if (!this.body) return;
     this.scene.remove(this.body.torso);

@@ -1,5 +1,5 @@
 /**
- * The robot and its world in 3D, at the moment that is looked at. three.js is loaded with this module.
+ * The robot and its world in 3D, at the shown moment. three.js is loaded with this module.
  *
  * @import {WorldShape} from "./world-drawing.js"
  */
@@ -15,7 +15,7 @@ import {Grabbing} from "./grabbing.js";
 import {monitor} from "./monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
 
-const IDLE = 200; // ms between two frames of now that are not shown
+const IDLE = 200; // ms between two frames that are received but not shown
 /** @type {WorldShape[]} */
 const NOTHING = [];
 
@@ -36,7 +36,7 @@ class RobotView extends MonitorElement {
     super();
     /** Why nothing is drawn. @type {string | undefined} */
     this.problem = undefined;
-    /** What came of moving something. */
+    /** The result of moving something. */
     this.message = "";
     /** Whether it is a simulation, whose things can be moved. */
     this.simulated = false;
@@ -46,7 +46,7 @@ class RobotView extends MonitorElement {
     this.frames = undefined;
     /** @type {RobotDrawing | undefined} */
     this.drawing = undefined;
-    /** The world of now. @type {WorldShape[]} */
+    /** The present world. @type {WorldShape[]} */
     this.world = [];
     /** The world that is drawn. @type {WorldShape[] | undefined} */
     this.shown = undefined;
@@ -152,9 +152,9 @@ class RobotView extends MonitorElement {
   }
 
   /**
-   * Show the world of now, that of a recording, or none in a trial.
+   * Show the present world, that of a recording, or none in a trial.
    *
-   * @param {WorldShape[]} [world] of now, if it is another one
+   * @param {WorldShape[]} [world] the present one, if it has changed
    */
   #learn(world = this.world) {
     this.world = world;
@@ -164,7 +164,7 @@ class RobotView extends MonitorElement {
     this.drawing.world.build(shown);
   }
 
-  /** Show the moment of the past that is looked at, or that of a trial: never the robot of now beside it. */
+  /** Show the past or trial moment, never mixed with the present robot. */
   #showPast() {
     const moment = monitor.body;
     if (!moment || !this.drawing?.body) return;
@@ -176,7 +176,7 @@ class RobotView extends MonitorElement {
   }
 }
 
-/** Let the balls rest that were started to move here: one that is carried would go back. @param {string} name */
+/** Stop balls whose motion was started here: a carried ball would return to its route. @param {string} name */
 async function letRest(name) {
   if (!store.robot.simulation.balls || !name.startsWith("Ball")) return;
   await store.request("moveBalls", {moving: false});

@@ -1,4 +1,4 @@
-/** Going back through a run: which moment is shown, and playing from there. */
+/** Going back in a run: the shown moment, and playing from it. */
 
 import {notifyError} from "../notices.js";
 import {monitor} from "./monitor.js";
@@ -13,7 +13,7 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
   /** How fast, in component seconds a second. */
   speed = 1;
 
-  /** The component time that is asked for next. @type {number | undefined} */
+  /** The component time to request next. @type {number | undefined} */
   #wanted;
   #busy = false;
   #timer = 0;
@@ -28,7 +28,7 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
     return this.#wanted ?? monitor.snapshot?.component.time ?? 0;
   }
 
-  /** Show a moment; at the end of a run that goes on, what happens now. @param {number} time */
+  /** Show a moment; at the end of an ongoing run, the present. @param {number} time */
   async to(time) {
     const {start, end} = monitor.past;
     if (!monitor.recording && time >= end - NEAR_NOW) {
@@ -44,7 +44,7 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
         /** @type {number} */
         const asked = this.#wanted;
         const found = await monitor.control("at", {time: asked});
-        if (this.#wanted === undefined) break; // back to now
+        if (this.#wanted === undefined) break; // back to the present
         if (found) monitor.lookAt(found);
         if (this.#wanted === asked) this.#wanted = undefined;
       }
@@ -57,7 +57,7 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
     }
   }
 
-  /** Go on from where it is, at the end from the beginning. */
+  /** Play from the shown moment, or at the end from the beginning. */
   play() {
     const {start, end} = monitor.past;
     this.plays = true;

@@ -26,7 +26,7 @@ import {
 
 import {required} from "../required.js";
 
-/** What is round or long is so along z. @satisfies {Record<string, (size: number[]) => BufferGeometry>} */
+/** Round and long shapes have their axis along z. @satisfies {Record<string, (size: number[]) => BufferGeometry>} */
 const FORMS = {
   box: ([x, y, z]) => new BoxGeometry(2 * x, 2 * y, 2 * z),
   capsule: ([radius, half]) => new CapsuleGeometry(radius, 2 * half, 6, 14).rotateX(Math.PI / 2),
@@ -46,7 +46,7 @@ export class Workshop {
   /** @type {BufferGeometry[]} */
   #meshes = [];
 
-  /** Take the surfaces that shapes name by number. @param {DescribedMesh[]} meshes @param {number} unit in m */
+  /** Set the meshes that shapes refer to by number. @param {DescribedMesh[]} meshes @param {number} unit in m */
   take(meshes, unit) {
     this.#meshes = meshes.map((each) => geometryOf(each, unit));
   }
@@ -97,7 +97,7 @@ function geometryOf({vertices, indices}, unit) {
   return creased(geometry);
 }
 
-/** The surface with normals that are smooth but across sharp edges. @param {BufferGeometry} geometry */
+/** The surface with smooth normals, except across sharp edges. @param {BufferGeometry} geometry */
 function creased(geometry) {
   const corners = Array.from(required(geometry.index, "index").array);
   const surface = geometry.toNonIndexed();
@@ -128,7 +128,7 @@ function creased(geometry) {
 /** @param {string} text */
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
 
-/** Free what the meshes of some objects hold. @param {import("three").Object3D[]} objects */
+/** Free the resources of the meshes of some objects. @param {import("three").Object3D[]} objects */
 export function dispose(objects) {
   for (const object of objects)
     object.traverse((each) => {

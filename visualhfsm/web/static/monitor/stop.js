@@ -21,7 +21,7 @@ export async function stopRobot() {
   }
 }
 
-/** Listen before everybody else, also while a dialog is open, which keeps the button behind it from being pressed. */
+/** Listen before all others, also while an open dialog keeps the button behind it from being pressed. */
 export function listenForStop() {
   window.addEventListener(
     "pointerdown",

@@ -1,5 +1,5 @@
 /**
- * What does not change from moment to moment: the automata of a component, the limits and cameras of a robot.
+ * The constants: the automata of a component, the limits and cameras of a robot.
  *
  * @import {Breakpoint} from "./breakpoints.js"
  * @import {ComponentStructure, Facts, JointLimits, TransitionStructure} from "./monitor.js"
@@ -7,7 +7,7 @@
 
 const FACTS_AGAIN = 2000; // ms after which missing facts are requested again
 
-/** What does not change of a robot: the limits of its joints, and its cameras. */
+/** The constants of a robot: the limits of its joints, and its cameras. */
 export class RobotFacts {
   /** Limits of the joints by name. @type {Map<string, JointLimits>} */
   limits = new Map();
@@ -26,7 +26,7 @@ export class RobotFacts {
    * Request the missing facts of a present robot from time to time.
    *
    * @param {() => Promise<Facts>} ask
-   * @returns {Promise<boolean>} whether it came
+   * @returns {Promise<boolean>} whether they arrived
    */
   async complete(ask) {
     if (this.limits.size || performance.now() - this.#asked < FACTS_AGAIN) return false;

@@ -23,7 +23,7 @@ const GAP = 3;
 const AXIS = 17;
 const MOST_LANES = 3; // below the canvas
 const LISTED = 200; // changes in the list
-const WINDOW = 60; // s that are shown of a longer run, unless all of it is
+const WINDOW = 60; // s that are shown of a longer run by default
 
 class Timeline extends MonitorElement {
   static properties = {compact: {type: Boolean}, whole: {state: true}};
@@ -225,7 +225,7 @@ class Timeline extends MonitorElement {
     </ol>`;
   }
 
-  /** What was shown when a drag began: it does not move meanwhile. @type {Range | undefined} */
+  /** The shown range when a drag began: it stays until the drag ends. @type {Range | undefined} */
   #dragged;
 
   /** @param {PointerEvent} event */

@@ -1,4 +1,4 @@
-/** Which components run, in the header: to follow one of them. */
+/** The list of running components in the header, to follow one of them. */
 
 import {html} from "lit";
 
@@ -28,7 +28,7 @@ export class MonitorToolbar extends MonitorElement {
     </button>`;
   }
 
-  /** Show which components run, to choose one; hide the list if it is shown already. */
+  /** Show the running components, to choose one; hide the list if it is shown already. */
   async open() {
     const {dropMenu} = await import("../menu.js");
     const {running} = monitor;

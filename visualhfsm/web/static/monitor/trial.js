@@ -1,5 +1,5 @@
 /**
- * What takes the place of a robot while a component is tried: the time, the events, and what conditions would say.
+ * Stand-ins for the robot in a trial: the time, the events, and the transitions that conditions would fire.
  *
  * @import {TransitionStructure} from "./monitor.js"
  */
@@ -16,7 +16,7 @@ class Trial extends MonitorElement {
     const {speed, automata = []} = monitor.snapshot?.component ?? {};
     /** Whether each event is waited for now. @type {Map<string, boolean>} */
     const events = new Map();
-    /** What may happen next, and in which automaton. @type {[number, TransitionStructure][]} */
+    /** Transitions that may fire next, with their automaton. @type {[number, TransitionStructure][]} */
     const next = [];
     for (const {id, transitions} of monitor.structure?.automata ?? []) {
       const now = automata.find((each) => each.id === id);

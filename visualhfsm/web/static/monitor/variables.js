@@ -19,7 +19,7 @@ class LiveVariables extends MonitorElement {
   /** @type {typeof MonitorElement.watches} */
   static watches = {page: ["automaton", "tab"], store: []};
 
-  /** Values of the moment before, to show what has changed. */
+  /** Values of the previous moment, to mark changes. */
   #before = /** @type {Map<string, string>} */ (new Map());
   #values = /** @type {Map<string, string>} */ (new Map());
   /** When each was seen to change, ms. @type {Map<string, number>} */

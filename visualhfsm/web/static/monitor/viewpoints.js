@@ -1,5 +1,5 @@
 /**
- * Where the robot is looked at from.
+ * The viewpoints from which the robot is shown.
  *
  * @import {Body} from "./body.js"
  * @import {Object3D} from "three"
@@ -12,7 +12,7 @@ const ANGLE = 40; // degrees from the lower edge to the upper
 /** As the cameras of the head have it, which look straight ahead from above the eyes. */
 const HEAD_ANGLE = 44;
 const IN_HEAD = new Vector3(0.07, 0, 0.062);
-/** How a camera of three.js is turned that looks along x, z up. */
+/** The rotation of a three.js camera that looks along x, with z up. */
 const AHEAD = new Quaternion().setFromRotationMatrix(
   new Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0)),
 );
@@ -20,16 +20,16 @@ const AHEAD = new Quaternion().setFromRotationMatrix(
 /** Directions relative to where the robot looks: its left, half behind it; and above. */
 const FROM = {home: new Vector3(-0.55, 1, 0.5), top: new Vector3(-0.001, 0, 1)};
 
-/** Place behind the robot, and what is looked at before it. */
+/** The place behind the robot, and the point in front of it to look at. */
 const BEHIND = new Vector3(-1.25, 0, 0.85);
 const BEFORE = new Vector3(0.35, 0, 0.25);
-const SWING = 0.2; // part of the way to there, at each moment
+const SWING = 0.2; // part of the remaining way at each moment
 
 const FAR = 2; // m from the robot beyond which things are not framed
 const MIDDLE = new Vector3(0, 0, 0.29); // of the robot, above where it stands
 const RADIUS = 0.52; // m around that in which the robot is, with a margin
 const MARGIN = 0.12; // m around the middle of a thing
-/** Metres that a robot may sway before it is followed: one that stands is not. */
+/** Metres that a robot may sway before the view follows it. */
 const NEAR = 0.05;
 
 const UP = new Vector3(0, 0, 1);
@@ -51,7 +51,7 @@ export class Viewpoints {
     this.controls.addEventListener("start", () => (this.view = undefined));
     /** The chosen view; undefined once the user has turned it. @type {View | undefined} */
     this.view = "home";
-    /** Where the robot was when it was followed last. */
+    /** The place of the robot when the view last followed it. */
     this.at = new Vector3();
     this.#changed = changed;
   }

@@ -97,10 +97,10 @@ async function show(canvas, group, pinned) {
     try {
       explanation = await monitor.control("explain", {automaton: current.automaton});
     } catch {
-      break; // it was lost; the canvas shows that
+      break; // the component was lost; the canvas shows that
     }
     if (shown !== current) return;
-    // It has left the state.
+    // The automaton has left the state.
     if (current.transition && !explanation.transitions.some((each) => each.transition === current.transition)) break;
     draw(current, explanation);
     if (pinned && !said) canvas.announce(explanation.summary);
@@ -153,7 +153,7 @@ function nameOf(automaton, id) {
 }
 
 /**
- * Put the explanation beside what it is about, where there is room.
+ * Place the explanation beside its element, where there is room.
  *
  * @param {HTMLElement} bubble
  * @param {DOMRect} box

@@ -1,10 +1,10 @@
 /**
- * The world around the robot as three.js draws it: what stands firm, and what moves.
+ * The world around the robot as three.js draws it: what is fixed, and what moves.
  *
  * @import {Shape} from "./shapes.js"
  * @import {Raycaster, Vector3} from "three"
- * @typedef {Shape & {object: string, at: Placement}} WorldShape `object` is what it moves with; empty of what stands
- *   firm
+ * @typedef {Shape & {object: string, at: Placement}} WorldShape `object` is what it moves with; empty for what is
+ *   fixed
  * @typedef {[number, number, number, number, number, number, number]} Placement position in m, and a quaternion
  *   (x, y, z, w)
  */
@@ -39,20 +39,20 @@ const DARKER = 0.93;
 export class WorldDrawing extends Group {
   constructor() {
     super();
-    /** What can move, by name. @type {Map<string, Group>} */
+    /** Movable objects by name. @type {Map<string, Group>} */
     this.objects = new Map();
     const line = new Color(getComputedStyle(document.documentElement).getPropertyValue("--line").trim());
     const grid = new GridHelper(CELLS * CELL, CELLS, line, line);
     grid.rotateX(Math.PI / 2);
     const shade = new Mesh(new PlaneGeometry(CELLS * CELL, CELLS * CELL), new ShadowMaterial({opacity: 0.25}));
     shade.receiveShadow = true;
-    /** The floor where none is known: it has no end. */
+    /** The endless floor, drawn where none is known. */
     this.grid = new Group().add(grid, shade);
     this.#firm.visible = false;
     this.add(this.grid, this.#firm);
   }
 
-  /** What stands firm. */
+  /** Fixed objects. */
   #firm = new Group();
 
   /** Create everything. @param {WorldShape[]} shapes */
@@ -86,7 +86,7 @@ export class WorldDrawing extends Group {
     return group;
   }
 
-  /** Place what moves; what is not known is not shown. @param {Record<string, Placement>} placements */
+  /** Place movable objects; those of unknown place are hidden. @param {Record<string, Placement>} placements */
   pose(placements) {
     for (const [name, group] of this.objects) {
       const at = placements[name];
@@ -102,13 +102,13 @@ export class WorldDrawing extends Group {
     this.grid.position.set(Math.round(x / CELL) * CELL, Math.round(y / CELL) * CELL, 0);
   }
 
-  /** What moves and is known. */
+  /** The movable objects whose place is known. */
   get seen() {
     return [...this.objects.values()].filter((each) => each.visible);
   }
 
   /**
-   * The nearest thing that can move along a ray.
+   * The nearest movable object along a ray.
    *
    * @param {Raycaster} ray
    * @returns {{object: Group, point: Vector3} | undefined}
@@ -120,7 +120,7 @@ export class WorldDrawing extends Group {
     return object && {object, point: found.point};
   }
 
-  /** The height of the lowest point of something that moves. @param {Group} object */
+  /** The height of the lowest point of a movable object. @param {Group} object */
   static bottomOf(object) {
     return new Box3().setFromObject(object).min.z;
   }
@@ -138,7 +138,7 @@ export class WorldDrawing extends Group {
   }
 }
 
-/** A floor with cells, so that it is seen what moves over it. @param {Shape} shape */
+/** A floor with cells, which make movement over it visible. @param {Shape} shape */
 function floorOf({size = [1, 1], color}) {
   const [x, y] = size;
   const floor = new Mesh(new PlaneGeometry(2 * x, 2 * y), new MeshStandardMaterial({roughness: 0.95}));

@@ -25,7 +25,7 @@ const UNKNOWN_ATTRIBUTE = "W524";
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
-/** Check again although the code is the same. */
+/** Check again even though the code is the same. */
 export const recheck = StateEffect.define();
 
 /**
@@ -54,7 +54,7 @@ class Help {
   }
 
   /**
-   * Ask about a position in the code; null when there is no answer: missing help is not an error.
+   * Ask about a position in the code; null if there is no answer, since missing help is not an error.
    *
    * @template {keyof Wanted} K
    * @param {K} wanted
@@ -114,7 +114,7 @@ class Help {
     if (this.#linted?.doc !== doc) this.#linted = {doc, found: await this.ask("lint", view.state)};
     const {found} = this.#linted;
     const {items, current} = problems();
-    // Problems of a former text are better than none, and worse than those of this one.
+    // Without problems of the present text, those of an earlier one are better than none.
     const known = current || !found ? problemsAt(items, this.place).filter((each) => each.line) : [];
     /** @type {Map<string, Problem>} */
     const marks = new Map();
@@ -123,7 +123,7 @@ class Help {
     return [...marks.values()].map((each) => asMark(doc, each)).sort((one, other) => one.from - other.from);
   }
 
-  /** The last problems of a text. @type {{doc: Text, found: Problem[] | null} | undefined} */
+  /** The last problems found, with their text. @type {{doc: Text, found: Problem[] | null} | undefined} */
   #linted = undefined;
 
   /** @param {EditorView} view @param {number} position */
@@ -150,7 +150,7 @@ class Help {
  */
 function asMark(doc, {code, line = 1, column = 1, length = 0, severity, message}) {
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
-  // What is missing at the end of a line is marked at its last character.
+  // A problem at the end of a line is marked at its last character.
   const from = Math.max(at.from, Math.min(at.from + Math.max(column - 1, 0), at.to - 1));
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
@@ -200,7 +200,7 @@ function signatures(help) {
   const follow = EditorView.updateListener.of((update) => {
     const {state, view} = update;
     const isOpen = state.field(shown) !== null;
-    const isWaiting = answered < asked; // what is typed meanwhile may leave the call again
+    const isWaiting = answered < asked; // text typed meanwhile may end the call
     if (!update.docChanged && !(update.selectionSet && (isOpen || isWaiting))) {
       if (isOpen && update.focusChanged && !view.hasFocus) setTimeout(() => view.dispatch({effects: show.of(null)}));
       return;
@@ -213,7 +213,7 @@ function signatures(help) {
       if (number !== asked) return;
       answered = number;
       const current = view.state.field(shown, false);
-      if (!view.dom.isConnected || current === undefined) return; // another piece of code is shown by now
+      if (!view.dom.isConnected || current === undefined) return; // another piece of code is shown meanwhile
       if (found || current) view.dispatch({effects: show.of(found ? tip(found, position) : null)});
     });
   });

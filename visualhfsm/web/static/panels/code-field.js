@@ -14,8 +14,8 @@ import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf} from "./places.js";
 
 /**
- * Ask for what stands in a separate shadow root: the editor's styles reach nothing else, and need no exception from
- * the page's policy.
+ * The field, with a separate shadow root: the editor's styles affect nothing else, and need no exception from the
+ * page's policy.
  */
 export class CodeField extends LitElement {
   static properties = {
@@ -75,12 +75,12 @@ export class CodeField extends LitElement {
   }
 
   #resolve = () => {};
-  /** Resolves when the editor is there; another one each time that the field is shown again. */
+  /** Resolves when the editor has loaded; replaced whenever the field is shown again. */
   #loaded = this.#awaitEditor();
 
-  /** @type {import("./editor.js").Editor | null} there as long as the field is shown */
+  /** @type {import("./editor.js").Editor | null} exists as long as the field is shown */
   #editor = null;
-  #cursor = 0; // where it stood when the field was shown last
+  #cursor = 0; // its position when the field was last shown
   #draft = new Draft((text, whole) => this.#show(text, whole));
 
   connectedCallback() {
@@ -93,7 +93,7 @@ export class CodeField extends LitElement {
     super.disconnectedCallback();
     store.removeEventListener("problems", this.#recheck);
     this.#draft.flush();
-    queueMicrotask(() => this.isConnected || this.#unload()); // it may only be put elsewhere
+    queueMicrotask(() => this.isConnected || this.#unload()); // it may have been moved elsewhere
   }
 
   render() {
@@ -115,7 +115,7 @@ export class CodeField extends LitElement {
     this.#editor?.rename(this.label);
   }
 
-  /** Put the cursor somewhere in the code; line and column from 1. @param {number} line @param {number} [column] */
+  /** Place the cursor in the code; line and column from 1. @param {number} line @param {number} [column] */
   async goTo(line, column, {focus = true} = {}) {
     await this.#loaded;
     this.#editor?.goTo(line, column);
@@ -127,7 +127,7 @@ export class CodeField extends LitElement {
     this.#editor?.focus();
   }
 
-  /** Type a text where the cursor stands. @param {string} text */
+  /** Type a text at the cursor. @param {string} text */
   insert(text) {
     this.#editor?.insert(text);
   }
@@ -187,7 +187,7 @@ export class CodeField extends LitElement {
     return {items: problems, current: checked === revision && !this.#draft.busy};
   }
 
-  /** Undo what was typed here; the step before that is elsewhere, and shown. @param {"undo" | "redo"} op */
+  /** Undo or redo typing here; a step that changed another place is shown there. @param {"undo" | "redo"} op */
   async #step(op) {
     await flushEdits();
     await step(op, (place) => keyOf(place) === keyOf(this.place));

@@ -35,7 +35,7 @@ class CodePanel extends PageElement {
     if (place) this.revealed = this.#reveal(place);
   }
 
-  /** Resolves when the piece of code that was asked for has the focus. */
+  /** Resolves when the requested piece of code has the focus. */
   revealed = Promise.resolve();
 
   render() {

@@ -74,7 +74,7 @@ export function counterexamplePlayer(counterexample, index, choose) {
 }
 
 /**
- * Fill the states that are current after a step, and open the automaton in which it happens.
+ * Mark the states that are current after a step, and open the automaton of the step.
  *
  * @param {OpenDocument} document
  * @param {Step[]} steps

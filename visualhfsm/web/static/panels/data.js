@@ -66,7 +66,7 @@ class DataPanel extends PageElement {
     if (place) this.revealed = this.#reveal(place);
   }
 
-  /** Resolves when what was asked for has the focus. */
+  /** Resolves when the requested place has the focus. */
   revealed = Promise.resolve();
 
   render() {
@@ -137,7 +137,7 @@ async function focusFirst(list) {
 }
 
 /**
- * The data of one automaton: its period, variables, functions, inputs, and where its content comes from.
+ * The data of one automaton: its period, variables, functions, inputs, and the source of its content.
  *
  * @param {{tab: number, document: OpenDocument, automaton: Automaton}} about
  */
@@ -263,7 +263,7 @@ const afterRefusal = (text) => [
   [text.trim() === "pause" ? "pause" : "", "Pause until the robot accepts commands again"],
   ["error", "Treat it as an error in the code"],
 ];
-/** What a simulation offers, and what stands in the document. @param {string} chosen @returns {Options} */
+/** The worlds of the simulation, and that of the document. @param {string} chosen @returns {Options} */
 const worlds = (chosen) => [
   ["", "Any"],
   ...[...new Set([...(store.greeting.worlds ?? []).map(({name}) => name), chosen])]
@@ -350,7 +350,7 @@ function verdict(document, index, showProblems) {
 }
 
 /**
- * The lists of a document that are edited as such, and what each entry has.
+ * The lists of a document that are edited as lists, and the fields of their entries.
  *
  * @typedef {[value: string, label: string][]} Options
  * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string, mono?: boolean,
@@ -378,7 +378,7 @@ const ROS_KINDS = [
   ["service", "Call a service"],
   ["action", "Send goals"],
 ];
-/** What is published when the component stops: automatically zeros for velocities. @type {Options} */
+/** The message that is published when the component stops; by default zeros for velocities. @type {Options} */
 const AT_STOP = [
   ["", "Automatic"],
   ["true", "Default"],

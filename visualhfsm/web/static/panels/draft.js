@@ -1,12 +1,12 @@
 /**
  * Texts that are being typed.
  *
- * What is typed is sent to the server after a short pause; the server makes one step for undo of what belongs
- * together. Changes from elsewhere (undo, another window) are shown at once, but never replace what is being typed: the
- * server is sent the text over which it was typed, too, and merges.
+ * Typed text is sent to the server after a short pause; the server combines related changes in one undo step. Changes
+ * from elsewhere (undo, another window) are shown at once, but never replace text that is being typed: the server also
+ * gets the text in which it was typed, and merges both.
  *
  * @import {Done} from "../store.js"
- * @typedef {(tab: number, text: string, base?: string) => Promise<Done>} Send with the text over which it was typed,
+ * @typedef {(tab: number, text: string, base?: string) => Promise<Done>} Send with the text in which it was typed,
  *   if both are to be merged
  */
 
@@ -14,18 +14,18 @@ import {notify, notifyError} from "../notices.js";
 import {RequestError, store} from "../store.js";
 
 const PAUSE = 250; // ms
-const LONGEST = 1_000_000; // characters, as the server has it (`Code` of visualhfsm/web/protocol.py)
+const LONGEST = 1_000_000; // characters, the limit of the server (`Code` of visualhfsm/web/protocol.py)
 
 /** @type {Map<string, Piece>} */
 const unsaved = (store.unsaved = new Map());
 
-/** Send everything that was typed and is not sent yet; resolves when the document has it. */
+/** Send all unsent text; resolves when the document contains it. */
 export async function flushEdits() {
   await Promise.all([...unsaved.values()].map((piece) => piece.flush()));
 }
 
 /**
- * Whether a text is too long to be typed or pasted; says so. What grows beyond is refused in the field.
+ * Whether a text is too long to be typed or pasted; shows a notice then. The field refuses the change.
  *
  * @param {number} length
  */
@@ -40,26 +40,26 @@ export function isTooLong(length) {
   return true;
 }
 
-// What was typed goes before saving, running, undo and other commands, so that it is part of what they work on.
+// Typed text is sent before saving, running, undo and other commands, so that they include it.
 store.addEventListener("request", () => flushEdits());
 addEventListener("pagehide", () => flushEdits());
-// What was typed while the server was offline is sent after reconnecting.
+// Text typed while the server was offline is sent after reconnecting.
 store.addEventListener("connection", () => store.online && flushEdits());
 store.addEventListener("closed", ({detail}) => {
   for (const piece of unsaved.values()) if (piece.tab === detail.tab) piece.drop();
 });
 
-/** One piece of text, until the server has all that was typed. */
+/** One piece of text, until the server has all typed text. */
 class Piece {
-  /** Whether something was typed that is not sent. */
+  /** Whether there is typed text that was not sent. */
   typed = false;
-  /** The text of the server of which `text` was made. */
+  /** The server's text from which `text` was made. */
   #base;
-  /** Whether it is merged with what others typed; a number or a name is not, letter by letter. */
+  /** Whether it is merged with what others typed; numbers and names are not merged letter by letter. */
   merges = true;
   #unanswered = 0;
   #dropped = false;
-  /** What was sent when the connection was lost: the document may have it. @type {Set<string>} */
+  /** Texts that were sent when the connection was lost: the document may contain them. @type {Set<string>} */
   #lost = new Set();
   #timer = 0;
 
@@ -67,9 +67,9 @@ class Piece {
   constructor(tab, key, text, send) {
     this.tab = tab;
     this.key = key;
-    /** What stands in the field. */
+    /** The text in the field. */
     this.text = text;
-    /** What the document has. */
+    /** The text in the document. */
     this.known = text;
     this.#base = text;
     this.send = send;
@@ -121,11 +121,11 @@ class Piece {
     } finally {
       this.#unanswered -= 1;
     }
-    // A document that is older than the answer is still on its way, and comes to `take`.
+    // If the document is older than the answer, a newer one will arrive in `take`.
     if (!this.busy && (store.documents.get(this.tab)?.revision ?? 0) >= revision) this.#settle();
   }
 
-  /** Forget what was typed: the document is closed. */
+  /** Forget the typed text: the document is closed. */
   drop() {
     clearTimeout(this.#timer);
     this.#dropped = true;
@@ -133,9 +133,9 @@ class Piece {
     unsaved.delete(this.key);
   }
 
-  /** Go on waiting with what may not have arrived. @param {string} base @param {string} text */
+  /** Keep a text that may not have arrived, to send it again. @param {string} base @param {string} text */
   #keep(base, text) {
-    if (!this.#lost.size) this.#base = base; // that of what was sent first
+    if (!this.#lost.size) this.#base = base; // the base of the first text that was sent
     this.#lost.add(text);
     this.typed = true;
     unsaved.set(this.key, this);
@@ -145,12 +145,12 @@ class Piece {
   #refuse(error) {
     notifyError(error);
     if (this.#unanswered < 2) return;
-    // What was sent meanwhile builds on what the server does not have: the text is sent again as a whole.
+    // Texts sent meanwhile are based on one that the server refused: the whole text is sent again.
     this.#base = this.known;
     this.type(this.text);
   }
 
-  /** Show what the document has. */
+  /** Show the text of the document. */
   #settle() {
     unsaved.delete(this.key);
     this.#base = this.known;
@@ -160,17 +160,17 @@ class Piece {
   }
 }
 
-/** What a field shows: one piece of text after the other. */
+/** The text of a field, which shows one piece of text after the other. */
 export class Draft {
   #show;
   #piece = new Piece(0, "", "", () => Promise.reject(new Error("there is no piece of text")));
 
-  /** @param {(text: string, whole: boolean) => void} show show another text; `whole`: it is another piece altogether */
+  /** @param {(text: string, whole: boolean) => void} show shows another text; `whole`: of another piece */
   constructor(show) {
     this.#show = show;
   }
 
-  /** What stands in the field. */
+  /** The text in the field. */
   get text() {
     return this.#piece.text;
   }
@@ -181,7 +181,7 @@ export class Draft {
   }
 
   /**
-   * Say what the document has.
+   * Set the text of the document.
    *
    * @param {number} tab
    * @param {string} key which piece of text it is
@@ -197,7 +197,7 @@ export class Draft {
     }
     this.flush();
     this.#piece.show = () => {};
-    // One that was left before the server had it is gone on with.
+    // Continue with a piece that was left before the server had it.
     const piece = (this.#piece = unsaved.get(whole) ?? new Piece(tab, whole, text, send));
     piece.merges = merges;
     piece.take(text);
@@ -205,12 +205,12 @@ export class Draft {
     this.#show(piece.text, true);
   }
 
-  /** Say what was typed. @param {string} text */
+  /** Report the typed text. @param {string} text */
   type(text) {
     if (text !== this.#piece.text) this.#piece.type(text);
   }
 
-  /** Send what was typed, if anything was. */
+  /** Send the typed text, if there is any. */
   flush() {
     return this.#piece.flush();
   }

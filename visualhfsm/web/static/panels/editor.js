@@ -43,7 +43,7 @@ import {isTooLong} from "./draft.js";
 
 const fromDocument = Annotation.define();
 
-/** What grows beyond what the server takes is refused here, where nothing of it is lost. */
+/** Refuse text that exceeds the server's limit here, where nothing is lost. */
 const refuseTooLong = EditorState.changeFilter.of(
   (change) =>
     Boolean(change.annotation(fromDocument)) ||
@@ -51,11 +51,11 @@ const refuseTooLong = EditorState.changeFilter.of(
     !isTooLong(change.changes.newLength),
 );
 
-/** Ctrl+M is the page's; Escape leaves the editor, so that Tab need not. */
+/** The page handles Ctrl+M; Escape leaves the editor, so that no key to release Tab is needed. */
 const standardKeys = defaultKeymap.filter(({key}) => key !== "Ctrl-m");
 
 /**
- * End the wait for names that are not shown yet. Escape goes on from there, as nobody sees what else it closed.
+ * Cancel completion that is not visible yet. Escape then continues, since users would not notice its effect.
  *
  * @param {EditorView} view
  */
@@ -105,7 +105,7 @@ const theme = EditorView.theme({
     backgroundColor: "var(--code-chosen)",
     color: "var(--code-chosen-text)",
   },
-  // Its own sign is missing in many fonts.
+  // CodeMirror's own sign is missing in many fonts.
   ".cm-completionIcon-keyword::after": {content: "'k'"},
   ".cm-completionDetail": {color: "inherit", opacity: "0.9", fontStyle: "normal"},
   ".cm-help": {whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
@@ -131,8 +131,8 @@ const theme = EditorView.theme({
 });
 
 /**
- * Replace what is selected by what is typed, without the browser: Chromium would keep the colors of the former text in
- * a style attribute, which the policy of the page refuses.
+ * Replace the selection by typed text without the browser: Chromium would keep the colors of the former text in a style
+ * attribute, which the policy of the page refuses.
  */
 const typedOverSelection = EditorView.domEventHandlers({
   beforeinput({inputType, data, isComposing}, view) {
@@ -176,9 +176,9 @@ const shared = [
 
 /**
  * @typedef {{text: string, cursor: number, place: import("../store.js").Place, tab: number, label: string, hint:
- *   string, wraps: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at first
+ *   string, wraps: boolean, readonly: boolean}} Content `cursor` is its initial position in the text
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
- *   problems: () => import("./assistance.js").Known}} Actions what the editor reports and asks
+ *   problems: () => import("./assistance.js").Known}} Actions callbacks of the editor
  */
 
 /** One editor in an element; it shows one piece of code after the other. */
@@ -197,7 +197,7 @@ export class Editor {
     return this.#view.hasFocus;
   }
 
-  /** Where the cursor stands in the text. */
+  /** The position of the cursor in the text. */
   get cursor() {
     return this.#view.state.selection.main.head;
   }
@@ -221,7 +221,7 @@ export class Editor {
   rename(label) {
     if (label === this.#label) return;
     this.#label = label;
-    this.#view.dispatch({}); // attributes are looked at with each transaction
+    this.#view.dispatch({}); // attributes are evaluated with each transaction
   }
 
   /** Update the marks after a check. */
@@ -229,7 +229,7 @@ export class Editor {
     this.#view.dispatch({effects: recheck.of(null)});
   }
 
-  /** Put the cursor somewhere; line and column from 1. @param {number} line */
+  /** Place the cursor; line and column from 1. @param {number} line */
   goTo(line, column = 1) {
     const {doc} = this.#view.state;
     const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
@@ -241,7 +241,7 @@ export class Editor {
     this.#view.focus();
   }
 
-  /** Type a text where the cursor stands. @param {string} text */
+  /** Type a text at the cursor. @param {string} text */
   insert(text) {
     const {state} = this.#view;
     if (!state.readOnly)

@@ -16,7 +16,7 @@ import {placeOf} from "./places.js";
 import {problemLines} from "./tabs.js";
 
 /**
- * `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for
+ * `details(entry, index)` returns the content below the fields of an entry, `suggest(field, entry)` the suggestions for
  * one.
  */
 export class Entries extends PageElement {
@@ -61,7 +61,7 @@ export class Entries extends PageElement {
       <div class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</div>`;
   }
 
-  /** Put the keyboard into a field of an entry. @param {number} index @param {string} [field] */
+  /** Focus a field of an entry. @param {number} index @param {string} [field] */
   async reveal(index, field) {
     await drawn();
     const entry = this.querySelectorAll(".entry")[index];

@@ -1,5 +1,5 @@
 /**
- * The interfaces that documents may declare, with what their operations do.
+ * The interfaces that documents may declare, with the documentation of their operations.
  *
  * @import {InterfaceDescription, RosInterface} from "../store.js"
  */
@@ -28,13 +28,13 @@ export function loadInterfaces() {
 /** Identities in the realm with the types of their interfaces. @type {Record<string, string[]>} */
 let identities = {};
 
-/** Ask for the servants of the realm; there are none where nothing can be followed. */
+/** Request the servants of the realm; there are none where components cannot be followed. */
 export async function loadIdentities() {
   const asked = store.request("control", {component: "", action: "identities"});
   identities = /** @type {Record<string, string[]>} */ (await asked.catch(() => ({})));
 }
 
-/** Identities to offer for an interface: those that have it, and all as long as it has none. @param {string} type */
+/** Identities to offer for an interface: those that have it, or all without an interface. @param {string} type */
 export function identitiesOf(type) {
   const wanted = type.trim().replace(/^::/, "");
   /** @param {string} each */
@@ -44,25 +44,25 @@ export function identitiesOf(type) {
   );
 }
 
-/** What the robot and others in the realm have, by name, each with the interface to declare. */
+/** Servants of the robot and of others in the realm, by name, each with the interface to declare. */
 export const served = () =>
   Object.keys(identities)
     .filter((each) => !each.startsWith("Hfsm."))
     .sort()
     .map((name) => ({name, type: typeOf(name)}));
 
-/** The interface that an identity has, as a document declares it; undefined when it is not there. @param {string} name */
+/** The interface that an identity has, as a document declares it; undefined without one. @param {string} name */
 export function typeOf(name) {
   const [scoped] = identities[name] ?? [];
   const short = scoped?.split("::").at(-1);
   return (interfaces ?? []).filter((each) => each.name === short).length > 1 ? scoped : short;
 }
 
-/** Declare what an identity has as an attribute of `self`. @param {string} name @param {string} type */
+/** Declare the interface of an identity as an attribute of `self`. @param {string} name @param {string} type */
 export const declare = (name, type) => apply("addEntry", {list: "interfaces", fields: {name, type}});
 
 /**
- * A list of all that the robot has, to declare it.
+ * A list of all servants of the robot, to declare them.
  *
  * @param {{name: string, proxy: string}[]} declared
  */
@@ -134,7 +134,7 @@ function called({name, signature, result}) {
 }
 
 /**
- * What the graph of ROS has, by name with the types, and all known types; asked for when somebody looks.
+ * The graph of ROS: names with types, and all known types; requested when the list is opened.
  *
  * @typedef {Record<string, string[]>} Named
  * @type {{topics: Named, services: Named, actions: Named, types: Named}}
@@ -143,7 +143,7 @@ let ros = {topics: {}, services: {}, actions: {}, types: {}};
 /** Why it could not be read, or that it is being read. */
 let rosNote = "";
 
-/** Where the graph has the names for a kind of interface, and the kind of their types. @type {Record<string, ["topics" | "services" | "actions", string]>} */
+/** For each kind of interface, its names in the graph, and the kind of its types. @type {Record<string, ["topics" | "services" | "actions", string]>} */
 const OF_KIND = {
   subscribe: ["topics", "msg"],
   publish: ["topics", "msg"],
@@ -151,7 +151,7 @@ const OF_KIND = {
   action: ["actions", "action"],
 };
 
-/** What to offer for a field of an interface of ROS. @param {string} field @param {Record<string, string>} entry */
+/** The suggestions for a field of an interface of ROS. @param {string} field @param {Record<string, string>} entry */
 export function rosSuggestions(field, {kind, target}) {
   const [named, types] = OF_KIND[kind] ?? OF_KIND.subscribe;
   if (field === "target") return Object.keys(ros[named]);
@@ -175,7 +175,7 @@ async function lookIntoRos(update) {
 }
 
 /**
- * A list of what the graph of ROS has, to declare it; read when it is opened.
+ * A list of the content of the graph of ROS, to declare it; read when it is opened.
  *
  * @param {RosInterface[]} declared
  * @param {() => void} update

@@ -3,7 +3,7 @@
 import {store} from "../store.js";
 
 const KEPT = 5000; // lines of a tab
-/** What comes before what is said of an error, in the component's log, and which line of which file it is behind it. */
+/** The pattern of an error in the component's log: the text before the message, and the file and line after it. */
 const BEFORE = /^[\d-]+ [\d:.]+ ERROR +[^:]+: /;
 const BEHIND = / at \S+:\d+ \(\S+:\d+\)$/;
 /** The line below a traceback. */

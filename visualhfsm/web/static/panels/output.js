@@ -8,7 +8,7 @@ import {runs} from "../runs.js";
 import {outputLog} from "./output-log.js";
 
 const SHOWN = 2000; // lines
-const NEAR = 30; // px from the end that count as there
+const NEAR = 30; // px from the end that count as the end
 
 /** @type {Record<string, string>} */
 const STATUS = {generating: "Generating…", starting: "Starting…", running: "Running", stopping: "Stopping…"};
@@ -74,7 +74,7 @@ class Output extends PageElement {
   }
 
   /**
-   * Hundreds of lines may arrive per second: they are appended, never drawn again.
+   * Hundreds of lines may arrive per second: they are appended without redrawing the others.
    *
    * @param {import("./output-log.js").Line[]} lines
    */

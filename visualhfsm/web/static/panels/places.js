@@ -36,7 +36,7 @@ const WORDS = {
   ros: "topic",
 };
 
-/** A text that is the same for the same place. @param {Place} place */
+/** A key that is the same for equal places. @param {Place} place */
 export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name = "", child = 0}) {
   return JSON.stringify([kind, automaton, id, part, index, name, child]);
 }
@@ -51,7 +51,7 @@ function samePlace(one, other) {
   return keyOf({...one, child: 0}) === keyOf({...other, child: 0});
 }
 
-/** The place that a problem is about. @param {Problem} problem @returns {Place} */
+/** The place of a problem. @param {Problem} problem @returns {Place} */
 export const placeOf = (problem) => problem.place ?? {kind: "document"};
 
 /** The problems at a piece of text. @param {Place} place @param {Problem[]} problems */
@@ -111,7 +111,7 @@ export function wordsFor(document, place) {
 }
 
 /**
- * What an automaton is called, with its number where its state has several.
+ * The name of an automaton, with its number if its state has several.
  *
  * @param {OpenDocument} document
  * @param {Automaton} automaton

@@ -48,7 +48,7 @@ class Problems extends PageElement {
     if (played && !page.document?.problems.some((each) => keyOf(each) === played.key)) this.#play(null);
   }
 
-  /** Put the keyboard on the first error, or the first problem; also when the checks are not through yet. */
+  /** Focus the first error, else the first problem, even if the checks are not complete yet. */
   focusFirst() {
     const {problems = [], checked, revision} = page.document ?? {};
     const rows = /** @type {NodeListOf<HTMLElement>} */ (this.querySelectorAll("button.row"));
@@ -154,7 +154,7 @@ class Problems extends PageElement {
   }
 }
 
-/** What distinguishes a problem from others, also when the checks have run again. @param {Problem} problem */
+/** The key of a problem, which stays the same when the checks run again. @param {Problem} problem */
 const keyOf = (problem) => `${problem.code} ${JSON.stringify(placeOf(problem))} ${problem.line} ${problem.message}`;
 
 customElements.define("hfsm-problems", Problems);

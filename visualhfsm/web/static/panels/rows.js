@@ -1,7 +1,7 @@
-/** Lists of rows that are gone through with the arrow keys. */
+/** Navigation in lists of rows with the arrow keys. */
 
 /**
- * Move the keyboard to the row above or below; a handler of `keydown` of the list.
+ * Move the focus to the row above or below; a handler of `keydown` of the list.
  *
  * @param {KeyboardEvent & import("../element.js").From<HTMLElement>} event
  */

@@ -41,7 +41,7 @@ class Search extends PageElement {
   constructor() {
     super();
     this.text = "";
-    /** What it is replaced by. */
+    /** The replacement. */
     this.by = "";
     this.whole = false;
     /** @type {Hit[] | null} */
@@ -234,7 +234,7 @@ class Search extends PageElement {
   }
 }
 
-/** Hits by the line in which they are. @param {Hit[]} hits */
+/** Hits grouped by their lines. @param {Hit[]} hits */
 function byLine(hits) {
   /** @type {Hit[][]} */
   const lines = [];
@@ -252,7 +252,7 @@ function byLine(hits) {
   return lines;
 }
 
-/** The excerpt of a line with all that was found in it. @param {Hit[]} line */
+/** The excerpt of a line with all its hits marked. @param {Hit[]} line */
 function marked(line) {
   const [{excerpt}] = line;
   const ends = line.map(({start, length}) => start + length);

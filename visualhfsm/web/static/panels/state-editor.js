@@ -102,7 +102,7 @@ export function stateEditor(about) {
 }
 
 /**
- * A choice without an answer yet: it stays chosen until then.
+ * A choice that the server has not answered yet: it stays shown until then.
  *
  * @type {{key: string, final: boolean} | undefined}
  */

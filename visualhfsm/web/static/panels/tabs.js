@@ -49,7 +49,7 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
   </div>`;
 }
 
-/** The messages of problems, below what they are about. @param {Problem[]} problems */
+/** The messages of problems, below the field that has them. @param {Problem[]} problems */
 export const problemLines = (problems) =>
   problems.length
     ? html`<p class="field-problems">
@@ -60,7 +60,7 @@ export const problemLines = (problems) =>
 /** @param {Problem[]} problems */
 const counted = (problems) => `${problems.length} problem${problems.length === 1 ? "" : "s"}`;
 
-/** How many problems there are, colored by the gravest; for the eye alone. @param {Problem[]} problems */
+/** How many problems there are, colored by the gravest; not for screen readers. @param {Problem[]} problems */
 export function badge(problems) {
   if (!problems.length) return nothing;
   const gravest = ["error", "warning", "note"].find((severity) => problems.some((each) => each.severity === severity));

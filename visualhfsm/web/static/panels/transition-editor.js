@@ -214,7 +214,7 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
 }
 
 /**
- * Names of events: those that are declared, those that code sends, and those by which other transitions fire.
+ * Names of events: declared ones, those that code sends, and triggers of other transitions.
  *
  * @param {OpenDocument} document
  * @param {Transition} shown

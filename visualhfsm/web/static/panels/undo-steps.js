@@ -1,4 +1,4 @@
-/** The steps that can be undone and done again; a click goes to that point. */
+/** The steps that can be undone and redone; a click goes to that point. */
 
 import {html, nothing} from "lit";
 import {ask} from "../commands.js";

@@ -21,9 +21,8 @@ export const isVerdict = ({code}) => code === "E610" || code === "W611";
 /**
  * The verdict on the property at an index; undefined where there is none.
  *
- * The checker does not run on a document with other errors. It does not report what it proves: a property that is not
- * among the problems of
- * the present revision holds.
+ * The checker does not run on a document with other errors. It does not report proven properties: one that is not among
+ * the problems of the present revision holds.
  *
  * @param {OpenDocument} document
  * @returns {Verdict | undefined}
