@@ -126,7 +126,7 @@ class Robots:
             raise VisualHfsmError(f"the simulation has no world {simulation.world[:40]}")
         if not _SPEED.fullmatch(simulation.speed) or simulation.speed.strip("0.") == "":
             raise VisualHfsmError(
-                f"{simulation.speed[:40]} is no speed: write a number above 0, such as 1 or 5"
+                f"{simulation.speed[:40]} is not a speed: write a number above 0, such as 1 or 5"
             )
         if self._status() == "starting" and self._kind == "simulation" and simulation == self._simulation:
             return  # another window has asked for it already
@@ -142,7 +142,7 @@ class Robots:
         """
         match = _ADDRESS.fullmatch(address)
         if match is None:
-            raise VisualHfsmError(f"{address[:60]} is no address of a robot: write nao.local or 192.168.1.20")
+            raise VisualHfsmError(f"{address[:60]} is not a robot address: write nao.local or 192.168.1.20")
         url = address if match["scheme"] else f"tcp://{address}"
         options = [f"--robot={url}", f"--start={start}", f"--end={'rest' if start == 'stand' else 'leave'}"]
         await complete(self._start("real", address, "naoserver_naoqi", options))
@@ -172,7 +172,7 @@ class Robots:
         self, kind: Literal["simulation", "real"], name: str, module: str, options: Sequence[str]
     ) -> None:
         if self._presence.present and not self._server.is_running:
-            raise VisualHfsmError("a robot is here already, which was not started here: end that one first")
+            raise VisualHfsmError("there is already a robot that was not started here: end that one first")
         await self._stop()
         async with self._busy:
             self._kind, self._name, self._trouble = kind, name, ""

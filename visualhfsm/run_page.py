@@ -132,7 +132,7 @@ def run_page(run: Run, largest: int = LARGEST) -> str:
 <script nonce="{nonce}" type="importmap">{json.dumps({"imports": modules})}</script>
 </head>
 <body>
-<noscript>This page shows a run by a script, which this browser does not allow.</noscript>
+<noscript>This page shows a run by a script, but this browser does not allow scripts.</noscript>
 <script type="text/plain" id="run">{_packed(run)}</script>
 <script nonce="{nonce}" type="module">import "{_ENTRY}";</script>
 </body>

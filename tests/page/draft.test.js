@@ -146,7 +146,7 @@ test("a number that two change is the last one, which is said", async () => {
   takes("200");
   answer();
   await settled();
-  assert.deepEqual(notices, ["Somebody else had written “300” where you wrote “200”, which stays."]);
+  assert.deepEqual(notices, ["Somebody else wrote “300” where you wrote “200”. Yours is kept."]);
   draft.type("250");
   draft.flush();
   takes("250");

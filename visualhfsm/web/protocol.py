@@ -321,7 +321,7 @@ class ExportRun(_Request):
 class Record(_Request):
     """Record a followed component into a new file below the root, whose path is the answer; or end that.
 
-    `pictures` is the number per second and camera; None ends the recording. The push `workspace` reports it.
+    `pictures` is the number per second and camera; None ends the recording, which `workspace` pushes report.
     """
 
     component: Name

@@ -57,7 +57,7 @@ export async function watchDance(app) {
   if (page.tabState?.title !== DANCE) return;
   if (isFree) chosen = "simulate";
   if (await coming) await app.run();
-  else if (status === "present") notify("A real robot is here. Press Run when it may move.");
+  else if (status === "present") notify("A real robot is connected. Press Run when it may move.");
 }
 
 /** Run the shown document, on a simulated robot where there is none. @param {HfsmApp} app */
@@ -75,7 +75,7 @@ async function begin(request) {
     return false;
   }
   const came = await robotComes();
-  if (!came && !store.robot.trouble) notify("The robot has not come. Press Run again when it is there.", "error");
+  if (!came && !store.robot.trouble) notify("The robot did not appear. Press Run again when it is there.", "error");
   return came;
 }
 
@@ -105,7 +105,7 @@ const moveTo = (world) =>
 async function resetStop() {
   const choice = await confirm({
     title: "The robot is stopped",
-    text: `It refuses commands: ${store.robot.stopped}. Look at the robot first.`,
+    text: `It refuses commands: ${store.robot.stopped}. Check the robot first.`,
     choices: [["reset", "Reset the emergency stop and run", "primary"]],
   });
   if (choice !== "reset") return false;

@@ -42,7 +42,7 @@ const STEPS = [
   {
     selector: "hfsm-tree",
     title: "The whole tree",
-    text: html`Every automaton with all its states. A selection here is also the selection on the canvas.`,
+    text: html`Every automaton with all its states. An element selected here is also selected on the canvas.`,
   },
   {
     selector: "hfsm-tools",
@@ -53,8 +53,8 @@ const STEPS = [
   {
     selector: "hfsm-menubar",
     title: "Data and code",
-    text: html`<kbd>${keyOf("editCode")}</kbd> opens the code of what is selected beside the canvas. The menu Data has
-      the parts of the robot that the component uses, its cycle, variables and functions.`,
+    text: html`<kbd>${keyOf("editCode")}</kbd> opens the code of the selected element beside the canvas. The menu Data
+      has the parts of the robot that the component uses, its cycle, variables and functions.`,
   },
   {
     selector: "hfsm-status",
@@ -64,8 +64,8 @@ const STEPS = [
   {
     selector: ".robot-pill",
     title: "The robot",
-    text: html`Here you see which robot there is, and start a simulated one. Run (<kbd>${keyOf("run")}</kbd>) does that
-    by itself where there is none. Let us run this behavior.`,
+    text: html`Here you see the present robot, and start a simulated one. If there is none, Run
+    (<kbd>${keyOf("run")}</kbd>) starts one automatically. Let us run this behavior.`,
     next: "Run",
   },
   {
@@ -78,14 +78,14 @@ const STEPS = [
   {
     selector: ".stop-button",
     title: "STOP",
-    text: html`This stops the robot and all that runs at once, and so does <kbd>${spoken(STOP_KEY)}</kbd>, wherever you
-      are.`,
+    text: html`This stops the robot and everything that runs at once. So does <kbd>${spoken(STOP_KEY)}</kbd>, wherever
+      you are.`,
   },
   {
     selector: ".side",
     title: "Change it while it runs",
-    text: html`So long it follows the ball before it dances. Write a shorter time, and press
-      <kbd>${keyOf("reload")}</kbd>: the robot goes on with the change, without a restart. The help lists all keys:
+    text: html`This is how long it follows the ball before it dances. Enter a shorter time, and press
+      <kbd>${keyOf("reload")}</kbd>: the robot continues with the change, without a restart. The help lists all keys:
       <kbd>?</kbd>.`,
     enter: editExample,
     types: true,
@@ -96,7 +96,7 @@ const STEPS = [
 async function runExample({app}) {
   const {status, simulated} = store.robot;
   const mayRun = status !== "present" || simulated;
-  if (!mayRun) notify("A real robot is here. Press Run when it may move.");
+  if (!mayRun) notify("A real robot is connected. Press Run when it may move.");
   await Promise.all([app.showLive("view"), mayRun && (await import("./robot-run.js")).runSimulated(app)]);
 }
 

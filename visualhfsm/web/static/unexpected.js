@@ -32,7 +32,7 @@ addEventListener("unhandledrejection", ({reason}) => {
 function report(what, stack = "") {
   const place = OWN_PLACE.exec(stack)?.[1];
   const text =
-    `An error of the editor, parts of this page may not react any more: ${what}${place ? ` (${place})` : ""}. ` +
+    `Internal error of the editor, parts of this page may no longer respond: ${what}${place ? ` (${place})` : ""}. ` +
     "Your changes are kept by the server. Reload the page, and report this text if it happens again.";
   notify(text, "error", {label: "Reload the page", run: () => location.reload()});
 }

@@ -377,7 +377,7 @@ export const canvasActions = [
       wheelSetting.toggle();
       notify(wheelSetting.zooms ? "The wheel always zooms." : "A mouse's wheel zooms, and a trackpad pans.");
     },
-    hint: "also where it is taken for a trackpad",
+    hint: "even if it is mistaken for a trackpad",
     checked: () => wheelSetting.zooms,
   },
   {

@@ -100,7 +100,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
     accept(close);
   };
 
-  const nothingHere = kind === "recording" ? "No recording is in this folder." : "No document is in this folder.";
+  const nothingHere = kind === "recording" ? "No recordings in this folder." : "No documents in this folder.";
   const shown = showDialog({
     title,
     content: (/** @type {Close} */ close, redraw) => {
@@ -156,9 +156,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
                     @keydown=${(/** @type {KeyboardEvent} */ event) => enter(event, close)}
                   />
                 </div>
-                <p class="explain">
-                  A folder in the name, as in <code>dances/wave</code>, is made when it is missing.
-                </p>`
+                <p class="explain">A missing folder in the name, as in <code>dances/wave</code>, is created.</p>`
             : nothing
         }`;
     },

@@ -62,7 +62,7 @@ export async function showPalette(context) {
                 ><span class="when">${keys.map((written) => html`<kbd>${spoken(written)}</kbd> `)}</span>
               </div>`,
           )}
-          ${found.length ? nothing : html`<p class="faint">No action that is possible now has these words.</p>`}
+          ${found.length ? nothing : html`<p class="faint">No action with these words is possible now.</p>`}
         </div>`;
     },
   });

@@ -110,7 +110,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => runs() || Boolean(page.document),
     run: async ({app}) => (runs() ? (await recorder()).toggleRecording() : app.run([], {record: true})),
-    hint: "what is followed, until it is pressed again; or run and record the document",
+    hint: "the followed component, until pressed again; or run and record the document",
   },
   {
     id: "recordRun",
@@ -118,14 +118,14 @@ export const monitorActions = [
     icon: "film",
     enabled: () => Boolean(page.document),
     run: ({app}) => app.run([], {record: true}),
-    hint: "all that it reads, to replay it, and the pictures that it sees; it cannot be reloaded",
+    hint: "everything it reads, for a replay, and the pictures it uses; reloading is not possible",
   },
   {
     id: "pictureRate",
     label: "Pictures in recordings",
     icon: "film",
     run: async () => (await recorder()).chooseRate(),
-    hint: "how many a second are recorded with Record",
+    hint: "how many per second Record takes",
   },
   {
     id: "runWith",

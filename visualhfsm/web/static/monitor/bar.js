@@ -205,7 +205,7 @@ function statusOf() {
   const {status, stoppedAt, refusal, speed} = newest.component;
   if (status === 0 && speed) return {status: "running", word: `Trying, ${speed} x`, why: "No robot moves."};
   if (status === 0 && robot !== "present" && usesRobot())
-    return {status: "lost", word: "Running, no robot", why: "The robot in the header can be started."};
+    return {status: "lost", word: "Running, no robot", why: "Start a robot in the header."};
   if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};
   const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
   return {status: STATUS[status].toLowerCase(), word};

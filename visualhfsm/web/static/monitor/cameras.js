@@ -37,7 +37,7 @@ class Cameras extends MonitorElement {
     const names = recording ? recordedCameras(recording.cameras) : monitor.robot.cameras;
     if (!names.length)
       return html`<p class="empty">
-        ${recording ? "This recording contains no pictures." : "No camera is there in this realm."}
+        ${recording ? "This recording contains no pictures." : "There is no camera in this realm."}
       </p>`;
     const explanation =
       recording && !recording.cameras.length && "This recording contains no pictures: these are the marks.";

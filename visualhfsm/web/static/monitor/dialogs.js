@@ -137,7 +137,7 @@ export async function askParameters(tab, parameters) {
           close(true);
         }}
       >
-        <p>What is left empty has its default.</p>
+        <p>Empty fields take their defaults.</p>
         ${parameters.map((each, index) => parameterField(each, values, index === 0))}
       </form>`,
     footer: (close) =>
@@ -187,7 +187,7 @@ export function showNotKept(notKept) {
   return showDialog({
     title: "Reloaded",
     content: () =>
-      html`<p>The component continues in the changed document. This could not be kept:</p>
+      html`<p>The component continues in the changed document. The following could not be kept:</p>
         <ul class="not-kept">
           ${notKept.map((each) => html`<li>${each}</li>`)}
         </ul>`,

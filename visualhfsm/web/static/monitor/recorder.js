@@ -50,7 +50,7 @@ export async function chooseRate() {
   const rates = [...RATES.filter((each) => each !== now), now]; // the last one has the focus
   const rate = await confirm({
     title: "Pictures in recordings",
-    text: `Of each camera, in a second; ${now || "none"} now. A picture takes some 10 kB.`,
+    text: `Per camera and second; currently ${now || "none"}. A picture takes about 10 kB.`,
     choices: rates.map((each) => [String(each), each ? String(each) : "None", each === now ? "primary" : ""]),
   });
   if (rate !== undefined) localStorage.setItem(RATE, rate);

@@ -171,7 +171,7 @@ class RobotView extends MonitorElement {
     const known = this.drawing.pose(moment);
     const why = monitor.recording
       ? "This recording does not contain the robot's joints."
-      : "The joints of then are unknown.";
+      : "The joints at that time are unknown.";
     this.problem = known ? undefined : why;
   }
 }
@@ -180,7 +180,7 @@ class RobotView extends MonitorElement {
 async function letRest(name) {
   if (!store.robot.simulation.balls || !name.startsWith("Ball")) return;
   await store.request("moveBalls", {moving: false});
-  notify("The balls rest now: the menu of the robot lets them move again.");
+  notify("The balls are at rest now: the menu of the robot starts them again.");
 }
 
 customElements.define("hfsm-robot-view", RobotView);

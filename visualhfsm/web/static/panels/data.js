@@ -253,12 +253,12 @@ function importSection(tab, automaton, place) {
   </div>`;
 }
 
-/** What stands in the document; an empty one is "stop". @param {string} text @returns {Options} */
+/** The choices after an error; an empty text means "stop". @param {string} text @returns {Options} */
 const afterError = (text) => [
   [text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"],
   ["continue", "Continue without that code"],
 ];
-/** The same; an empty one is "pause". @param {string} text @returns {Options} */
+/** The choices after a refused command; an empty text means "pause". @param {string} text @returns {Options} */
 const afterRefusal = (text) => [
   [text.trim() === "pause" ? "pause" : "", "Pause until the robot accepts commands again"],
   ["error", "Treat it as an error in the code"],

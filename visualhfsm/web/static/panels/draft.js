@@ -33,7 +33,7 @@ export function isTooLong(length) {
   if (length <= LONGEST) return false;
   const [count, most] = [length, LONGEST].map((each) => each.toLocaleString("en"));
   notify(
-    `That would be ${count} characters, and a text here holds at most ${most}: nothing was changed. ` +
+    `That would be ${count} characters, but a text here holds at most ${most}: nothing was changed. ` +
       "Put large code or data into a Python module, and import that as a library.",
     "error",
   );
@@ -112,8 +112,8 @@ class Piece {
       this.#lost.clear();
       revision = done.revision;
       if (!this.merges && theirs !== text)
-        notify(`Somebody else had written “${theirs}” where you wrote “${text}”, which stays.`);
-      if (done.conflict) notify("Somebody else has changed the same words: both versions stand in the text now.");
+        notify(`Somebody else wrote “${theirs}” where you wrote “${text}”. Yours is kept.`);
+      if (done.conflict) notify("Somebody else changed the same words: the text now contains both versions.");
     } catch (error) {
       if (this.#dropped) return;
       if (error instanceof RequestError && error.kind === "offline") this.#keep(base, text);

@@ -122,8 +122,8 @@ class Search extends PageElement {
           : html`<p class="empty">
               ${
                 text && hits
-                  ? `Nothing has “${text}” in it.`
-                  : "Names of states and transitions, all code, and the data are searched."
+                  ? `No matches for “${text}”.`
+                  : "The search covers names of states and transitions, all code, and the data."
               }
             </p>`
       }

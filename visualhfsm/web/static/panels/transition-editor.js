@@ -202,7 +202,7 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
     ></hfsm-text-field>
     ${
       order.length < 2
-        ? html`<span class="faint">the only one out of its state</span>`
+        ? html`<span class="faint">the only transition out of its state</span>`
         : html`<span class="faint">tried as number ${index + 1} of ${order.length}</span>
             ${iconButton("up", "Evaluate earlier", () => move(-1), {disabled: index <= 0 || readonly})}
             ${iconButton("up", "Evaluate later", () => move(1), {
