@@ -64,7 +64,7 @@ class Figure(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What is exported: what a component did, its document if that is known, its world and its pictures.
+    """The content to export: the log of a component, its document if known, its world and its pictures.
 
     `imported` are the views of automata that the document imports. `pictures` are JPEG images by camera, each
     with its wall time in s. `complete` says whether the log has the whole run.

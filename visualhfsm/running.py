@@ -46,7 +46,7 @@ _TRIAL: Final = "hfsm_pytest.trial"
 
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
 _LOGGED: Final = re.compile(r"\((.{1,200}?\.xml):(\d{1,9})\)", re.IGNORECASE)
-"""How the component's own log names a place: `follow_ball.py:57 (follow_ball.xml:31)`."""
+"""The pattern of a place in the component's own log: `follow_ball.py:57 (follow_ball.xml:31)`."""
 _STATE: Final = frozenset({"entry", "code", "exit", "argument"})
 _TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 
@@ -54,7 +54,7 @@ _TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 class RunningComponents:
     """At most one child process for each tab. All methods raise VisualHfsmError.
 
-    Work that has begun is completed, also when the window that requested it is closed. `include` are
+    Work that has begun is completed, even if the window that requested it is closed. `include` are
     directories with packages of interfaces.
     """
 
@@ -321,7 +321,7 @@ class Origin(NamedTuple):
 
 
 class Origins:
-    """Where the lines of one generated component come from."""
+    """The origins of the lines of one generated component."""
 
     def __init__(self, document: Document, name: str, component: Path, source_map: SourceMap) -> None:
         self._document = document

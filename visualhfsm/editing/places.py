@@ -213,7 +213,7 @@ def _owned(document: Document) -> Iterator[tuple[Spot, Place]]:
 
 
 class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
-    """Where a text was found: line and column in the text at the place, from 1, and that line of it.
+    """A match of a search: line and column in the text at the place, from 1, and the text of that line.
 
     `start` is where it begins in the `excerpt`, from 0.
     """

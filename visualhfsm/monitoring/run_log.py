@@ -1,4 +1,4 @@
-"""What a component did in one run: moments, changes of state, and numbers over time.
+"""The log of one run of a component: moments, changes of state, and numbers over time.
 
 Memory is bounded: the oldest entries are dropped.
 """

@@ -172,7 +172,7 @@ def _merged_with_others(command: Command, base: str, document: Document) -> tupl
 
 
 class Choice(StrEnum):
-    """What to do with a document whose file another program has changed."""
+    """The ways to resolve a change of a document's file by another program."""
 
     MINE = "mine"
     THEIRS = "theirs"

@@ -39,7 +39,7 @@ class _Request(
 
 
 class Hello(_Request):
-    """Ask for everything; the first request of a window."""
+    """Ask for the whole state; the first request of a window."""
 
 
 class Open(_Request):
@@ -126,7 +126,7 @@ class Redo(TabEdit):
 
 
 class GoTo(TabEdit):
-    """Undo or redo up to a step of the document; `revision` is one that the steps name."""
+    """Undo or redo up to a step of the document; `revision` is that of the step."""
 
     revision: Revision
 
@@ -321,7 +321,7 @@ class ExportRun(_Request):
 class Record(_Request):
     """Record a followed component into a new file below the root, whose path is the answer; or end that.
 
-    `pictures` is the number per second and camera; None ends the recording, which `workspace` pushes report.
+    `pictures` is their number per second and camera, None to end. The push `workspace` reports recordings.
     """
 
     component: Name
@@ -458,7 +458,7 @@ class Problems(Push):
 
 
 class Outside(Push):
-    """What another program did to the file of a document.
+    """The change of the file of a document by another program.
 
     `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
     and `deleted`: the user has to choose. `same`: the file is as it was.

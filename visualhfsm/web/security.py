@@ -34,7 +34,7 @@ _LONGEST: Final = 4096  # characters, as Linux has it
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
 
 _HOST: Final = re.compile(r"(?P<name>[a-z0-9._-]{1,253}|\[[0-9a-f:.]{2,45}\])(?::[0-9]{1,5})?", re.IGNORECASE)
-"""What `Host` may contain, and nothing else: it is also part of the policy of the page."""
+"""The only allowed content of `Host`, which is also part of the policy of the page."""
 
 _HEADERS: Final = {
     "cache-control": "no-store",

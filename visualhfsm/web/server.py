@@ -63,7 +63,7 @@ class PortInUseError(VisualHfsmError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """How to serve: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
+    """Options: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
 
     Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names, beside those of
     loopback, under which a reverse proxy serves the page. `journals` is where unsaved changes are kept, by

@@ -390,7 +390,7 @@ export function findActions(text, context) {
   }).sort((one, other) => rank(one) - rank(other));
 }
 
-/** What is selected, in words. */
+/** The selection in words. */
 export function selectionTitle() {
   if (page.state) return `State ${page.state.name}`;
   if (page.transition) return `Transition ${page.transition.name}`;
@@ -401,7 +401,7 @@ export function selectionTitle() {
   return parts.filter(Boolean).join(", ");
 }
 
-/** The actions on what is selected, in groups; the first are the most usual. @returns {string[][]} */
+/** The actions on the selection, in groups, the most usual first. @returns {string[][]} */
 export function selectionActions() {
   const drawing = drawnSelection();
   const [usual, ...more] = drawing;

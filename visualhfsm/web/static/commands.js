@@ -58,12 +58,12 @@ export function selectAdded(done, kind) {
   return added[kind][0];
 }
 
-/** Delete what is selected. */
+/** Delete the selection. */
 export function deleteSelected() {
   return applyHere("deleteItems", selected());
 }
 
-/** Move what is selected. @param {number} dx @param {number} dy */
+/** Move the selection. @param {number} dx @param {number} dy */
 export function moveSelected(dx, dy) {
   return applyHere("moveItems", {...selected(), dx, dy});
 }

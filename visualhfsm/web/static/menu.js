@@ -56,7 +56,7 @@ export function dropMenu(button, {beside, stay, ...content}, context) {
 const nameOf = ({title, label}) => title || label || selectionTitle() || "Automaton";
 
 /**
- * Show a menu with the actions on what is selected, or with other ones.
+ * Show a menu with the actions on the selection, or with others.
  *
  * @param {Content & {x: number, y: number, point?: {x: number, y: number}}} where in the window, and in the drawing
  * @param {Context} context

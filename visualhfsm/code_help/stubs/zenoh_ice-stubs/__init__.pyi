@@ -1,1 +1,1 @@
-"""What jedi reads in place of parts of `zenoh_ice`: it follows no descriptors with a ParamSpec."""
+"""Stubs for parts of `zenoh_ice`, because jedi does not follow descriptors with a ParamSpec."""

@@ -35,7 +35,7 @@ class Sample(Generic[F]):
 
 class StreamedCall(Call[F]):
     def latest(self) -> Sample[F]:
-        """Return the newest sample without a round trip, or None before the first has come."""
+        """Return the newest sample without a round trip, or None before the first."""
 
     def wait(self, after: Sample[F] | None = None, timeout: float | None = None) -> Sample[F]:
         """Return the next sample newer than `after`, or the newest at once without `after`."""

@@ -428,7 +428,7 @@ export const canvasActions = [
   },
 ];
 
-/** The actions on what is selected, in groups; the first are the most usual. @returns {string[][]} */
+/** The actions on the selection, in groups, the most usual first. @returns {string[][]} */
 export function drawnSelection() {
   if (page.state)
     return [

@@ -138,7 +138,7 @@ export class HfsmCanvas extends HTMLElement {
     this.drawing.showLive(live);
   }
 
-  /** Where a pointer is in the drawing. @param {MouseEvent} event */
+  /** The position of a pointer in the drawing. @param {MouseEvent} event */
   point({clientX, clientY}) {
     const {left, top} = this.getBoundingClientRect();
     return this.viewport.toDrawing(clientX - left, clientY - top);
@@ -241,7 +241,7 @@ export class HfsmCanvas extends HTMLElement {
     return wasDragging || wasDrawing;
   }
 
-  /** Focus what is selected, or the first state. */
+  /** Focus the selection, or else the first state. */
   focusSelected() {
     this.order.focusSelected();
   }

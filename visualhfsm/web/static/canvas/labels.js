@@ -31,7 +31,7 @@ class Boxes {
     });
   }
 
-  /** How much of a box is covered, in square pixels. @param {Box} box */
+  /** The covered area of a box in square pixels. @param {Box} box */
   covered(box) {
     const seen = new Set();
     let area = 0;

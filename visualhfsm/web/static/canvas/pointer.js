@@ -44,14 +44,14 @@ export class Pointer {
   #gesture;
   /** The pointers of the gesture; others are ignored. @type {Set<number>} */
   #owners = new Set();
-  /** Where fingers touch the screen. @type {Map<number, PointerEvent>} */
+  /** The fingers that touch the screen. @type {Map<number, PointerEvent>} */
   #fingers = new Map();
   /** The timer that opens the menu. */
   #longPress = 0;
   #opened = false; // whether the resting finger has opened the menu
   /** Where the gesture began, until the pointer has moved far enough. @type {PointerEvent | undefined} */
   #resting;
-  /** Where the pointer is at the edge. @type {PointerEvent | undefined} */
+  /** The last event of a pointer at the edge. @type {PointerEvent | undefined} */
   #atEdge;
   #trackpadSeen = -Infinity;
   /** The element on which the pointer was last pressed. @type {EventTarget | null} */
@@ -213,7 +213,7 @@ export class Pointer {
     requestAnimationFrame(() => this.#scrollOn());
   }
 
-  /** How far the drawing moves in one frame for a pointer at the edge. @param {MouseEvent} event */
+  /** The pixels by which the drawing scrolls in one frame for a pointer at the edge. @param {MouseEvent} event */
   #beyond({clientX, clientY}) {
     const {left, top, right, bottom} = this.canvas.getBoundingClientRect();
     /** @param {number} before @param {number} after */

@@ -270,7 +270,7 @@ function detailsOf(handle, label) {
   return {handle, glyph, timer, label, rank, nameSpan, detailSpan};
 }
 
-/** What makes a transition fire, in a few words. @param {Transition} transition */
+/** The trigger of a transition in a few words. @param {Transition} transition */
 function whatFires({type, trigger, guard}) {
   const text = trigger.trim().split("\n")[0];
   const first =

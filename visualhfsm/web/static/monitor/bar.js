@@ -20,7 +20,7 @@ import {STOP_KEY} from "./stop.js";
 
 const PAUSED = STATUS.indexOf("Paused");
 
-/** Where the user writes, who must then not be moved elsewhere. */
+/** Places where users write and must not be moved elsewhere. */
 const WRITING = "hfsm-code-panel, hfsm-data-panel, dialog";
 
 class MonitorBar extends MonitorElement {

@@ -64,7 +64,7 @@ class Joints extends MonitorElement {
 
   /** @param {import("./monitor.js").HealthReport} health */
   #health({realTimeFactor, lag, torsoTilt, fallen, cameraRates, limitedCommands, velocityTimeouts}) {
-    const rates = Object.entries(cameraRates ?? {}).filter(([, rate]) => rate > 0); // those that are looked at
+    const rates = Object.entries(cameraRates ?? {}).filter(([, rate]) => rate > 0); // cameras that are in use
     const facts = [
       ["Real time factor", realTimeFactor.toFixed(2)],
       ["Lag", `${(lag * 1000).toFixed(0)} ms`],

@@ -138,7 +138,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return Boolean(this.newest?.component.speed);
   }
 
-  /** Where the robot and the things around it were: at a moment of the past, or in a trial. */
+  /** The places of the robot and the things around it, at a moment of the past or in a trial. */
   get body() {
     const moment = this.isTrial ? this.snapshot : this.looking;
     if (!moment) return undefined;

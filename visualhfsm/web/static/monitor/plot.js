@@ -28,7 +28,7 @@ export class Plot {
   #chart;
   /** Component times, then the values of each number at them. @type {(number | null)[][]} */
   #data = [[]];
-  /** That it is drawn in. @type {string | undefined} */
+  /** The theme in which it is drawn. @type {string | undefined} */
   #theme = "";
   #drawn = 0;
   #timer = 0;

@@ -12,7 +12,7 @@ const RATE = "visualhfsm.recordedPictures";
 const RATES = [0, 1, 5, 10, 30];
 const USUAL = 5;
 
-/** How many pictures a second are recorded. */
+/** The number of pictures recorded per second and camera. */
 export function pictureRate() {
   const kept = localStorage.getItem(RATE);
   const rate = Number(kept);

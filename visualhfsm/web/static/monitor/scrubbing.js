@@ -10,7 +10,7 @@ const FRAME = 80; // ms between two moments while it plays
 class Scrubbing extends /** @type {new () => import("../store.js").Target<{play: null}>} */ (EventTarget) {
   /** Whether it plays. */
   plays = false;
-  /** How fast, in component seconds a second. */
+  /** The speed of playing, in component seconds per second. */
   speed = 1;
 
   /** The component time to request next. @type {number | undefined} */

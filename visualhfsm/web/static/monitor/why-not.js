@@ -26,7 +26,7 @@ let shown;
  * @param {HfsmCanvas} canvas
  */
 export function explainUnderPointer(canvas) {
-  /** @param {SVGElement | null} group on which the pointer has come */
+  /** @param {SVGElement | null} group under the pointer */
   const rest = (group) => {
     clearTimeout(timer);
     if (shown && !shown.pinned && shown.group !== group) hide();
@@ -58,7 +58,7 @@ export function explainUnderPointer(canvas) {
     },
     {capture: true},
   );
-  rest(canvas.surface.querySelector("[data-key]:hover")); // on which the pointer has come before this was loaded
+  rest(canvas.surface.querySelector("[data-key]:hover")); // the pointer may have come to rest before this was loaded
 }
 
 /**
