@@ -145,5 +145,8 @@ class ChildProcess(asyncio.SubprocessProtocol):
 
 
 def signal_name(number: int) -> str:
-    """Return the name of a signal, such as SIGKILL, or `signal 99` for an unknown number."""
-    return signal.Signals(number).name if number in signal.valid_signals() else f"signal {number}"
+    """Return the name of a signal, such as SIGKILL, or `signal 40` if it has none."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # of the real-time signals, only the first and the last have names
+        return f"signal {number}"
