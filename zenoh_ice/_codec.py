@@ -1,6 +1,6 @@
 """Turn structs into MessagePack and back, checking everything that comes from outside.
 
-Large byte sequences are not copied into a payload before it is sent, nor out of it after it came.
+Large byte sequences are copied neither into a payload that is sent nor out of one that was received.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _LONGEST: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
 _HEADER_SIZE: Final = 5  # of a large byte sequence there: a type byte and the length
 _EMPTY: Final = b"\xc4\x00"  # a byte sequence of none
 
-# Replaces bytes that were taken out of the encoding. It is secret, so it occurs nowhere else in there.
+# Placeholder for bytes taken out of the encoding. It is secret, so it occurs nowhere else in there.
 _MARK: Final = os.urandom(16)
 _ENCODED_MARK: Final = msgspec.msgpack.encode(_MARK)
 
@@ -56,7 +56,7 @@ class Buffer(Protocol):
 
 
 class Parted(NamedTuple):
-    """A payload without its large byte sequences, which are empty there, and these beside it."""
+    """A payload with empty byte sequences in place of the large ones, and the large ones separately."""
 
     rest: bytes
     places: tuple[int, ...]
@@ -65,7 +65,7 @@ class Parted(NamedTuple):
 
 
 class Pieces(msgspec.Struct, eq=False):
-    """A payload that was not yet copied into one: small parts, and between each two a large byte sequence."""
+    """A payload not yet joined into one buffer: small parts with a large byte sequence between each two."""
 
     small: Sequence[bytes]
     large: Sequence[bytes]
@@ -87,7 +87,7 @@ class Pieces(msgspec.Struct, eq=False):
 
 @lru_cache(maxsize=512)
 def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
-    """Return the ways to the byte sequences in a struct: the names of the members on each of them."""
+    """Return the path to each byte sequence in a struct, as names of members."""
     found: list[tuple[str, ...]] = []
     for field in fields_of(struct):
         kind = field.type
@@ -112,7 +112,7 @@ def _marked(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, byt
 
 
 def _encode_foreign(value: object) -> object:
-    """Return what msgspec can encode in place of proxies, and of arrays and scalars of numpy and its like."""
+    """Return an encodable substitute for a proxy, or for an array or scalar of numpy and the like."""
     if isinstance(value, Reference):
         return value.ice_toWire()
     with suppress(TypeError):
@@ -136,15 +136,15 @@ def encode(value: object, what: str) -> bytes:
 
 
 def not_encoded(error: BaseException, what: str) -> MarshalException:
-    """Return what reports one of ENCODE_ERRORS."""
+    """Return the exception that reports one of ENCODE_ERRORS."""
     endless = "nested too deeply, or in a cycle: a value that holds itself cannot be encoded"
     return MarshalException(f"{what}: {endless if isinstance(error, RecursionError) else error}")
 
 
 class Codec(Generic[S]):
-    """Encode and decode one struct, by parameter name, and the plain values that stand for it in Python.
+    """Encode and decode one struct, by parameter name, and convert it from and to its plain Python value.
 
-    No field stands for None, one field for its value, several for a tuple.
+    The plain value is None for no field, the field's value for one field, and a tuple for several.
     """
 
     def __init__(self, struct: type[S]) -> None:
@@ -153,24 +153,24 @@ class Codec(Generic[S]):
         self.byte_sequences = byte_sequences(struct)
         by_position = len(struct.__match_args__) == len(self.fields)
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
-        """Makes the struct of its field values."""
+        """Makes the struct from its field values."""
         single = len(self.fields) == 1 and not self.byte_sequences
         self.make_single: Callable[[object], S] | None = self.make if single else None
-        """Makes the struct of its one field's value; None where there are more, or byte sequences."""
+        """Makes the struct from its only field's value; None if it has more fields, or byte sequences."""
         self.value_of: Callable[[S], object] = attrgetter(*self.fields) if self.fields else lambda _: None
-        """Returns what stands for a struct: None, a value or a tuple."""
+        """Returns the plain value of a struct: None, a value or a tuple."""
         known, wire = StructType.known, WireTypes(struct)  # in this order: other threads make classes, too
         self._decoder: tuple[object, msgspec.msgpack.Decoder[S]] = known, _decoder(wire)
-        """The classes that were known, and what decodes these."""
+        """The state of the known classes, and the decoder for them."""
         self.decode: Callable[[bytes], S] | None = self._decoder[1].decode if wire.plain else None
-        """C code that does as `unpack`, and raises DECODE_ERRORS, which `misfit` explains.
+        """The equivalent of `unpack` in C; it raises DECODE_ERRORS, which `misfit` explains.
 
-        None where classes or proxies stand in the type.
+        None if the type contains classes or proxies.
         """
         self.holds_bytes = bytes in wire.leaves
-        """Whether a byte sequence stands anywhere in the type."""
+        """Whether the type contains a byte sequence, at any depth."""
         self.size_limit = LARGEST_BULK if self.holds_bytes else LARGEST
-        """How many bytes a payload may have."""
+        """Maximum size of a payload in bytes."""
 
     def _make_by_name(self, *values: object, **named: object) -> S:
         if len(values) > len(self.fields):
@@ -178,9 +178,9 @@ class Codec(Generic[S]):
         return self.struct(**{self.fields[place]: value for place, value in enumerate(values)}, **named)
 
     def gather_result(self, value: object, what: str) -> bytes | Pieces:
-        """Return what stands for the struct, None, a value or a tuple, as MessagePack.
+        """Return the plain value of the struct (None, a value or a tuple) as MessagePack.
 
-        Large byte sequences stay where they are, as pieces. Raises MarshalException for what does not fit.
+        Large byte sequences are not copied, but become pieces. Raises MarshalException for a wrong value.
         """
         values = (value,) if len(self.fields) == 1 else () if value is None else value
         if not isinstance(values, tuple) or len(values) != len(self.fields):
@@ -214,7 +214,7 @@ class Codec(Generic[S]):
             raise misfit(error, what) from error
 
     def unpack_result(self, payload: bytes | Parted, what: str, resolve: Resolve | None = None) -> object:
-        """Return what stands for the struct that `unpack` returns: None, a value or a tuple."""
+        """Return the plain value of the struct that `unpack` returns: None, a value or a tuple."""
         return self.value_of(self.unpack(payload, what, resolve))
 
     def _decode(self, payload: bytes, resolve: Resolve | None) -> S:
@@ -240,8 +240,8 @@ def too_large(size: int, limit: int, what: str) -> MarshalException:
 
 
 def decode_bounded(decode: Callable[[bytes], V], data: Buffer, limit: int, what: str) -> V:
-    """Return what bytes from outside hold; raises MarshalException if they are too many or do not fit."""
-    if len(data) > limit:  # before they are so much as copied
+    """Decode bytes from outside; raises MarshalException if they are too many or do not fit."""
+    if len(data) > limit:  # before they are even copied
         raise too_large(len(data), limit, what)
     try:
         return decode(bytes(data))
@@ -250,7 +250,7 @@ def decode_bounded(decode: Callable[[bytes], V], data: Buffer, limit: int, what:
 
 
 def _proxy(kind: type[Reference], text: object) -> Reference:
-    """Return the proxy that a text in a payload stands for."""
+    """Return the proxy that a text in a payload represents."""
     if not isinstance(text, str) or not re.match(PROXY_TEXT, text):
         raise ValueError(f"Expected a proxy, got {text!r}")  # msgspec adds where
     if (resolve := _resolve.get()) is None:
@@ -259,12 +259,12 @@ def _proxy(kind: type[Reference], text: object) -> Reference:
 
 
 def misfit(error: BaseException, what: str) -> MarshalException:
-    """Return what reports one of DECODE_ERRORS, with the path of the first field that does not fit."""
+    """Return the exception for one of DECODE_ERRORS, with the path of the first field that does not fit."""
     if isinstance(error, RecursionError):
         return MarshalException(f"{what}: nested too deeply")
     if isinstance(error, MemoryError):
         return MarshalException(f"{what}: announces more elements than fit into memory")
-    message, path = str(error), ""  # it quotes texts of the payload
+    message, path = str(error), ""  # the message quotes texts of the payload
     if isinstance(error, msgspec.ValidationError):
         path = "$"
         if match := _PATH.search(message):

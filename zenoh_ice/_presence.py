@@ -40,7 +40,7 @@ _MOST_CLIENTS: Final = 1 << 14
 
 # Factor of the delay of tokens in an empty realm: a server listens before its robot is ready.
 _START_GRACE: Final = 4
-_GRACE_SHARE: Final = 0.1  # of the limit, where that is more: a long one means a busy machine
+_GRACE_SHARE: Final = 0.1  # fraction of the limit, if that is more: a long limit means a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
@@ -57,7 +57,7 @@ class ServantToken(NamedTuple):
     type_id: str
     fingerprint: str  # of the interface; empty for one that has none
     server: str  # id of the session
-    since: float  # wall time of the server's machine since when it does, in s since the epoch
+    since: float  # wall time of the server's machine when it began to, in s since the epoch
 
 
 def servant_token(target: Target, type_id: str, fingerprint: str, server: str, since: float) -> str:
@@ -68,7 +68,7 @@ def servant_token(target: Target, type_id: str, fingerprint: str, server: str, s
 
 
 def parse_servant_token(key: str) -> ServantToken | None:
-    """Return what the key of a token says; None for one that no servant of ours has."""
+    """Return the token that a key describes; None for a key that no servant of ours uses."""
     match = _SERVANT.fullmatch(key)
     if match is None:
         return None
@@ -93,21 +93,21 @@ def parse_client_token(key: str) -> tuple[str, str] | None:
 
 
 class ServantInfo(NamedTuple):
-    """A servant that is there, as its tokens show."""
+    """A servant that is present, according to its tokens."""
 
     identity: str
     interfaces: dict[str, str]  # the fingerprint of each of its interfaces by type id
     server: str  # id of the session that serves it
-    since: float  # wall time of the server's machine since when it does, in s since the epoch
+    since: float  # wall time of the server's machine when it began to, in s since the epoch
 
 
 class Presence:
     """Follow the servants of some realms.
 
-    The transport's threads run the handlers here, so they only note what they are given, and nothing asks the
-    transport for anything while it holds the lock that they take. `submit` runs a function on another thread;
-    `is_served` asks, within some s, a process that seems to serve a target whether it does.
-    What is remembered is bounded, whatever tokens a stranger declares. It warns when no link is left and
+    The handlers here run on the transport's threads. They therefore only record what they receive, and the
+    transport is never called with their lock held. `submit` runs a function on another thread; `is_served`
+    asks a process that seems to serve a target whether it does, with a limit in s.
+    Memory use is bounded, whatever tokens a stranger declares. A warning is logged when no link is left and
     the process `needs_links`.
     """
 
@@ -143,9 +143,9 @@ class Presence:
     # Lookups.
 
     def interfaces(self, target: Target) -> Mapping[str, str]:
-        """Return the fingerprints of a servant's interfaces by type id; none when it is not there.
+        """Return the fingerprints of a servant's interfaces by type id; none when it is not present.
 
-        Where an identity has several servers that differ, those of the first of them.
+        If an identity has several servers with different interfaces, those of the first server count.
         """
         return self.present.get(target, {})
 
@@ -182,11 +182,11 @@ class Presence:
         return self._lost.get(target, _NEVER)[0] >= moment
 
     def came_since(self, target: Target, moment: float) -> bool:
-        """Return whether a server of a present servant came after a moment of the monotonic clock."""
+        """Return whether a server of a present servant appeared after a moment of the monotonic clock."""
         return self._came.get(target, -math.inf) >= moment
 
     def linked(self) -> bool:
-        """Return whether any link to another process stands."""
+        """Return whether any link to another process exists."""
         return bool(self._linked)
 
     # Waits.
@@ -194,11 +194,11 @@ class Presence:
     def wait_for(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
     ) -> bool:
-        """Wait until a servant, with a certain interface if one is given, is there; return whether it is.
+        """Wait until a servant, with a certain interface if one is given, is present; return whether it is.
 
-        Waits for at most `timeout` s, and less when all that could know the servant have reported
-        all, for which they have half a second from the moment of the monotonic clock `since`, now by default,
-        two seconds while the realm is empty, and more if `timeout` is long.
+        Waits for at most `timeout` s, and less once every process that could know the servant must have
+        reported it. They have half a second for that from `since`, a moment of the monotonic clock, now by
+        default; two seconds while the realm is empty; and more if `timeout` is long.
         """
         self.watch(target.realm)
         now = time.monotonic()
@@ -223,7 +223,7 @@ class Presence:
             return found()
 
     def wait_for_return(self, target: Target, timeout: float) -> bool:
-        """Wait for at most `timeout` s until a lost servant is there again; return whether it is."""
+        """Wait for at most `timeout` s until a lost servant is present again; return whether it is."""
         return self._wait_until(lambda: target in self.present, timeout)
 
     def wait_until_gone(self, target: Target, timeout: float, server: str) -> bool:
@@ -261,13 +261,13 @@ class Presence:
         """Return the exception of a call that ended without an answer.
 
         `started` is the moment of the monotonic clock when it began, `timeout` its limit in s, which may have
-        passed. Servants answer every call that reaches them. So where the call ended before its limit, and
-        the servant is well, it did not get there: access control dropped it.
+        passed. Servants answer every call that reaches them. If the call ended before its limit although the
+        servant is well, it never reached the servant: access control dropped it.
         """
         served = False
-        # No further news will come of a servant that was offline before the call.
+        # There will be no further news of a servant that was offline before the call.
         unexplained = not timed_out and target in self.present and not self.lost_since(target, started)
-        if unexplained and not self.came_since(target, started):  # a newcomer did not get the call
+        if unexplained and not self.came_since(target, started):  # a new server never received the call
             served = self._is_served(target, started + timeout - time.monotonic())
         if unexplained and not served:
             self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
@@ -318,7 +318,7 @@ class Presence:
         self._watches.append(self._transport.watch(f"@servant/{realm}/**", self._on_token))
 
     def add_listener(self, listener: Callable[[], object]) -> None:
-        """Call a function of ours whenever a servant comes or goes, and at the end."""
+        """Call a function of ours whenever a servant appears or disappears, and at the end."""
         self._listeners.append(listener)
 
     def close(self) -> None:
@@ -366,7 +366,7 @@ class Presence:
                 _logger.info("%s is gone", target)
             self._changed.notify_all()
             notify, self._notifying = not self._notifying, True
-        if notify:  # once for all that comes meanwhile: a flood of tokens must not fill the queue of jobs
+        if notify:  # once for all that arrive meanwhile: a flood of tokens must not fill the job queue
             self._submit(self._notify)
 
     def _notify(self) -> None:
@@ -397,8 +397,8 @@ def _serves(server: str, tokens: Mapping[str, ServantToken]) -> bool:
 class ClientWatch:
     """Call a function with the id of each client of a realm that is lost, one after the other.
 
-    `close` ends that. A client is what it first appeared as: only the end
-    of that very token is its end. Others may declare tokens with its id, and end them, which changes nothing.
+    `close` ends the watch. The first token with a client's id represents the client: only the end of that
+    token is its end. Later tokens with the same id, which others may declare and end, have no effect.
     """
 
     def __init__(
@@ -441,5 +441,5 @@ class ClientWatch:
             with self._lock:
                 self._lost.popleft()
                 left = bool(self._lost)
-            if left:  # so that others get their turn in between
+            if left:  # so that other jobs run in between
                 self._submit(self._report_next)

@@ -1,9 +1,9 @@
 """The threads of a communicator: a pool, an event loop for coroutines, and a pulse.
 
-Jobs of the pool go into one queue. A thread that takes one and leaves nobody to wait for the next starts
-another thread first, up to a limit that counts every servant that may be busy: so a slow servant delays no
-other. Threads that have nothing to do end. docs/decisions/0008-one-pool.md compares this with a thread for
-each servant.
+All jobs of the pool go into one queue. If a thread takes a job and no other thread is waiting for the next,
+it first starts one, up to a limit that counts every servant that may be busy: a slow servant thus delays no
+other. Idle threads end. docs/decisions/0008-one-pool.md compares this design with a thread for each
+servant.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from .exceptions import BusyException, CommunicatorDestroyedException
 
-if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines
+if TYPE_CHECKING:  # imported where it is needed: it loads slowly, and most programs have no coroutines
     import asyncio
 
 V = TypeVar("V")
@@ -34,7 +34,7 @@ _IDLE_LIMIT: Final = 5.0  # s after which a thread ends that has nothing to do, 
 _MOST_QUEUED: Final = 1024  # jobs of one line
 _MOST_LINES: Final = 256
 _QUICK: Final = 0.0005  # s that a job takes at most while its thread leads
-_CAUTION: Final = 1000  # jobs that are taken to be long after one that was
+_CAUTION: Final = 1000  # jobs that count as long after one that was
 _STANDSTILL: Final = 0.5  # s without a beat: more than a busy machine makes of the period
 _AFTERMATH: Final = 1.0  # s until all that waited has been read
 
@@ -64,11 +64,11 @@ class UserCodeThread(threading.Thread):
 
 
 class Pool:
-    """Threads that grow from one to a limit and never make their callers wait.
+    """A pool that grows from one thread to a limit and never makes its callers wait.
 
     One of them leads: it alone takes jobs out of the queue. Before it runs a job that may take long, it wakes
-    another thread to lead. A job of a kind that was quick so far it runs while it leads: waking a thread
-    would take longer. Where such a job takes long for once, the lead is handed on within PULSE_PERIOD.
+    another thread to lead. If jobs of the same kind were quick so far, it keeps the lead instead: waking a
+    thread would take longer. If such a job takes long for once, the lead is handed on within PULSE_PERIOD.
 
     A pool of no threads, for tests in virtual time, runs each job at once on the thread that submits it.
 
@@ -83,7 +83,7 @@ class Pool:
         self._limit = size
         self._name: Final = name
         self.place: Callable[[Any], Job | None] = lambda job: job
-        """Makes jobs, or None, of other objects among them, in the order of these; it raises nothing."""
+        """Turns other objects in the queue into jobs, or None, in the queue's order; it raises nothing."""
         self._lock: Final = threading.Lock()
         self._lead: Final = threading.Lock()  # of the thread that takes jobs
         self._leader = 0  # its identifier; 0: nobody leads, or a thread is about to
@@ -260,7 +260,7 @@ class Coroutines:
 
         with self._lock:
             if self._closed:
-                coroutine.close()  # or Python warns that nobody waited for it
+                coroutine.close()  # otherwise Python warns that it was never awaited
                 raise CommunicatorDestroyedException("the communicator was destroyed")
             if self._running is None:
                 runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
@@ -279,7 +279,7 @@ class Coroutines:
             _join([thread], timeout)
 
     def _work(self, runner: asyncio.Runner) -> None:
-        with runner:  # cancels at the end what still runs
+        with runner:  # at its end it cancels what still runs
             while not self._closed:
                 try:
                     runner.get_loop().run_forever()
@@ -291,7 +291,7 @@ class Pulse:
     """Notice from missing beats that the process stood still.
 
     A process that was stopped (SIGSTOP, a debugger, a suspended machine) finds calls in the system's buffers
-    whose callers gave up long ago. They look as if they had just come; that they may be old shows here alone.
+    whose callers gave up long ago. They look as if they had just arrived; only this class knows better.
     """
 
     def __init__(self) -> None:
@@ -313,7 +313,7 @@ class Pulse:
 
 
 def repeat(period: float, job: Callable[[], object], name: str) -> Callable[[], object]:
-    """Run a job every `period` s on a thread; return what ends it."""
+    """Run a job every `period` s on a thread; return a function that ends it."""
     end = threading.Event()
 
     def run() -> None:

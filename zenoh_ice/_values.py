@@ -1,7 +1,7 @@
 """Types that msgspec alone does not decode: classes, which may arrive as subclasses, and proxies, as text.
 
-For each such type there is a wire type that msgspec decodes and checks: one of all known classes in place of
-a class. Values of wire types become those of the interface as they are decoded.
+For each such type there is a wire type that msgspec decodes and checks; that of a class is a union of all
+known classes that extend it. Values of wire types become values of the interface when they are decoded.
 
 Members have default values in Python, as in Ice's mapping, but are required on the wire: a payload of empty
 maps must not grow a hundredfold.
@@ -30,17 +30,17 @@ PROXY_TEXT: Final = rf"\A({NAME})(?: -([to]))?(?:@({NAME}))?\Z"
 TYPE_FIELD: Final = "@type"
 """The key, which no member can have, under which a value of a class has the type id of its class."""
 
-_WIRE_MODULE: Final = ""  # no module has this name: it distinguishes what was loaded from what was made here
+_WIRE_MODULE: Final = ""  # no module has this name: it marks the classes that are made here
 
-# Beside the classes that a union is made of, as msgspec asks for the type field only where there are several.
-# It never arrives: no text is longer than 0 and shorter than 1.
+# An extra member of each union of classes: msgspec requires the type field only if there are several.
+# It never arrives, because no text has at least one character and at most none.
 _Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
 _NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
 
-fields_of: Final = lru_cache(maxsize=1024)(msgspec.structs.fields)  # it looks them up again each time
+fields_of: Final = lru_cache(maxsize=1024)(msgspec.structs.fields)  # msgspec looks them up again each time
 
 NULL: Final[Any] = object()
-"""The default value of a member that is None where it is not given, but must be there on the wire."""
+"""The default value of a member that is None if not given, but required on the wire."""
 
 
 def slice_name(name: str) -> str:
@@ -52,7 +52,7 @@ class StructType(msgspec.StructMeta):
     """Makes structs whose default values may be mutable: each struct gets its own copy."""
 
     known: ClassVar[object] = object()
-    """Another object after each new struct: what was built from all known classes is stale then."""
+    """A different object after each new struct: anything built from all known classes is then stale."""
 
     def __new__(
         cls,
@@ -79,8 +79,8 @@ class Struct(msgspec.Struct, metaclass=StructType, rename=slice_name):
     """
 
     def __hash__(self) -> int:
-        # Not that of the tuple, which anybody can foresee: a dictionary whose keys were chosen to collide
-        # would take its receiver minutes to fill. Python salts the hashes of bytes.
+        # Not the hash of the tuple, which is predictable: a dictionary with keys chosen to collide would take
+        # its receiver minutes to fill. Python salts the hashes of bytes.
         return hash(array("q", map(hash, msgspec.structs.astuple(self))).tobytes())
 
 
@@ -93,28 +93,28 @@ class Reference(ABC):
 
     @abstractmethod
     def ice_toWire(self) -> str:
-        """Return the text that stands for it anywhere."""
+        """Return the text that represents it in every realm."""
 
     @classmethod
     @abstractmethod
     def uncheckedCast(cls, proxy: Any) -> Self:  # noqa: ANN401 - what `Resolve` returns
-        """Return what an untyped proxy stands for as one of this type."""
+        """Return an untyped proxy as one of this type."""
 
 
 Resolve = Callable[[str], Reference]
-"""Makes an untyped proxy of its text."""
+"""Makes an untyped proxy from its text."""
 
 
 @lru_cache(maxsize=64)  # wire types are subclasses, too: a flood of unknown classes must not make this slow
 def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]:  # noqa: ARG001
     """Return a class and every one that extends it, near or far, by type id.
 
-    `known` is another value whenever there may be other classes. Those without their own type id, made
-    by hand, do not count; nor do those of modules that were unloaded, or loaded again since.
+    `known` is a different value whenever there may be other classes. Handwritten classes without their own
+    type id do not count; nor do classes of modules that were unloaded, or reloaded since.
     """
     found = {type_id_of(cls): cls}
     waiting = [cls]
-    for each in waiting:  # which grows meanwhile
+    for each in waiting:  # grows during the loop
         for derived in each.__subclasses__():
             waiting.append(derived)
             tag = derived.__struct_config__.tag  # None while another thread makes the class
@@ -124,7 +124,7 @@ def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]: 
 
 
 def _is_loaded(cls: type[Value]) -> bool:
-    """Return whether a class is one of a module that is there: otherwise its members' types are not."""
+    """Return whether the module of a class is still loaded: otherwise its members' types are missing."""
     try:
         msgspec.structs.fields(cls)
     except NameError:
@@ -138,16 +138,16 @@ def type_id_of(cls: type[Value]) -> str:
 
 
 class WireTypes:
-    """The wire types of a struct and of all that it is made of."""
+    """The wire types of a struct and of everything in it."""
 
     def __init__(self, struct: type[msgspec.Struct]) -> None:
         self._structs: dict[type, type[msgspec.Struct]] = {}
         self._classes: dict[type[Value], type[msgspec.Struct]] = {}
         self._waiting: list[tuple[type[Value], type[msgspec.Struct]]] = []
         self.leaves: Final[set[type]] = set()
-        """Types in it, anywhere, that are neither structs nor classes nor made of others."""
+        """Types in it, at any depth, that are neither structs nor classes nor composed of other types."""
         self.root: Final = self._struct(struct)
-        while self._waiting:  # classes refer to each other: their members come when all classes are there
+        while self._waiting:  # classes refer to each other: their members are set once all classes exist
             cls, wire = self._waiting.pop()
             wire.__annotations__.update(self._members(cls))
         self.plain: Final = not self._classes and not any(issubclass(leaf, Reference) for leaf in self.leaves)
@@ -177,7 +177,7 @@ class WireTypes:
         return self._structs[cls]
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
-        """Return one of all known classes that extend a class, or it itself."""
+        """Return the union of a class and all known classes that extend it."""
         found = derived_classes(cls, (StructType.known, *sys.modules))
         return reduce(or_, map(self._wire_class, found.values()), _NoClass)
 

@@ -34,7 +34,7 @@ from .text import cut, encodable, printable
 
 ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
 
-# Refused is also what is not a number: servants and readers wait and compute by these.
+# The bounds also exclude nan: servants and readers wait for and compute with these.
 _WallTime = Annotated[float, Meta(ge=0.0, le=1e11)]
 _Timeout = Annotated[float, Meta(ge=0.0, le=86_400.0)]
 _Number = Annotated[int, Meta(ge=0)]
@@ -93,13 +93,13 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
 NO_ATTACHMENT: Final = Attachment()
 
 encode_attachment: Final = msgspec.msgpack.Encoder().encode
-"""Returns the members of an attachment, as a tuple, as they travel."""
+"""Encodes the members of an attachment, given as a tuple."""
 
 read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
 
 
 def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
-    """Return the attachment of a call as it travels; `timeout` is 0 for one without an answer."""
+    """Return the encoded attachment of a call; `timeout` is 0 for a call without an answer."""
     # A tuple rather than the struct: it saves a microsecond in every call.
     return encode_attachment((fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout))
 
@@ -107,13 +107,13 @@ def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: 
 def encode_sample_attachment(
     fingerprint: str, sequence: int, robot_time: float, stream: str = "", wall_time: float | None = None
 ) -> bytes:
-    """Return the attachment of a stream sample as it travels, sent now or at a wall time in s."""
+    """Return the encoded attachment of a stream sample, sent now or at a wall time in s."""
     sent_at = time.time() if wall_time is None else wall_time
     return encode_attachment((fingerprint, sequence, robot_time, sent_at, stream, 0.0))
 
 
 def decode_attachment(data: Buffer) -> Attachment:
-    """Return the attachment that arrived; raises MarshalException for a malformed one."""
+    """Return a received attachment; raises MarshalException for a malformed one."""
     return decode_bounded(read_attachment, data, ATTACHMENT_LIMIT, "attachment")
 
 
@@ -149,7 +149,7 @@ def unknown_exception(error: BaseException) -> UnknownException:
 
 
 def encode_error(error: ZenohIceError) -> bytes:
-    """Return an exception as it travels."""
+    """Return an exception encoded for the wire."""
     if isinstance(error, UserException):
         type_id, *bases = error.ice_type_ids()
         try:
@@ -169,7 +169,7 @@ def encode_error(error: ZenohIceError) -> bytes:
 def decode_error(
     payload: Buffer, declared: Sequence[type[UserException]], what: str, resolve: Resolve | None = None
 ) -> ZenohIceError:
-    """Return the exception that arrived as the nearest one that the operation may raise.
+    """Return a received exception as the most derived type that the operation may raise.
 
     `what` names the call in the text of a malformed error; proxies are made by `resolve`. Texts of the
     other side are cut, and made printable unless they are members of a declared exception.
@@ -183,7 +183,7 @@ def decode_error(
         system, members = _REMOTE[wire.exception]
         return system(message, *(printable(getattr(wire, name)) for name in members))
     subclasses = [subclass for root in declared for subclass in root.ice_subclasses()]
-    known = {subclass.ice_type_id: subclass for subclass in reversed(subclasses)}  # of two the first
+    known = {subclass.ice_type_id: subclass for subclass in reversed(subclasses)}  # the first of two wins
     for type_id in (wire.exception, *wire.bases):
         if (nearest := known.get(type_id)) is not None:
             codec = _codecs.get(nearest) or _codecs.setdefault(nearest, Codec(nearest.Members))

@@ -1,6 +1,6 @@
-"""Clocks: what a component sleeps by and measures time with.
+"""Clocks, by which a component sleeps and measures time.
 
-`WallClock` is steady, `VirtualClock` stands still until it is moved, `RobotClock` follows samples of another.
+`WallClock` is steady, `VirtualClock` stands still until it is advanced, `RobotClock` follows another clock.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .exceptions import CommunicatorDestroyedException, MarshalException
 _NANOSECONDS: Final = 1_000_000_000
 
 # Limits of a robot's clock, in s of wall time but for the second.
-_SILENCE: Final = 1.0  # without a sample, after which the estimate is worth a warning
+_SILENCE: Final = 1.0  # time without a sample after which a warning is logged
 _RESTART: Final = 0.1  # a smaller step back is a correction, a larger one a simulation that restarted
 _LONGEST_NAP: Final = 0.05  # samples do not end the wait for an event
 
@@ -67,7 +67,7 @@ class WallClock:
 class VirtualClock:
     """A clock for one thread: it moves when `advance` is called, or at a wait on it.
 
-    So a program runs the same way every time, as fast as the processor.
+    Programs thus run the same way every time, as fast as the processor allows.
     """
 
     rate = 1.0
@@ -100,12 +100,12 @@ class VirtualClock:
 class RobotClock:
     """Follow a clock by the samples given to `update`.
 
-    Between samples the time runs on at the rate of the last one, and so it does when samples stop: that is
-    logged after `silence` s. It never runs backwards: where an estimate was ahead it stands still until the
-    other clock has caught up. Only when that clock restarts, more than 0.1 s behind its last sample, the time
-    jumps with it and all sleepers wake at once.
+    Between samples the time runs on at the rate of the last one, and also when samples stop, which is logged
+    after `silence` s. It never runs backwards: if an estimate was ahead, it stands still until the other
+    clock has caught up. Only when that clock restarts, more than 0.1 s behind its last sample, does the time
+    jump with it, and all sleepers wake at once.
 
-    Raises MarshalException when it is to begin with a time or a rate that no clock has.
+    Raises MarshalException for an initial time or rate that no clock can have.
     """
 
     def __init__(self, time_: float, rate: float, simulated: bool, silence: float = _SILENCE) -> None:
@@ -155,7 +155,7 @@ class RobotClock:
     def update(self, time_: float, rate: float, simulated: bool) -> None:
         """Take a sample of the followed clock that has just arrived.
 
-        A sample that no clock can show is dropped, which is logged once until a good one comes.
+        An impossible sample is dropped, which is logged once until a good one arrives.
         """
         arrival = time.monotonic()
         with self._changed:
@@ -175,13 +175,13 @@ class RobotClock:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Let every sleeper go: no sample will come any more."""
+        """Wake every sleeper: no further sample will arrive."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
 
     def _naps(self, seconds: float) -> Iterator[float]:
-        """Yield for how many s of wall time to wait, until a duration of this clock is over."""
+        """Yield waits in s of wall time, until a duration of this clock is over."""
         with self._changed:
             end, restarts = self.now() + seconds, self._restarts
         while self.now() < end and restarts == self._restarts:

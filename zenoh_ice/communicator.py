@@ -41,10 +41,10 @@ from .transport import Target, Transport, check_name
 
 _PROXY: Final = re.compile(PROXY_TEXT)
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may still run
-_STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
-_ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
+_STATUS_LIMIT: Final = 0.5  # s to wait for the status of a process that seems to be present
+_ON_ITS_WAY: Final = 0.05  # s in which news of a subscription reaches the servant
 _MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
-_LOOK_AGAIN: Final = 0.05  # s after which a wait for the end looks for it
+_LOOK_AGAIN: Final = 0.05  # s between two checks of a wait for the end
 
 _logger = logging.getLogger(__name__)
 
@@ -56,7 +56,7 @@ _zenoh_processes: Final[set[int]] = set()
 def initialize(settings: Settings | None = None, **overrides: object) -> Communicator:
     """Return a communicator; use it in a `with` block, or call `destroy` at the end.
 
-    Without `settings` they come from the environment; `overrides` are fields of Settings that win over both:
+    Without `settings` they come from the environment; `overrides` are fields of Settings that override both:
     `initialize(realm="nao", connect=["tcp/127.0.0.1:7447"])`. It does not wait for a server.
 
     Raises EndpointInUseException when another process listens already, ConfigurationException for a setting
@@ -72,9 +72,9 @@ def initialize(settings: Settings | None = None, **overrides: object) -> Communi
 
 
 class Communicator:
-    """The root of everything that talks: proxies, adapters, streams and the clock come from here.
+    """The entry point of all communication: it makes proxies and adapters, and has the streams and the clock.
 
-    It may be used from any thread. User code, servants and callbacks alike, runs on its own threads.
+    It is thread-safe. User code, that is servants and callbacks, runs on the communicator's threads.
     """
 
     def __init__(
@@ -85,10 +85,10 @@ class Communicator:
         transport: Callable[[Pool], Transport] | None = None,
         clock: Clock | None = None,
     ) -> None:
-        """Join a realm: over Zenoh unless another transport is given, which is made for a pool of threads.
+        """Join a realm: over Zenoh, unless a function that makes another transport for a pool is given.
 
-        `clock` is the component's where the settings do not choose it. With a pool of no threads, streams
-        that nobody asks for are closed by `streams.close_unwanted`.
+        `clock` is the component's clock, instead of the one in the settings. With a pool of no threads,
+        unused streams are closed by `streams.close_unwanted`.
         """
         self.settings: Final = settings
         self.realm: Final = settings.realm
@@ -105,7 +105,7 @@ class Communicator:
         self._clock_lock: Final = threading.Lock()
         self._shutdown: Final = threading.Event()
         self._destroyed: Final = threading.Event()
-        with ExitStack() as end:  # runs from the last to the first, each whatever the others raise
+        with ExitStack() as end:  # runs all, the last first, whatever they raise
             end.callback(_live.discard, self)
             end.callback(self._destroyed.set)
             self.pool: Final = pool or Pool(settings.dispatch_threads, f"zenoh_ice {self.realm}")
@@ -145,7 +145,7 @@ class Communicator:
     # Proxies.
 
     def stringToProxy(self, text: str) -> ObjectPrx:
-        """Return the proxy of a text: `Head`, or of another realm `Head@otherrealm`.
+        """Return the proxy that a text names: `Head`, or in another realm `Head@otherrealm`.
 
         `-o` before the realm makes its calls oneway. Raises ConfigurationException when the text is no proxy.
         """
@@ -162,10 +162,10 @@ class Communicator:
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
     ) -> Mapping[str, str]:
-        """Wait until a servant is there; return the fingerprints of its interfaces by type id.
+        """Wait until a servant is present; return the fingerprints of its interfaces by type id.
 
-        The interface asked for is missing from them if the servant does not have it. `since` is the moment of
-        the monotonic clock when it was asked for, now by default.
+        The requested interface is missing from them if the servant does not have it. `since` is the moment of
+        the monotonic clock when it was requested, now by default.
         """
         self.check()
         if (local := self.served.get(target)) is not None:
@@ -213,7 +213,7 @@ class Communicator:
     ) -> ProcessStatus:
         """Return the status of a process that serves, by the id of its session: `ServantInfo.server`.
 
-        Raises ConnectionLostException when it is not there, does not answer within `timeout` s, by default
+        Raises ConnectionLostException when it is absent, does not answer within `timeout` s, by default
         the limit of calls, or access control denies it.
         """
         check_name(process, "id of a session")
@@ -225,7 +225,7 @@ class Communicator:
     def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client of the realm that ends or is lost, until closed.
 
-        One that dies is reported at once, one that hangs after the lease. The id is that of
+        A client that dies is reported at once, one that hangs after the lease. The id is that of
         `Current.client`. The function runs on a thread of the communicator; its exceptions are logged.
         """
         self.check()
@@ -234,7 +234,7 @@ class Communicator:
     @property
     def clock(self) -> Clock:
         """The component's clock, chosen by the setting `clock`; choosing may wait for the robot's server."""
-        with self._clock_lock:  # not the other one: choosing calls the robot's server
+        with self._clock_lock:  # not the other lock: choosing calls the robot's server
             self.check()
             self._clock = self._clock or _choose_clock(self)
             return self._clock
@@ -261,10 +261,10 @@ class Communicator:
         return self._shutdown.is_set()
 
     def destroy(self) -> None:
-        """End everything: servants, streams, calls that wait, threads, the session.
+        """End everything: servants, streams, waiting calls, threads, the session.
 
         Any thread may call it, a servant's included, and more than once. Threads that wait for a call or a
-        sample get CommunicatorDestroyedException; threads that wait for room on a blocked link, after
+        sample get CommunicatorDestroyedException; threads that wait for room on a blocked link get it after
         the limit of calls. Running calls may continue for some seconds.
         """
         with self._lock:
@@ -325,7 +325,7 @@ class Communicator:
         return False
 
     def _find_rivals(self) -> dict[str, list[str]]:
-        """Return the identities that others serve, too, by the ids of their sessions."""
+        """Return our identities that others serve, too, by the ids of their sessions."""
         found: dict[str, list[str]] = {}
         for server, target in sorted(self.presence.others(self.client_id)):
             if target in self.served:
@@ -369,23 +369,23 @@ class _ClockReading(msgspec.Struct):
 
 
 class _ClockPrx(ObjectPrx):
-    """The robot's clock, as far as this package needs interfaces/clock.idl.
+    """The part of the robot's clock in interfaces/clock.idl that this package needs.
 
-    It may not import what is generated from it. Without a fingerprint it reads every version that has these
-    members.
+    The package must not import generated code. Without a fingerprint, the proxy reads every version that has
+    these members.
     """
 
     @stream(idempotent=True)
     def getTime(self) -> _ClockReading:
-        raise NotImplementedError  # it declares the operation
+        raise NotImplementedError  # the method only declares the operation
 
 
 def _choose_clock(communicator: Communicator) -> Clock:
-    """Return the clock that the settings ask for.
+    """Return the clock that the settings select.
 
     `sim` follows the robot's clock, `wall` is steady wall time, and `auto` follows the robot's clock if there
     is one and its time is simulated. Raises, for `sim` alone, what a call of the servant `Clock` raises, and
-    MarshalException when it shows what no clock can.
+    MarshalException for an impossible time.
     """
     choice = communicator.settings.clock
     if choice == "wall":

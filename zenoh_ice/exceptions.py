@@ -1,4 +1,4 @@
-"""Exceptions of the object model: what the runtime raises, and the root of what interfaces declare."""
+"""Exceptions of the object model: those of the runtime, and the root of those that interfaces declare."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class ZenohIceError(Exception):
 
 
 class SystemException(ZenohIceError):
-    """The root of what the runtime itself raises."""
+    """The root of the exceptions that the runtime itself raises."""
 
 
 class ObjectNotExistException(SystemException):
@@ -60,7 +60,7 @@ class EndpointInUseException(SystemException):
 
 
 class InterfaceMismatchException(SystemException):
-    """Proxy and servant were generated from different versions of the interface, or of different ones.
+    """Proxy and servant were generated from different versions of an interface, or different interfaces.
 
     `expected` and `found` are the fingerprints of proxy and servant; `member` is the first member that
     differs.
@@ -74,7 +74,7 @@ class InterfaceMismatchException(SystemException):
 
     @classmethod
     def between(cls, what: str, type_id: str, expected: str, found: str, member: str = "") -> Self:
-        """Return the exception of a proxy and a servant that have different versions of an interface."""
+        """Return the exception for a proxy and a servant that have different versions of an interface."""
         return cls(
             f"{what}: the caller was generated from {expected}, the servant's {type_id} from {found}; "
             f"{f'{member}; ' if member else ''}generate both from the same IDL",
@@ -93,7 +93,7 @@ class BusyException(SystemException):
 
 
 class AccessDeniedException(SystemException):
-    """Access control lets nobody with the caller's certificate or user do this; it was not executed."""
+    """Access control denies this to the caller's certificate or user; the call was not executed."""
 
 
 class TwowayOnlyException(SystemException):
@@ -118,7 +118,7 @@ class UserException(ZenohIceError):
 
     ice_type_id: ClassVar[str] = "::Ice::UserException"
     Members: ClassVar[type[Struct]] = Struct
-    """The members that travel, those of the bases included."""
+    """The members that are sent, those of the bases included."""
 
     def __init_subclass__(cls, *, id: str = "", **options: Any) -> None:  # noqa: ANN401
         super().__init_subclass__(**options)
@@ -135,7 +135,7 @@ class UserException(ZenohIceError):
         self.__dict__.update(members)
 
     def ice_members(self) -> msgspec.Struct:
-        """Return the members as they travel."""
+        """Return the members as the struct that is sent."""
         return self.Members(**{name: getattr(self, name) for name in self.Members.__struct_fields__})
 
     @classmethod
@@ -155,6 +155,6 @@ class UserException(ZenohIceError):
         values = {name: getattr(self, name, None) for name in self.Members.__struct_fields__}
         what = values.pop("what", None)
         listed = ", ".join(f"{name}={value!r}" for name, value in values.items())
-        # It may have come from elsewhere; the member has it as it came.
+        # It may come from another process; the member keeps the original.
         shown = "" if what is None else printable(str(what))
         return cut(f"{shown} ({listed})" if shown and listed else shown or listed)

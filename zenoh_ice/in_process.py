@@ -34,7 +34,7 @@ from .transport import (
 
 __all__ = ["InProcessTransport", "Pool"]
 
-_MOST_TOKENS: Final = 1 << 15  # that are remembered; more than any robot has: more means a flood
+_MOST_TOKENS: Final = 1 << 15  # remembered ones; no robot has as many: more means a flood
 
 _numbers: Final = itertools.count(1)
 
@@ -44,7 +44,7 @@ _logger = logging.getLogger(__name__)
 class InProcessTransport:
     """Join the servants and the proxies of one process, without a network.
 
-    With a pool of no threads all happens at once, on the thread that calls or publishes.
+    With a pool of no threads, everything happens at once, on the thread that calls or publishes.
     """
 
     endpoints: Sequence[str] = ()
@@ -121,7 +121,7 @@ class InProcessTransport:
         return status()
 
     def close(self) -> None:
-        self.receivers.clear()  # first: a call notes where its answer comes, then looks for its receiver
+        self.receivers.clear()  # first: a call registers its answer queue, then looks up its receiver
         for answer in tuple(self.pending):
             answer.put(None)
         for inlet in [inlet for inlets in list(self._streams.values()) for inlet in inlets]:

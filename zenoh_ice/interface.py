@@ -1,4 +1,4 @@
-"""Interfaces and their operations: what travels is derived from annotations when it is first needed."""
+"""Interfaces and their operations; their structs are derived from annotations when first needed."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ OBJECT_TYPE_ID: Final = "::Ice::Object"
 """The type id that every servant answers to."""
 
 RETURN_VALUE: Final = "returnValue"
-"""The name of what an operation returns, among its results."""
+"""The name of the return value, among the results of an operation."""
 
 P = ParamSpec("P")
 V = TypeVar("V")
@@ -50,14 +50,14 @@ class OperationOptions(TypedDict, total=False):
 
     throws: tuple[type[UserException], ...]
     results: tuple[str, ...]
-    """Names of what it returns, out-parameters included; without, its return value alone."""
+    """Names of its results, out-parameters included; by default its return value alone."""
     optional: tuple[str, ...]
     """Names of parameters and results that may be absent."""
     idempotent: bool
     stop: bool
-    """It stops what the interface commands."""
+    """Whether it stops what the interface commands."""
     amd: bool
-    """The servant's method may return a future, or be a coroutine."""
+    """Whether the servant's method may return a future, or be a coroutine."""
 
 
 class Operation(Generic[P, V]):
@@ -72,7 +72,7 @@ class Operation(Generic[P, V]):
         streamed: bool = False,
         **options: Unpack[OperationOptions],
     ) -> None:
-        """Make an operation of an annotated method, or of a name and the structs of arguments and result."""
+        """Make an operation from an annotated method, or a name and the structs of arguments and result."""
         self.method: Final = declared if isinstance(declared, str) else declared.__name__
         """Its name in Python: `_from` for `from`."""
         self.name: Final = slice_name(self.method)
@@ -120,7 +120,7 @@ class Operation(Generic[P, V]):
             ],
             rename=slice_name,
             module=self._declared.__module__,
-            kw_only=optional != sorted(optional),  # one that must be there follows one that need not
+            kw_only=optional != sorted(optional),  # a required one follows an optional one
         )
         return Codec(struct)
 
@@ -134,8 +134,8 @@ class Operation(Generic[P, V]):
 class Interface:
     """An interface: its type id, its own operations, and the interfaces that it extends.
 
-    `fingerprint` is the beginning of the digest of its canonical form, in which codegen writes it and every
-    type that it uses. `module` is the generated module; beside it lies the schema that describes them.
+    `fingerprint` is the beginning of the digest of the canonical form in which codegen writes the interface
+    and every type that it uses. `module` is the generated module; the schema is the file next to it.
     """
 
     type_id: str
@@ -166,5 +166,5 @@ class Interface:
 
     @cached_property
     def stop_operations(self) -> tuple[Operation[..., Any], ...]:
-        """The operations that stop what the interface commands, its own and that of every base: call all."""
+        """The stop operations, its own and those of every base: call all to stop what it commands."""
         return tuple(operation for operation in self.all_operations.values() if operation.stop)

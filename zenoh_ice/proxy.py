@@ -1,4 +1,4 @@
-"""Proxies: what clients call servants and follow their streams through.
+"""Proxies, through which clients call servants and follow their streams.
 
 A class with annotated methods declares the proxy of an interface:
 
@@ -59,13 +59,13 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 V = TypeVar("V")
 
-# s for which the one retry of an idempotent call waits for the servant to be back.
+# s for which the only retry of an idempotent call waits for the servant to be back.
 _RETRY_WAIT: Final = 0.5
 _LONGEST_TIMEOUT: Final = 86_400.0  # s
 
 
 class Call(Generic[P, V]):
-    """An operation of a proxy: call it and wait for its outcome, or begin to."""
+    """An operation of a proxy: call it and wait for its outcome, or begin a call."""
 
     def __init__(self, proxy: ObjectPrx, operation: Operation[P, V]) -> None:
         arguments, result = operation.arguments, operation.result
@@ -88,13 +88,13 @@ class Call(Generic[P, V]):
         """
         caller, communicator = self._caller, self._communicator
         if caller is None:
-            if self._proxy._line in communicator.pool.lines:  # not before calls that wait for the servant
+            if self._proxy._line in communicator.pool.lines:  # it must not overtake waiting calls
                 return self.begin(*args, **kwargs).result()
             caller = self._find(time.monotonic() + self._proxy._timeout)
         arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
         if self._proxy._oneway:
             return cast("V", self._send(caller, arguments))
-        # As `_request` does, in place: each step into another function costs a small call a microsecond.
+        # `_request` inlined: each further function call costs a microsecond, which matters for small calls.
         try:
             payload = to_msgpack(arguments)
         except ENCODE_ERRORS as error:
@@ -143,9 +143,9 @@ class Call(Generic[P, V]):
         return future
 
     def _find(self, deadline: float) -> Caller:
-        """Wait until the servant is there, and return what calls it.
+        """Wait until the servant is present, and return its caller.
 
-        Both together end at a moment of the monotonic clock, at most the proxy's limit from now.
+        The wait and the call together end at a moment of the monotonic clock, within the proxy's limit.
         """
         proxy, operation, communicator = self._proxy, self._operation, self._communicator
         target, limit = proxy._target, proxy._timeout
@@ -156,11 +156,11 @@ class Call(Generic[P, V]):
             )
         if not communicator.knows(target):
             communicator.check()
-            # A call of a servant that was lost fails at once, as every later one.
+            # A call of a servant that was lost fails at once, like every later one.
             if not communicator.presence.is_lost(target):
                 communicator.find(target, None, deadline - time.monotonic(), since=deadline - limit)
         left = deadline - time.monotonic()
-        if left < 0.95 * limit:  # in tenths: for each other limit there is another querier
+        if left < 0.95 * limit:  # in tenths: each different limit needs another querier
             limit *= max(1, int(10 * left / limit)) / 10
         caller = communicator.transport.caller(target, operation, timeout=limit)
         # Later calls use it, too, but must not overtake those that wait for the servant.
@@ -169,7 +169,7 @@ class Call(Generic[P, V]):
         return caller
 
     def _request(self, arguments: msgspec.Struct, timeout: float) -> tuple[bytes, bytes]:
-        """Return arguments as they travel, and what travels beside them; raises MarshalException."""
+        """Return the encoded arguments and attachment of a call; raises MarshalException."""
         payload = encode(arguments, self._what)
         if len(payload) > self._size_limit or self._communicator.destroyed:
             self._refuse(payload)
@@ -177,7 +177,7 @@ class Call(Generic[P, V]):
         return payload, encode_call_attachment(self._fingerprint, number, client, timeout)
 
     def _refuse(self, payload: bytes) -> NoReturn:
-        """Raise why a request is not sent: after a fork, say, the session must not be touched."""
+        """Raise the reason why a request is not sent: after a fork, say, the session must not be touched."""
         self._communicator.check()
         raise MarshalException(
             f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
@@ -189,7 +189,7 @@ class Call(Generic[P, V]):
         if ok:
             return operation.result.unpack_result(answer, f"reply of {self._what}", resolve)
         failure = decode_error(cast("bytes", answer), operation.exceptions, self._what, resolve)
-        # Not of the call that asks for the difference: one that refused it, too, would be asked forever.
+        # Not for the call that asks for the difference: a servant that refuses it would be asked forever.
         if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
             difference = _difference(self._proxy, deadline)
             raise InterfaceMismatchException(
@@ -202,7 +202,7 @@ class Call(Generic[P, V]):
     ) -> Outcome:
         """Call an idempotent operation again if its server was lost and is back.
 
-        Otherwise raise what says why there was no answer.
+        Otherwise raise the reason why there was no answer.
         """
         presence, target = self._communicator.presence, self._proxy._target
         error = presence.explain_no_answer(
@@ -227,14 +227,14 @@ class Call(Generic[P, V]):
             ) from None
 
     def _send(self, caller: Caller, arguments: msgspec.Struct) -> None:
-        """Call without an answer; raises SystemException when nobody is there."""
+        """Call without an answer; raises SystemException when the servant is absent."""
         target = self._proxy._target
         if not self._communicator.knows(target):
             raise self._communicator.presence.explain_absence(target)
         caller.send(*self._request(arguments, 0.0))  # nobody waits for its end
 
     def _begin(self, caller: Caller, arguments: msgspec.Struct, future: Future[Any]) -> None:
-        """Call without waiting, and let a future have the outcome."""
+        """Call without waiting; a future gets the outcome."""
         patience = 0.0 if self._proxy._oneway else caller.timeout
         payload, attachment = self._request(arguments, patience)
         started = time.monotonic()
@@ -263,13 +263,13 @@ class StreamedCall(Call[P, V]):
     """A streamed operation of a proxy: call it for the value now, or follow its stream.
 
     The first use of the stream subscribes; the servant publishes from then on, until the last subscription is
-    closed and nobody has asked for a sample for 10 s. The next question subscribes again.
+    closed and nobody has asked for a sample for 10 s. The next request subscribes again.
     """
 
     _reader: StreamReader[V] | None = None
 
     def latest(self) -> Sample[V] | None:
-        """Return the newest sample without a round trip, or None before the first has come.
+        """Return the newest sample without a round trip, or None before the first has arrived.
 
         `value` of the sample is what the call returns, `age` its age in wall seconds. Raises MarshalException
         for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
@@ -286,9 +286,9 @@ class StreamedCall(Call[P, V]):
         return (self._reader or self._open()).wait(after, self._patience(timeout))
 
     def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
-        """Return what yields sample after sample, always the newest, in `for` and in `async for`.
+        """Return an iterator over samples, always the newest, for `for` and `async for`.
 
-        With a rate, at most that many per second. Waits for each for at most `timeout` s, by default the
+        With a rate, at most that many per second. Waits at most `timeout` s for each, by default the
         proxy's limit for calls; raises as `wait` does.
         """
         return Samples(self._reader or self._open(), self._patience(timeout), rate)
@@ -296,13 +296,13 @@ class StreamedCall(Call[P, V]):
     def subscribe(
         self, callback: Callable[[Sample[V]], Any], *, rate: float | None = None, queue: int = 1
     ) -> Subscription[V]:
-        """Call a function with sample after sample, on its own thread.
+        """Call a function with each sample, on a separate thread.
 
-        While it runs, at most `queue` samples wait for it, and further ones replace the oldest: with 1 it
-        always gets the newest, and one that must miss none needs as many as come while it may be busy. `rate`
-        is how many it gets a second at most.
+        While it runs, at most `queue` samples wait for it, and further ones replace the oldest. With 1 it
+        always gets the newest; to miss none, it needs room for as many as arrive while it may be busy. `rate`
+        is the maximum number of samples per second.
 
-        It continues by itself after a restart of the server. An exception of the function is logged.
+        It continues after a restart of the server. Exceptions of the function are logged.
         """
         return Subscription(self._reader or self._open(), callback, rate, queue)
 
@@ -319,21 +319,21 @@ class StreamedCall(Call[P, V]):
 
 
 class Method(Operation[P, V]):
-    """An operation that a proxy's class declares: as an attribute of the proxy it is what calls it."""
+    """An operation that a proxy's class declares; as an attribute of the proxy it is a `Call`."""
 
     @overload
     def __get__(self, proxy: None, owner: type | None = None) -> Self: ...
     @overload
     def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> Call[P, V]: ...
     def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | Call[P, V]:
-        """Return what calls the operation; the proxy holds it from then on."""
+        """Return the `Call` of the operation; the proxy keeps it from then on."""
         if proxy is None:
             return self
         call = vars(proxy)[self.method] = (StreamedCall if self.streamed else Call)(proxy, self)
         return call
 
     def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
-        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
+        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as with any method in Python."""
         return self.__get__(proxy)(*args, **kwargs)
 
 
@@ -347,13 +347,13 @@ class StreamedMethod(Method[P, V]):
         @overload
         def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> StreamedCall[P, V]: ...
         def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | StreamedCall[P, V]:
-            """Return what calls the operation and follows its stream."""
+            """Return the `StreamedCall` of the operation."""
 
 
 def operation(
     **options: Unpack[OperationOptions],
 ) -> Callable[[Callable[Concatenate[Any, P], V]], Method[P, V]]:
-    """Declare an operation by a method of a proxy: parameters, what it returns, and docs."""
+    """Declare an operation by a method of a proxy: its parameters, its results and its docs."""
     return lambda declared: Method(declared, **options)
 
 
@@ -365,16 +365,16 @@ def stream(
 
 
 class ObjectPrx(Reference):
-    """A proxy: it stands for a servant, wherever that is, and survives the restart of its server.
+    """A proxy: it represents a servant, wherever that runs, and survives the restart of its server.
 
-    Make one by `Communicator.stringToProxy` and give it a type by `checkedCast` of a generated class. A proxy
-    does not change: what would change it returns a copy.
+    Get one from `Communicator.stringToProxy`, and give it a type with `checkedCast` of a generated class.
+    Proxies are immutable: methods that would change one return a copy.
     """
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
 
     def __init_subclass__(cls, *, id: str = "", fingerprint: str = "", **options: Any) -> None:  # noqa: ANN401
-        """Make the interface that a class declares: its type id, and the digest of its canonical form."""
+        """Make the interface that a class declares by its type id and the digest of its canonical form."""
         super().__init_subclass__(**options)
         if id:
             extended = (base.ice_interface for base in cls.__bases__ if issubclass(base, ObjectPrx))
@@ -393,12 +393,12 @@ class ObjectPrx(Reference):
         self._target: Final = target
         self._timeout: Final = timeout
         self._oneway: Final = oneway
-        # The line of calls that wait for the servant: none waits for one with a longer limit.
+        # The line of calls that wait for the servant: none waits behind one with a longer limit.
         self._line: Final = target, timeout
 
     @classmethod
     def checkedCast(cls, proxy: ObjectPrx) -> Self:
-        """Return a proxy of this type after making sure that its servant is there and has the interface.
+        """Return a proxy of this type after making sure that its servant is present and has the interface.
 
         Raises ObjectNotExistException when the realm has no such servant, ConnectFailedException when nothing
         answers at the endpoints, ConnectionLostException when the server is lost, and
@@ -412,10 +412,10 @@ class ObjectPrx(Reference):
 
     @classmethod
     def uncheckedCast(cls, proxy: ObjectPrx) -> Self:
-        """Return a proxy of this type without asking anybody."""
+        """Return a proxy of this type without any check."""
         return cls(proxy._communicator, proxy._target, proxy._timeout, oneway=proxy._oneway)
 
-    # What it stands for.
+    # What it refers to.
 
     def ice_getIdentity(self) -> str:
         """Return the identity of the servant."""
@@ -455,8 +455,8 @@ class ObjectPrx(Reference):
     def ice_oneway(self) -> Self:
         """Return a copy whose calls are sent and not answered.
 
-        Only what returns nothing and declares no exceptions can be called so; anything else raises
-        TwowayOnlyException. What was sent may be lost with its link, or be more than the servant takes.
+        Only operations that return nothing and declare no exceptions can be called oneway; others raise
+        TwowayOnlyException. A call may be lost with its link, or dropped when too many wait for the servant.
         """
         return type(self)(self._communicator, self._target, self._timeout, oneway=True)
 
@@ -464,7 +464,7 @@ class ObjectPrx(Reference):
         """Return a copy whose calls wait for their answers."""
         return type(self)(self._communicator, self._target, self._timeout)
 
-    # What every servant answers.
+    # Operations of every servant.
 
     def ice_ping(self) -> None:
         """Return once the servant has answered."""
@@ -485,7 +485,7 @@ class ObjectPrx(Reference):
     def ice_describe(self) -> Schema:
         """Return the servant's own interface, its base interfaces, and every type that they use.
 
-        Raises MarshalException when what the servant says is no such description.
+        Raises MarshalException when the answer of the servant is no such description.
         """
         return parse_schema(self.ice_invoke(ICE_DESCRIBE))
 
@@ -525,7 +525,7 @@ class ObjectPrx(Reference):
 
 
 def _difference(proxy: ObjectPrx, deadline: float) -> str:
-    """Return in what the interface of a proxy differs from that of its servant; asks the servant."""
+    """Return how the interface of a proxy differs from that of its servant; asks the servant."""
     left = deadline - time.monotonic()
     if left <= 0:
         return "there was no time left to ask the servant for its definition"
@@ -537,6 +537,6 @@ def _difference(proxy: ObjectPrx, deadline: float) -> str:
 
 
 def fail(future: Future[Any], error: BaseException) -> None:
-    """Give a future an exception, unless it has an outcome already."""
+    """Set the exception of a future, unless it already has an outcome."""
     with suppress(InvalidStateError):
         future.set_exception(error)

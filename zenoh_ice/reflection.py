@@ -6,8 +6,8 @@
 
 Names and types are those of Slice, from the root: `::nao::HeadPose`, `sequence` types by their name.
 
-codegen writes the descriptions into the `schema.json` of each generated package; they are read when a client
-first asks. A servant sends those of its interface as the answer to `ice_describe`.
+codegen writes the descriptions into the `schema.json` of each generated package; they are read on first use.
+A servant sends those of its interface as the answer to `ice_describe`.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Definition(msgspec.Struct, frozen=True, omit_defaults=True):
     name: str
     """The name in Python."""
     fingerprint: str
-    """The beginning of the digest of its canonical form, which changes with what travels and nothing else."""
+    """The beginning of the digest of its canonical form, which changes only with the data on the wire."""
     doc: str = ""
     bases: tuple[_TypeId, ...] = ()
     members: tuple[Member, ...] = ()
@@ -105,7 +105,7 @@ class Definition(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Schema(msgspec.Struct, frozen=True):
-    """An interface, what it extends, and every type that they use."""
+    """An interface, its bases, and every type that they use."""
 
     interface: _TypeId
     definitions: dict[_TypeId, Definition]
@@ -114,12 +114,12 @@ class Schema(msgspec.Struct, frozen=True):
     def lineage(self, type_id: str) -> list[str]:
         """Return the type ids of a definition and of all that it extends, itself first, each once."""
         found = [type_id]
-        for each in found:  # which grows meanwhile
+        for each in found:  # grows during the loop
             found += [base for base in self.definitions[each].bases if base not in found]
         return found
 
     def part(self, interface: str) -> Schema:
-        """Return the schema of another interface of this one."""
+        """Return the part of this schema for another interface in it."""
         return _closure(interface, self.definitions.__getitem__)
 
     def members(self, type_id: str) -> list[Member]:
@@ -135,16 +135,16 @@ class Schema(msgspec.Struct, frozen=True):
                 yield type_id, operation
 
     def as_json(self) -> str:
-        """Return what `parse_schema` reads."""
+        """Return the schema as JSON, which `parse_schema` reads."""
         return msgspec.json.encode(self).decode()
 
     def kind(self, type_name: str) -> str:
-        """Return the kind of what a type is called; nothing for builtin types and proxies."""
+        """Return the kind of a type by its name; an empty text for builtin types and proxies."""
         definition = self.definitions.get(type_name)
         return definition.kind if definition else ""
 
     def type_text(self, type_name: str, *, optional: bool = False, scoped: bool = True) -> str:
-        """Return a type with sequences and dictionaries as what they are made of: `sequence<double>`."""
+        """Return a type as text, with sequences and dictionaries spelled out: `sequence<double>`."""
         text = type_name if scoped else unscoped(type_name)
         definition = self.definitions.get(type_name)
         if definition is not None and (inner := _inner_types(definition)):
@@ -159,7 +159,7 @@ def describe_package(package: str) -> dict[str, Definition]:
 
     Raises ConfigurationException when codegen did not make the package.
     """
-    from importlib import resources  # takes long to load, and few ask
+    from importlib import resources  # loads slowly, and few need it
 
     try:
         data = (resources.files(package) / _SCHEMA_FILE).read_bytes()
@@ -184,7 +184,7 @@ def schema_of(interface: Interface) -> Schema:
     root = package.rsplit(".", slice_module.count("::"))[0]
 
     def find(type_id: str) -> Definition:
-        # The package of another Slice module lies beside that of the interface.
+        # The package of another Slice module is next to that of the interface.
         module = type_id.rpartition("::")[0]
         parts = (f"_{part}" if keyword.iskeyword(part) else part for part in module.split("::")[1:])
         known = describe_package(package if module == slice_module else ".".join((root, *parts)))
@@ -213,13 +213,13 @@ def unscoped(type_id: str) -> str:
 
 
 def _inner_types(definition: Definition) -> tuple[str, ...]:
-    """Return what a sequence or a dictionary is made of, and nothing for other kinds."""
+    """Return the types of the elements of a sequence or a dictionary; empty for other kinds."""
     inner = {"sequence": (definition.element,), "dictionary": (definition.key, definition.value)}
     return inner.get(definition.kind, ())
 
 
 def _used_types(definition: Definition) -> list[str]:
-    """Return the names of the defined types that a definition is made of, proxies left out."""
+    """Return the names of the defined types that a definition contains, except proxies."""
     members = [*definition.members]
     for operation in definition.operations:
         members += (*operation.parameters, *operation.results)
@@ -234,8 +234,8 @@ def _exceptions(definition: Definition) -> list[str]:
 def parse_schema(text: str) -> Schema:
     """Return the schema that another process sent, after all checks.
 
-    Raises MarshalException, with the name or the path of what is wrong, for a text that is too large or no
-    schema, and for a schema that names what it does not describe, or has types that hold themselves.
+    Raises MarshalException, with the offending name or path, for a text that is too large or no schema, and
+    for a schema that refers to definitions it does not have, or has types that contain themselves.
     """
     if len(text) > _LARGEST_SCHEMA:
         raise _malformed(f"it has {len(text)} characters; at most {_LARGEST_SCHEMA} are accepted")
@@ -259,7 +259,7 @@ def parse_schema(text: str) -> Schema:
 
 
 def _check_references(schema: Schema) -> None:
-    """Raise MarshalException when a schema names what it does not describe."""
+    """Raise MarshalException when a schema refers to definitions that it does not have."""
     named: list[tuple[str, Collection[str], str]] = [(schema.interface, {"interface"}, "its interface")]
     for type_id, definition in schema.definitions.items():
         if len(definition.bases) > 1 and definition.kind != "interface":
@@ -273,9 +273,9 @@ def _check_references(schema: Schema) -> None:
 
 
 def _weigh(schema: Schema, name: str, weights: dict[str, int], around: int = 0) -> int:
-    """Return how deep types lie within a type, adding those of dictionaries: at most so many write its name.
+    """Return the depth of nested types in a type, where those of a dictionary add up; bounds its name's size.
 
-    Raises MarshalException when they are too many.
+    Raises MarshalException when it is too deep.
     """
     definition = schema.definitions.get(name)
     if definition is None or definition.kind == "interface":
@@ -301,7 +301,7 @@ def _malformed(problem: str, name: str | None = None) -> MarshalException:
 
 
 def describe_difference(found: Schema, wanted: Interface) -> str:
-    """Return in what an interface differs from the one that a servant describes."""
+    """Return how an interface differs from the one that a servant describes."""
     if wanted.type_id not in found.lineage(found.interface):
         return printable(f"the servant has no {wanted.type_id}")
     try:
@@ -330,7 +330,7 @@ def canonical_lines(schema: Schema) -> dict[str, str]:
     rests: dict[str, str] = {}
     for type_id, definition in schema.definitions.items():
         if definition.kind in {"sequence", "dictionary", "constant"}:
-            continue  # what uses them writes them out
+            continue  # definitions that use them write them out
         kind = "enum" if definition.kind == "enumeration" else definition.kind
         bases = ", ".join(sorted(definition.bases))
         rests[f"{kind} {type_id}"] = f" extends {bases}" if bases else ""

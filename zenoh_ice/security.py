@@ -1,4 +1,4 @@
-"""Roles as Zenoh's access control, and what is wrong or dangerous about settings of security."""
+"""Translate roles into Zenoh's access control, and find wrong or dangerous security settings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .settings import EVERYBODY, PATHS, Role, Security, Settings, is_loopback, u
 def access_control(security: Security, realm: str) -> dict[str, Any]:
     """Return the section `access_control` of Zenoh's configuration: what no role grants is denied.
 
-    A user has the role by a certificate, if these are asked for, and by a password, if those are; the role of
+    A user gets the role by a certificate if these are required, and by a password if those are; the role of
     EVERYBODY is granted to every accepted user.
     """
     rules: list[dict[str, Any]] = []
@@ -82,7 +82,7 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
         ("liveliness_token", "ingress", clients if role.liveliness else []),
         ("query", "ingress", processes),
         ("reply", "egress", processes),
-        # Without, a querier believes that nobody is there.
+        # Without it, a querier believes that there is no servant.
         ("declare_queryable", "egress", [*(f"{realm}/**" for realm in realms), *processes]),
         ("query", "ingress", [*called, *about]),
         ("reply", "egress", [*called, *about]),
@@ -101,7 +101,7 @@ def _glob(text: str) -> str:
 
 
 def check_security(settings: Settings) -> list[str]:
-    """Check that settings belong together, and what the files of `[security]` hold; return what is dangerous.
+    """Check that settings are consistent, and the files of `[security]`; return the dangers.
 
     Raises ConfigurationException, naming the setting and what to do.
     """
@@ -124,7 +124,7 @@ def check_security(settings: Settings) -> list[str]:
         if name == "passwords":
             for number, line in enumerate(content.splitlines(), 1):
                 if line.strip() and not all(part.strip() for part in line.partition(b":")):
-                    # No error shows it: it may be a password.
+                    # The error does not show the line: it may hold a password.
                     raise ConfigurationException(f"{setting}: line {number} is not NAME:PASSWORD")
             if not content.strip():
                 raise ConfigurationException(
@@ -156,7 +156,7 @@ def exposure(settings: Settings) -> list[str]:
 
 
 def _faults(settings: Settings) -> Iterator[str]:
-    """Yield what does not go together, and what to do."""
+    """Yield contradictions between settings, and what to do about each."""
     security, client = settings.security, settings.mode == "client"
     listen = [] if client else [each for each in settings.listen if uses_tls(each)]
     mute = [name for name, role in security.roles.items() if not role.liveliness]

@@ -1,4 +1,4 @@
-"""Servants: what they are, how calls reach them, whose turn it is, and the adapters that serve them."""
+"""Servants, the dispatch of calls to them in turn, and the adapters that serve them."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ _DOUBTFUL: Final = 0.5
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
 _TURN: Final = "_ice_turn"
 
-# What a servant may raise itself, as in Ice.
+# System exceptions that a servant may raise itself, as in Ice.
 _OF_SERVANTS: Final = (ObjectNotExistException, OperationNotExistException)
 
 _logger = logging.getLogger(__name__)
 
 
-class Current(msgspec.Struct):  # which is made in a third of the time that a dataclass takes
+class Current(msgspec.Struct):  # creating it takes a third of the time of a dataclass
     """The call that a servant serves."""
 
     identity: str
@@ -80,7 +80,7 @@ class Current(msgspec.Struct):  # which is made in a third of the time that a da
     call_id: str
     """Id of the call, for logs."""
     timeout: float
-    """Seconds after which the caller gives up; 0 when it did not say."""
+    """Seconds after which the caller gives up; 0 if unknown."""
     communicator: Communicator
     """Communicator of the servant."""
 
@@ -88,7 +88,7 @@ class Current(msgspec.Struct):  # which is made in a third of the time that a da
     def client(self) -> str:
         """Id of the calling session, as `onClientLost` reports it; empty when the caller gave none.
 
-        The caller writes it: it serves honest programs, and proves nothing.
+        The caller sets it: it helps honest programs, and proves nothing.
         """
         return self.call_id.partition("/")[0]
 
@@ -116,7 +116,7 @@ OBJECT_INTERFACE: Final = Interface(
 
 
 class Object(ABC):  # noqa: B024 - the abstract methods are those of the generated subclasses
-    """The root of servants: what each answers besides the operations of its interface.
+    """The root of servants: the operations that each has besides those of its interface.
 
     Subclass the generated servant of an interface and implement its operations. Calls of one servant run one
     at a time, on threads of the communicator, unless `ice_concurrent` is set on the class or the servant.
@@ -131,8 +131,8 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
         if proxy is not None:
             cls.ice_interface = proxy.ice_interface
 
-    def ice_ping(self, current: Current) -> None:  # noqa: B027 - it answers, and that is all
-        """Do nothing: the answer shows that the servant is there."""
+    def ice_ping(self, current: Current) -> None:  # noqa: B027 - the answer is all it does
+        """Do nothing: the answer shows that the servant is present."""
 
     def ice_isA(self, id: str, current: Current) -> bool:  # noqa: ARG002
         """Return whether the servant has the interface of a type id."""
@@ -161,7 +161,7 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
 
 
 def publisher(operation: Operation[..., V]) -> cached_property[Publisher[V]]:
-    """Return an attribute of servants: what publishes a streamed operation."""
+    """Return an attribute for servants: the publisher of a streamed operation."""
     return cached_property(lambda servant: servant.ice_publisher(operation))
 
 
@@ -173,7 +173,7 @@ _here: Final = _Here()
 
 
 class _Turn:
-    """The running calls of a servant, under any identity: a limited number, the others wait in order."""
+    """The running calls of a servant, under all its identities: a limited number; others wait in order."""
 
     def __init__(self, width: int) -> None:
         self.width: Final = width
@@ -198,18 +198,18 @@ class _Method(msgspec.Struct, frozen=True, eq=False):
 
 
 class _Call(msgspec.Struct, eq=False):
-    """A call that came."""
+    """A received call."""
 
     served: ServedObject
     method: _Method
     payload: bytes
     about: Attachment
     reply: Reply
-    since: float  # the moment of the monotonic clock at which it came
+    since: float  # the moment of the monotonic clock at which it arrived
 
 
 _Stage = Literal["admitted", "executed", "returned"]
-"""Stage of a call: a failure means something else in each."""
+"""Stage of a call: a failure means something different in each."""
 
 
 class ServedObject:
@@ -243,7 +243,7 @@ class ServedObject:
         self._outlets: Final[dict[str, Outlet]] = {}  # of its streams
         self._undo: Final = ExitStack()
 
-    # The way of a call.
+    # The path of a call.
 
     def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job | None:
         """Give a call its turn, and return the function that executes or refuses it; None if it waits."""
@@ -254,7 +254,7 @@ class ServedObject:
                 raise OperationNotExistException(
                     f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
                 )
-            # Sizes first, before anything is so much as copied.
+            # Sizes first, before anything is even copied.
             if payload is not None and len(payload) > method.limit:
                 raise too_large(len(payload), method.limit, f"{method.what}: request")
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
@@ -281,7 +281,7 @@ class ServedObject:
 
     def _run(self, call: _Call) -> None:
         """Execute and answer a call whose turn it is, then let the next one have the turn."""
-        # One flat way: each step into another function costs a small call more than what is done there.
+        # Inlined: in a small call, each further function call would cost more than the work done in it.
         method, payload, about, reply = call.method, call.payload, call.about, call.reply
         operation, timeout, turn, turns = method.operation, about.timeout, self._turn, _here.turns
         stage: _Stage = "admitted"
@@ -340,7 +340,7 @@ class ServedObject:
                 )
 
     def _enqueue(self, call: _Call) -> None:
-        """Let a call wait for its turn; raises BusyException when too many do. Holds the turn's lock."""
+        """Let a call wait for its turn; raises BusyException when too many do. Needs the turn's lock."""
         turn, size = self._turn, len(call.payload)
         most = _MOST_WAITING if call.about.timeout > 0 else _MOST_ONEWAY
         full = turn.waiting_bytes + size > _MOST_BYTES
@@ -368,7 +368,7 @@ class ServedObject:
         return result if isinstance(result, Future) else None
 
     def _answer_later(self, call: _Call, future: Future[Any]) -> None:
-        """Answer with the outcome of a future, on the thread that gives it that."""
+        """Answer with the outcome of a future, on the thread that sets the outcome."""
 
         def answer(future: Future[Any]) -> None:
             stage: _Stage = "executed"
@@ -392,7 +392,7 @@ class ServedObject:
             self._unanswered_bytes += len(call.payload)
         future.add_done_callback(answer)
 
-    # What goes wrong.
+    # Failures.
 
     def _refuse(self, error: ZenohIceError, about: Attachment) -> Answer:
         """Count a call that is not executed, and return the answer that says why."""
@@ -400,7 +400,7 @@ class ServedObject:
         with self._turn.lock:
             self._refused += 1
             self._complaints += about.timeout == 0
-            # Nobody sees why a oneway call failed; but a flood of them must not fill the log.
+            # The caller does not see why a oneway call failed; but a flood of them must not fill the log.
             complain = self._complaints and now - self._complained_at >= _COMPLAINT_PERIOD
             if complain:
                 count, self._complaints, self._complained_at = self._complaints, 0, now
@@ -436,7 +436,7 @@ class ServedObject:
         return False, encode_error(unknown_exception(error))
 
     def _add_method(self, operation: Operation[..., Any], fingerprints: frozenset[str] | None) -> None:
-        # All before the first call: a type that cannot be decoded is an error of the servant's start.
+        # Before the first call: a type that cannot be decoded is to fail at the start of the servant.
         communicator, arguments = self._communicator, operation.arguments
         what = f"{self.target.identity}.{operation.name}"
         self._methods[operation.name] = _Method(
@@ -473,9 +473,9 @@ class ServedObject:
         later(communicator.transport.serve(self.target, self).close)
 
     def announce(self) -> None:
-        """Let everybody know."""
+        """Announce the servant to everybody."""
         since, communicator = time.time(), self._communicator
-        # Its own last: a client that waits for the servant's own interface finds the others, too.
+        # Its own interface last: a client that waits for that one finds the others, too.
         for known in reversed(self._interface.lineage):
             token = servant_token(
                 self.target, known.type_id, known.fingerprint, communicator.client_id, since
@@ -483,12 +483,12 @@ class ServedObject:
             self._undo.callback(communicator.transport.announce(token).close)
 
     def close(self) -> None:
-        """Let everybody know that it goes, then take no more calls."""
+        """Withdraw the announcement, then accept no more calls."""
         self._outlets.clear()
         self._undo.close()
 
     def drain(self, deadline: float) -> None:
-        """Wait for the calls that run, except one of this thread, until a moment of the monotonic clock.
+        """Wait for running calls, except one of this thread, until a moment of the monotonic clock.
 
         Those answered later count, too. Calls that still wait for their turn then are not executed.
         """
@@ -516,7 +516,7 @@ class ServedObject:
         presence.wait_until_gone(self.target, left + _TOKEN_LIMIT, own)
 
     def status(self) -> ServantStatus:
-        """Return what it does, and did since it is served."""
+        """Return its load, and the counts of its calls since it was added."""
         with self._turn.lock:
             return ServantStatus(
                 type_id=self._interface.type_id,
@@ -544,9 +544,9 @@ def _check_patience(call: _Call) -> None:
 class ObjectAdapter:
     """Serve servants.
 
-    Life cycle: `add` and `activate` in any order, `deactivate` and `activate` again at will. Servants that
-    are added to an active adapter are served at once. A servant that is withdrawn gets no more calls; those
-    that run, and those that it answers later, may continue for a second.
+    Life cycle: `add` and `activate` in any order, `deactivate` and `activate` repeatedly. Servants that
+    are added to an active adapter are served at once. A withdrawn servant gets no more calls; running calls,
+    and calls that it answers later, may continue for a second.
     """
 
     def __init__(self, communicator: Communicator, name: str) -> None:
@@ -621,7 +621,7 @@ class ObjectAdapter:
             for identity, servant in wanted.items():
                 begun[identity] = self._begin(Target(communicator.realm, identity), servant)
                 begun[identity].open()
-            # After all take calls, and at once: a client that hears of one of them finds the others.
+            # Together, once all accept calls: a client that learns of one of them finds the others.
             for served in begun.values():
                 served.announce()
         except BaseException:

@@ -1,4 +1,4 @@
-"""Zenoh sessions as the settings ask for them: their configuration, opening and closing, and what fails."""
+"""Zenoh sessions according to the settings: configuration, opening, closing, and reasons of failures."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def close_session(session: zenoh.Session) -> None:
 
 
 def session_config(settings: Settings) -> dict[str, Any]:
-    """Return the configuration of Zenoh for settings that `check_security` finds right."""
+    """Return the configuration of Zenoh for settings that `check_security` accepts."""
     security, client = settings.security, settings.mode == "client"
     connect, listen = connect_endpoints(settings), [] if client else list(settings.listen)
     lease = round(settings.lease * 1000)
@@ -95,7 +95,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
         "rx": {"max_message_size": LARGEST_BULK + (1 << 16)},
     }
     if security.authority:
-        # No link without TLS to where others say that somebody is.
+        # No link without TLS to endpoints that others report.
         link["protocols"] = sorted({endpoint.partition("/")[0] for endpoint in (*connect, *listen)})
         certificate, key = security.certificate or None, security.key or None
         link["tls"] = {
@@ -105,7 +105,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
             "connect_private_key": key,
             "listen_certificate": certificate,
             "listen_private_key": key,
-            # To a client it means that it shows its certificate.
+            # For a client, it means that the client shows its certificate.
             "enable_mtls": bool(certificate) and (security.mutual or client),
         }
     login = {"user": security.user, "password": security.password, "dictionary_file": security.passwords}
@@ -130,16 +130,16 @@ def session_config(settings: Settings) -> dict[str, Any]:
         },
         "transport": {
             "unicast": {
-                # ms: a link whose making got lost must not keep the next one, that may work, waiting.
+                # ms: a lost attempt to make a link must not delay the next one, which may work.
                 "open_timeout": max(lease, 2000),
                 "accept_timeout": max(lease, 2000),
-                # Zenoh closes further ones, so with its default of 100 as many silent connections shut
-                # everybody else out. A process usually has 1024 files.
+                # Zenoh closes further connections: with its default of 100, that many silent ones would
+                # lock everybody else out. A process can usually open 1024 files.
                 "accept_pending": 800,
             },
             "link": link,
             "auth": {"usrpwd": {name: text or None for name, text in login.items()}},
-            "shared_memory": {"enabled": False},  # ours is another
+            "shared_memory": {"enabled": False},  # we use our own instead
         },
     }
     if security.roles:
@@ -148,19 +148,19 @@ def session_config(settings: Settings) -> dict[str, Any]:
 
 
 def connect_endpoints(settings: Settings) -> list[str]:
-    """Return the endpoints of others: a server listens where everybody else connects to by default."""
+    """Return the endpoints to connect to, without its own: a server listens on the default one."""
     return [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
 
 
 def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:
-    """Return why none of some endpoints leads anywhere, and what to do; it takes some two seconds at most."""
+    """Return why none of the endpoints can be reached, and what to do; takes about two seconds at most."""
     slow = "it does not answer in time, or the name of its machine is not found"
     reasons = {endpoint: f"{endpoint}: {slow}" for endpoint in endpoints}
 
     def explain(endpoint: str) -> None:
         reasons[endpoint] = _explain_endpoint(endpoint, security)
 
-    # On threads: looking up the name of a machine takes as long as it takes.
+    # On threads: there is no limit for looking up the name of a machine.
     threads = [threading.Thread(target=explain, args=(endpoint,), daemon=True) for endpoint in reasons]
     for thread in threads:
         thread.start()
@@ -200,8 +200,8 @@ def _explain_tls(connection: socket.socket, host: str, security: Security) -> st
         context.load_cert_chain(security.certificate, security.key)
     try:
         with context.wrap_socket(connection, server_hostname=host) as secured:
-            # In TLS 1.3 the other side judges our certificate after the handshake; if it accepts it, it waits
-            # for us to speak.
+            # In TLS 1.3 the other side checks our certificate after the handshake; if it accepts it, it waits
+            # for us to send.
             secured.settimeout(_STEP_LIMIT / 4)
             secured.recv(1)
     except ssl.SSLCertVerificationError as error:

@@ -172,7 +172,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         return self.connect if self.mode == "client" else self.listen
 
     def environment(self) -> dict[str, str]:
-        """Return the variables by which another process belongs to the same realm, as the same user.
+        """Return the variables with which another process joins the same realm as the same user.
 
         It logs text to its stderr, for the program that started it.
         """
@@ -262,5 +262,5 @@ def is_loopback(endpoint: str) -> bool:
 
 
 def uses_tls(endpoint: str) -> bool:
-    """Return whether both sides of an endpoint can know each other, and nobody else reads what they say."""
+    """Return whether both sides of an endpoint can authenticate each other, and nobody else can listen."""
     return endpoint.startswith(("tls/", "quic/"))

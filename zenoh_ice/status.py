@@ -48,7 +48,7 @@ class ProcessStatus(msgspec.Struct, frozen=True):
 
 
 def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, ServantStatus]) -> bytes:
-    """Return the status of this process as it travels."""
+    """Return the status of this process, encoded."""
     return msgspec.msgpack.encode(
         ProcessStatus(
             program=program_name(),
@@ -65,7 +65,7 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
 
 
 def decode_status(data: Buffer, process: str) -> ProcessStatus:
-    """Return the status that arrived; raises MarshalException, which names the process, for what is none."""
+    """Decode the status of a process; raises MarshalException that names it for a malformed one."""
     decode = msgspec.msgpack.Decoder(ProcessStatus).decode
     return decode_bounded(decode, data, LARGEST, f"status of {process}")
 

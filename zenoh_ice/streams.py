@@ -37,9 +37,9 @@ V = TypeVar("V")
 LINGER: Final = 10.0
 """Seconds after which an unused stream is closed."""
 
-# s after which a coroutine looks anyway: it is not woken when its servant goes.
+# s after which a coroutine checks anyway: it is not woken when its servant disappears.
 _LOOK_AGAIN: Final = 0.1
-_LOOKS: Final = 4  # for readers that nobody wants, in the time that they linger
+_LOOKS: Final = 4  # checks for unused readers within LINGER
 _JOIN_LIMIT: Final = 2.0  # s
 _WORTH_ASKING: Final = 0.1  # s of silence after which the servant is asked whether it sees a listener
 _LONGEST_QUEUE: Final = 10_000
@@ -63,7 +63,7 @@ class Publisher(Generic[V]):
         self.operation: Final = operation
         self._fingerprint: Final = fingerprint
         self.stream: Final = os.urandom(8).hex()
-        """Another after each restart, so that the numbers of samples can begin again."""
+        """Different after each restart, so that the numbers of samples can begin again."""
         self._numbers = itertools.count(1)
         # A listener that gets a sample at once, in a test without a network, may publish in turn.
         self._turn = threading.RLock()
@@ -76,7 +76,7 @@ class Publisher(Generic[V]):
         return any(outlet.listening for outlet in self._outlets)
 
     def publish(self, value: V, time: float = math.nan) -> None:
-        """Send a value to all listeners; does nothing while there is none.
+        """Send a value to all listeners; does nothing while there are none.
 
         `time` is the robot time of the value in s. Raises MarshalException for a value that does not fit the
         operation.
@@ -110,11 +110,11 @@ class Publisher(Generic[V]):
 
 @dataclass(slots=True, eq=False, repr=False)
 class Sample(Generic[V]):
-    """A value that a stream brought."""
+    """A value received from a stream."""
 
     value: V
     sequence: int
-    """Number of the sample in its stream; begins again when its servant does."""
+    """Number of the sample in its stream; begins again when its servant restarts."""
     time: float
     """Robot time of the value in s, nan when the servant gives none."""
     wall_time: float
@@ -122,10 +122,10 @@ class Sample(Generic[V]):
     lost: int = 0
     """Number of samples lost between the previous one and this one.
 
-    Newer ones overtook them, as the reader is slower than the stream, or they were lost on the way.
+    Newer ones replaced them because the reader is slower than the stream, or they were lost on the way.
     """
     stream: str = ""
-    """Id of its stream, another after each restart of its servant; empty when that is not known."""
+    """Id of its stream, different after each restart of its servant; empty if it is not known."""
     _age: Callable[[], float] | None = None
     _sent_at: float = field(init=False)
 
@@ -139,13 +139,13 @@ class Sample(Generic[V]):
         return time.monotonic() - self._sent_at if self._age is None else self._age()
 
     def follows(self, other: Sample[V] | None) -> bool:
-        """Return whether it is newer than another one, or of another start of the servant."""
+        """Return whether it is newer than another sample, or from a different run of the servant."""
         if other is None or not self.stream or self.stream != other.stream:
             return self is not other
         return self.sequence > other.sequence
 
     def __repr__(self) -> str:
-        from rich.pretty import pretty_repr  # here: most programs never ask
+        from rich.pretty import pretty_repr  # here: most programs never need it
 
         # An image of some megabytes must not be formatted to show its beginning.
         value = pretty_repr(self.value, max_width=1 << 16, max_length=8, max_string=40, max_depth=4)
@@ -246,14 +246,14 @@ class _Listener(Generic[V]):
         streams.presence.watch(target.realm)
 
     def _decode(self, inlet: Inlet, raw: object) -> Sample[V] | None:
-        """Return a sample that came; None for one that was lost.
+        """Return a received sample; None for one that was lost.
 
         Raises MarshalException for one that does not fit the operation, InterfaceMismatchException for one of
-        a servant whose interface is another one.
+        a servant with another interface.
         """
         try:
             arrived = inlet.open(raw)
-        except ConnectionLostException as error:  # the next counts it as lost
+        except ConnectionLostException as error:  # the next sample counts it as lost
             _logger.debug("%s", error)
             return None
         about = NO_ATTACHMENT if arrived.attachment is None else decode_attachment(arrived.attachment)
@@ -273,7 +273,7 @@ class _Listener(Generic[V]):
     def _check_fingerprint(self, fingerprint: str) -> None:
         own = self.operation.interface
         if own is not None and own.fingerprint and fingerprint != own.fingerprint:
-            # The sample has that of its servant's own interface, which may extend the one that we know.
+            # The sample has the fingerprint of its servant's own interface, which may extend ours.
             found = self.streams.presence.interfaces(self.target).get(own.type_id, own.fingerprint)
             if found != own.fingerprint:
                 what = f"sample of {self.what}"
@@ -313,10 +313,10 @@ class StreamReader(_Listener[V]):
             return self._sample
 
     def wait(self, after: Sample[V] | None, timeout: float) -> Sample[V]:
-        """Return the newest sample as soon as there is one newer than `after`.
+        """Return the newest sample once there is one newer than `after`.
 
         Raises ConnectionLostException, or its like, when the servant is lost meanwhile or is absent at the
-        end; TimeoutException when it is there and sends nothing; AccessDeniedException when it hears of no
+        end; TimeoutException when it is present but sends nothing; AccessDeniedException when it sees no
         listener; MarshalException as `latest` does.
         """
         started = time.monotonic()
@@ -346,7 +346,7 @@ class StreamReader(_Listener[V]):
         return presence.lost_since(self.target, moment) and presence.is_lost(self.target)
 
     def explain_silence(self, timeout: float) -> SystemException:
-        """Return why no sample came within `timeout` s."""
+        """Return why no sample arrived within `timeout` s."""
         streams, target = self.streams, self.target
         if streams.closed.is_set():
             return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
@@ -362,7 +362,7 @@ class StreamReader(_Listener[V]):
         return TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
 
     def close_if_unwanted(self) -> None:
-        """Stop listening if nobody waits, or has used it for `LINGER` s."""
+        """Stop listening if nobody waits for it, and nobody has used it for `LINGER` s."""
         with self._lock:
             self._looks += 1
             if self._waiting == 0 and self._looks > _LOOKS:
@@ -396,9 +396,9 @@ class StreamReader(_Listener[V]):
 
 
 class Subscription(_Listener[V]):
-    """A callback on a stream; `close` ends it, also as the end of a `with` block.
+    """A callback on a stream; `close`, or leaving its `with` block, ends it.
 
-    It has its own queue and thread: a slow callback holds up nobody else.
+    It has its own queue and thread: a slow callback delays nobody else.
     """
 
     def __init__(
@@ -408,7 +408,7 @@ class Subscription(_Listener[V]):
         rate: float | None = None,
         queue: int = 1,
     ) -> None:
-        """Begin; raises ConfigurationException for options that make no sense."""
+        """Subscribe; raises ConfigurationException for options that make no sense."""
         _check(rate, queue)
         super().__init__(reader.streams, reader.target, reader.operation)
         self.received = 0
@@ -454,9 +454,9 @@ class Subscription(_Listener[V]):
 
 
 class Samples(Generic[V]):
-    """Sample after sample of a stream, always the newest, for `for` and for `async for`.
+    """An iterator over the samples of a stream, always the newest, for `for` and `async for`.
 
-    Waits for each for at most `timeout` s; raises as `StreamReader.wait` does.
+    Waits for each sample for at most `timeout` s; raises as `StreamReader.wait` does.
     """
 
     def __init__(self, reader: StreamReader[V], timeout: float, rate: float | None) -> None:
@@ -490,7 +490,7 @@ class Samples(Generic[V]):
             arrival.set()
 
         def notify(sample: Sample[V]) -> None:
-            with suppress(RuntimeError):  # the loop was closed, and nobody looks any more
+            with suppress(RuntimeError):  # the loop was closed, and nobody waits any more
                 loop.call_soon_threadsafe(take, sample)
 
         with Subscription(self._reader, notify):

@@ -1,4 +1,4 @@
-"""Text that came from others, made fit to be shown."""
+"""Make text from other processes fit to be shown."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def cut(text: str, longest: int = LONGEST_TEXT) -> str:
 
 
 def encodable(text: str) -> str:
-    """Return a text that UTF-8 can hold: half a surrogate pair, as in names of files, becomes its escape."""
+    """Return a text that UTF-8 can encode: a lone surrogate, as in file names, becomes its escape."""
     return text.encode("utf-8", "backslashreplace").decode()
 
 
 def printable(text: str, longest: int = LONGEST_TEXT) -> str:
-    """Return a text on one line, cut, and without what would steer a terminal or forge a line of a log."""
+    """Return a text on one line, cut, without characters that control a terminal or forge a log line."""
     short = cut(text, longest)
     return short if short.isprintable() else "".join(c if c.isprintable() else " " for c in short)
 

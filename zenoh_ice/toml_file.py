@@ -70,7 +70,7 @@ def convert(
     """Return a value as one of type `kind`.
 
     Raises `error` that names `source`, where the value came from, and the key; `path` is that of the value,
-    and with the `text` of the file the line is named, too. Without `strict` a text may stand for a number.
+    and with the `text` of the file the line is named, too. Without `strict`, a text may represent a number.
     """
     try:
         return msgspec.convert(value, kind, strict=strict)
@@ -94,7 +94,7 @@ def convert(
 
 
 def place(source: str, text: str, *path: str | int) -> str:
-    """Return where a value stands, as errors begin: `FILE:LINE: key[0].key`.
+    """Return the location of a value, for the start of an error: `FILE:LINE: key[0].key`.
 
     `path` holds keys of tables and numbers in arrays; the line is that of the last of them that has one.
     """
@@ -114,7 +114,7 @@ def shown(value: object) -> str:
 
 
 def _items(value: Any, kind: Any) -> Iterable[tuple[str | int, Any, Any]]:  # noqa: ANN401
-    """Return what a value holds that fits the kind of its type: keys, items, and the types of these."""
+    """Return the keys, items and types of the items of a value that fits the kind of its type."""
     kinds = get_args(kind)
     if isinstance(value, Mapping) and get_origin(kind) is dict:
         return [(key, each, of) for key in value for each, of in zip((key, value[key]), kinds, strict=True)]

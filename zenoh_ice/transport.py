@@ -1,4 +1,4 @@
-"""The interface that proxies, servants and streams stand on: a few verbs on encoded payloads.
+"""The interface that proxies, servants and streams build on: a few operations on encoded payloads.
 
 Four transports implement it: over Zenoh (`zenoh_ice._zenoh`), within the process (`zenoh_ice.in_process`),
 one that records what another carries, and one that replays a recording (both in `hfsm_runtime`). Nothing else
@@ -68,7 +68,7 @@ def check_name(name: str, what: str) -> str:
 
 
 class Arrived(NamedTuple):
-    """A sample that arrived, encoded; its large byte sequences may stand apart."""
+    """A sample that arrived, encoded; its large byte sequences may be separate."""
 
     payload: bytes | Parted
     attachment: bytes | None
@@ -97,7 +97,7 @@ class Receiver(Protocol):
         """Take a call of an operation; return the function that runs or refuses it; None if it waits.
 
         Calls are executed in the order in which they are admitted; other calls wait meanwhile, so it takes
-        microseconds. What it returns raises nothing: it gives `reply` the answer, whatever happens.
+        microseconds. The returned function raises nothing: it gives `reply` the answer, whatever happens.
         """
 
 
@@ -110,7 +110,7 @@ class NoAnswer(SystemException):
 
 
 def outcome_of(call: Callable[[], Outcome]) -> Outcome | SystemException:
-    """Return what a call brings, or what it raises."""
+    """Return the outcome of a call, or the exception that it raises."""
     try:
         return call()
     except SystemException as error:
@@ -118,7 +118,7 @@ def outcome_of(call: Callable[[], Outcome]) -> Outcome | SystemException:
 
 
 class Caller(Protocol):
-    """Call one operation of one servant, within one limit of time; for any thread."""
+    """Call one operation of one servant, within one time limit; thread-safe."""
 
     @property
     def timeout(self) -> float:
@@ -140,19 +140,19 @@ class Caller(Protocol):
 
 
 class Pacer:
-    """Compute when the next sample may come, so that on average there are not more than `rate` a second."""
+    """Compute when the next sample is due, so that there are at most `rate` a second on average."""
 
     def __init__(self, rate: float | None) -> None:
         self._period: Final = 0.0 if rate is None else 1.0 / rate
         self._due = -math.inf
 
     def delay(self) -> float:
-        """Return the wall seconds to wait before the next."""
+        """Return the wall seconds to wait before the next sample."""
         return max(0.0, self._due - time.monotonic())
 
     def count(self) -> None:
-        """Count one that happens now."""
-        # From when it was due, so that late ones do not lower the rate; but a pause is not made up for.
+        """Count a sample now."""
+        # From when it was due, so that late samples do not lower the rate; but pauses are not made up for.
         now = time.monotonic()
         self._due = (self._due if now - self._due < self._period else now) + self._period
 
@@ -164,14 +164,14 @@ class Served:
         self._close: Callable[[], object] | None = close
 
     def close(self) -> None:
-        """End it, by a call of the function that it was made of, once."""
+        """End it: call the function that it was made from, once."""
         close, self._close = self._close, None
         if close is not None:
             close()
 
 
 class Outlet(Protocol):
-    """The publishing end of a stream; for any thread."""
+    """The publishing end of a stream; thread-safe."""
 
     @property
     def listening(self) -> bool:
@@ -181,36 +181,36 @@ class Outlet(Protocol):
         """Send a sample; it is dropped where the listener or the network is slower."""
 
     def close(self) -> None:
-        """Give the key back."""
+        """Release the key."""
 
 
 class Inlet(Protocol):
-    """The listening end of a stream: a queue that the oldest samples fall out of."""
+    """The listening end of a stream: a queue that drops the oldest samples."""
 
     def poll(self) -> Any:  # noqa: ANN401 - each transport has its own
-        """Return the next sample as it came, None while there is none."""
+        """Return the next sample as it arrived, None while there is none."""
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
         """Wait until a function that polls returns true, for at most `timeout` s; return whether it did.
 
-        The caller holds `changed`, on which is notified whatever else the function depends on.
+        The caller holds `changed`, which is notified of every other change that the function depends on.
         """
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        """Call a function with each sample as it came, one after the other, until `close`.
+        """Call a function with each sample as it arrived, one after the other, until `close`.
 
-        With a rate, with the newest, at most that many per second. Nothing is left to poll then.
+        With a rate, only with the newest, at most that many per second. `poll` then returns no samples.
         """
 
     def open(self, sample: Any) -> Arrived:  # noqa: ANN401 - what `poll` and `deliver` give
-        """Return what a sample holds.
+        """Return the contents of a sample.
 
         Raises MarshalException for one that is too large, ConnectionLostException for one that was lost with
         its sender's memory.
         """
 
     def close(self, timeout: float = 0.0) -> bool:
-        """Stop listening; return whether a function that runs ended within `timeout` s."""
+        """Stop listening; return whether a running function ended within `timeout` s."""
 
 
 class Transport(Protocol):
@@ -221,7 +221,7 @@ class Transport(Protocol):
     endpoints: Sequence[str]
     """The endpoints that it connects to; none for one that connects to nobody."""
     token_delay: float
-    """Seconds within which tokens that are there arrive, once a link is made."""
+    """Seconds within which existing tokens arrive, once a link is made."""
 
     def explain_unreachable(self) -> str:
         """Return why nothing answers at the endpoints."""
@@ -229,10 +229,10 @@ class Transport(Protocol):
     # Calls.
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return what calls an operation; `timeout` is the limit of a call in s."""
+        """Return the caller of an operation; `timeout` is the limit of a call in s."""
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
-        """Give the calls of a target to a receiver, on threads that may run user code."""
+        """Pass the calls of a target to a receiver, on threads that may run user code."""
 
     # Streams.
 
@@ -265,4 +265,4 @@ class Transport(Protocol):
         """Return the status of a process by its id; raises ConnectionLostException without one in time."""
 
     def close(self) -> None:
-        """End everything; calls that wait raise NoAnswer."""
+        """End everything; waiting calls raise NoAnswer."""

@@ -1,9 +1,9 @@
 """Large byte sequences through shared memory: on one machine they are written once and read once.
 
-What is sent then is a reference: the rest of the payload, and where the byte sequences stand in memory of
-the sender. docs/decisions/0009-shared-memory.md compares this with Zenoh's own shared memory, and argues the
-memory barriers. The memory is files of eight slots without a name in any folder, which the system takes back
-with the last process that has them open. They are sealed, so that no reader loses memory.
+The message is then only a reference: the rest of the payload, and the place of the byte sequences in the
+sender's memory. docs/decisions/0009-shared-memory.md compares this with Zenoh's own shared memory, and
+justifies the memory barriers. The memory consists of files of eight slots without a name in any folder; the
+system frees them when the last process closes them. They are sealed, so that no reader loses memory.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from .._codec import LARGE, LARGEST_BULK, Parted, Pieces, decode_bounded, too_la
 from .._presence import parse_client_token
 from ..exceptions import ConnectionLostException, MarshalException
 
-LENT_FOR: Final = 5.0  # s after which what was lent is used again: its reader was killed
+LENT_FOR: Final = 5.0  # s after which lent memory is used again: its reader was killed
 
 # Header of a slot: its generation, 0 while it is written, and the generation that its reader gave back.
 HEADER: Final = struct.Struct("=QQ")
@@ -48,9 +48,9 @@ _LAST_READS: Final = 0.5  # s
 _LOOK_AGAIN: Final = 0.002  # s
 _LARGEST: Final = 32 << 20  # bytes of a slot; what is larger goes over the network
 _MOST_PARTS: Final = 256  # large byte sequences in one payload
-_MOST_MAPS: Final = 256  # at a time; a robot's cameras and servants are some ten
+_MOST_MAPS: Final = 256  # at once; a robot's cameras and servants are about ten
 _MOST_CLIENTS: Final = 1 << 14  # more than any robot has
-_WORD_COMES: Final = 0.5  # s until all tokens that are there are known
+_WORD_COMES: Final = 0.5  # s until all existing tokens are known
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
 _gate: Final = threading.Lock()
@@ -59,10 +59,10 @@ _logger = logging.getLogger(__name__)
 
 
 class SharedMemory:
-    """The shared memory of a communicator: its own, to send from, and that of others; for any thread.
+    """The shared memory of a communicator: its own, to send from, and that of others; thread-safe.
 
-    `watch_clients` reports the tokens of clients to a function; `on_unreadable` is called, once, when the
-    memory of others is there and may not be read.
+    `watch_clients` reports the tokens of clients to a function; `on_unreadable` is called, once, when
+    memory of others exists that this process may not read.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class SharedMemory:
         on_unreadable: Callable[[], object],
     ) -> None:
         self.space: Final = memory_space() if enabled else ""
-        """The same in all processes that can read each other's memory; empty when this one takes no part."""
+        """The same in all processes that can read each other's memory; empty if this one takes no part."""
         self.readable_space = self.space
         """The space whose memory this process can read, as far as known by now."""
         self._watch_clients: Final = watch_clients
@@ -84,16 +84,16 @@ class SharedMemory:
         self._may_make = bool(self.space)
         self._maps: Final[dict[tuple[str, bool], tuple[Path, mmap.mmap]]] = {}  # by token, and whether lent
         self._closed = False
-        self._known_at = math.inf  # when all clients are; they are followed from the first question on
-        # Clients that can read this memory, and others; changed on the thread alone that reports tokens. Who
-        # declares tokens with the id of another one only makes images go over the network.
+        self._known_at = math.inf  # when all clients are known; they are followed from the first query on
+        # Clients that can read this memory, and others; changed only on the thread that reports tokens. A
+        # token with another client's id has only one effect: images go over the network.
         self._near: Final[set[str]] = set()
         self._far: Final[set[str]] = set()
 
     def lend(self, payload: Pieces, client: str) -> bytes | None:
         """Write the large parts of a payload for one reader, which gives the memory back.
 
-        Return the reference to send; None where the client cannot read it, or where there is no room.
+        Return the reference to send; None if the client cannot read it, or if there is no room.
         """
         self._follow_clients()
         if client not in self._near or client in self._far:
@@ -112,7 +112,7 @@ class SharedMemory:
         return not self._far and time.monotonic() >= self._known_at
 
     def make_file(self, capacity: int) -> MemoryFile | None:
-        """Return memory with slots of `capacity` bytes; None where there is none."""
+        """Return memory with slots of `capacity` bytes; None if none is available."""
         with self._lock:
             if not self._may_make or capacity > _LARGEST:
                 return None
@@ -133,10 +133,10 @@ class SharedMemory:
                 file.close()
 
     def read(self, payload: zenoh.ZBytes, limit: int, what: str) -> bytes | Parted:
-        """Return a payload that came, with what it refers to, if that is no more than `limit` bytes.
+        """Return a received payload with the bytes that it refers to, if these are at most `limit` bytes.
 
-        Raises MarshalException when it is more, ConnectionLostException when its memory is gone: its sender
-        ended, or it was not read for too long.
+        Raises MarshalException for more, ConnectionLostException when its memory is gone: its sender ended,
+        or the payload was read too late.
         """
         if len(payload) > limit:
             raise too_large(len(payload), limit, what)
@@ -175,9 +175,9 @@ class SharedMemory:
                     self._maps.pop(key)[1].close()
 
     def close(self) -> None:
-        """Release everything; from now on all is sent over the network.
+        """Release everything; from now on everything is sent over the network.
 
-        Waits for at most half a second for readers that have not read yet what was lent to them.
+        Waits for at most half a second for readers that have not yet read the memory lent to them.
         """
         with self._lock:
             self._may_make = False
@@ -221,16 +221,16 @@ class SharedMemory:
 
 
 class Ring:
-    """Memory for a stream: the newest payload takes the place of the oldest, read or not; for one thread."""
+    """Memory for a stream: the newest payload replaces the oldest, read or not; for a single thread."""
 
     def __init__(self, memory: SharedMemory) -> None:
         self._memory: Final = memory
         self._file: MemoryFile | None = None
 
     def place(self, payload: Pieces) -> bytes | None:
-        """Write what is large in a payload, and return the reference to it.
+        """Write the large parts of a payload, and return the reference to them.
 
-        None where there is no room, or where one of the clients of the realm could not read it.
+        None if there is no room, or if one of the clients of the realm could not read it.
         """
         if not self._memory.readable_by_all():
             return None
@@ -247,9 +247,9 @@ class Ring:
 
 
 class MemoryFile:
-    """Eight slots of `capacity` bytes, whole pages, in one file, to write payloads into; for any thread.
+    """A file with eight slots for payloads, each of `capacity` bytes, in whole pages; thread-safe.
 
-    Memory is taken as they are written. Raises OSError when the system has no room for it.
+    The system allocates memory as slots are written. Raises OSError when it has no room for the file.
     """
 
     def __init__(self, capacity: int) -> None:
@@ -273,10 +273,10 @@ class MemoryFile:
             raise
 
     def place(self, payload: Pieces, *, lent: bool) -> bytes | None:
-        """Write what is large in a payload into a slot, and return the reference to it.
+        """Write the large parts of a payload into a slot, and return the reference to them.
 
-        What is lent stays there until its one reader gives it back, other payloads until eight newer ones
-        have come. None where all slots are lent, and after `close`.
+        A lent payload stays there until its only reader gives it back, others until eight newer ones
+        are written. None if all slots are lent, and after `close`.
         """
         memory, sizes = self._memory, tuple(map(len, payload.large))
         try:
@@ -296,14 +296,14 @@ class MemoryFile:
             memory[self._headers[slot]] = HEADER.pack(generation, 0)
         except ValueError:  # closed
             return None
-        # From now on, not from before: a thread that stood still in between must not share its slot.
+        # Counted from now, not from the start: a thread suspended in between must not share its slot.
         self._lent_until[slot] = time.monotonic() + LENT_FOR
         memory_file = os.getpid(), self.file, self.token
         rest = payload.places, sizes, payload.without_large()
         return msgspec.msgpack.encode((*memory_file, slot, generation, lent, *rest))  # a MemoryReference
 
     def free(self) -> Iterator[int]:
-        """Yield the slots in which nothing is lent; the processor's cache may still have the first."""
+        """Yield the slots in which nothing is lent; the first may still be in the processor's cache."""
         for slot, until in enumerate(self._lent_until):
             if until < time.monotonic() or self.returned(slot):
                 yield slot
@@ -337,7 +337,7 @@ _decode: Final = msgspec.msgpack.Decoder(MemoryReference).decode
 
 
 def decode_reference(payload: bytes, what: str) -> MemoryReference:
-    """Return the reference that travelled; raises MarshalException for a malformed one."""
+    """Return a received reference; raises MarshalException for a malformed one."""
     reference = decode_bounded(_decode, payload, LARGEST_BULK, f"{what}: reference to shared memory")
     if len(reference.places) != len(reference.sizes):
         raise MarshalException(f"{what}: reference to shared memory: as many places as sizes are wanted")
@@ -345,15 +345,15 @@ def decode_reference(payload: bytes, what: str) -> MemoryReference:
 
 
 def memory_space() -> str:
-    """Return what is the same for all processes that can read each other's memory; empty where none can.
+    """Return the same text in all processes that can read each other's memory; empty if none can.
 
-    Those of one user and group with the same capabilities, on one machine, and in one container if in any, as
-    ptrace(2) describes under "Ptrace access mode checking".
+    These are processes of one user and group with the same capabilities, on one machine, and in one container
+    if in any: see "Ptrace access mode checking" in ptrace(2).
     """
     own = Path("/proc/self")
     try:
-        # An old Python makes no memory. Whose program has capabilities, say, into that nobody of its user may
-        # look: its files are root's.
+        # An old Python cannot make such memory. A process whose program has capabilities, say, cannot be
+        # inspected by others of its user: its files in /proc belong to root.
         if not hasattr(os, "memfd_create") or (own / "fd").stat().st_uid != os.geteuid():
             return ""
         machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
@@ -369,9 +369,9 @@ def memory_space() -> str:
 
 
 def fence() -> None:
-    """Order what was read and written before and what comes after, in the eyes of other processes.
+    """Make other processes see earlier reads and writes before later ones: a memory barrier.
 
-    A processor such as ARM's keeps no such order by itself. To release a lock and then take one does.
+    Processors such as ARM's do not keep this order. Releasing a lock and then acquiring one enforces it.
     """
     for _ in range(2):
         with _gate:
@@ -379,7 +379,7 @@ def fence() -> None:
 
 
 def _copy(memory: mmap.mmap, reference: MemoryReference, what: str) -> list[bytes]:
-    """Return what a reference is to, and give it back if it is lent; raises ValueError when it is gone."""
+    """Return the bytes that a reference is to, and give lent ones back; ValueError if they are gone."""
     stride = len(memory) // SLOTS
     offset = reference.slot * stride
     position = offset + SLOT_START
@@ -399,9 +399,9 @@ def _copy(memory: mmap.mmap, reference: MemoryReference, what: str) -> list[byte
 
 
 def _map(reference: MemoryReference) -> tuple[Path, mmap.mmap]:
-    """Map the memory that a reference is to; raises OSError or ValueError when that cannot be."""
+    """Map the memory that a reference is to; raises OSError or ValueError if it cannot be mapped."""
     path = Path("/proc", str(reference.process), "fd", str(reference.file))
-    # Only as a place at first: to open a device or a pipe may do something.
+    # Only a handle to its path at first: opening a device or a pipe may have side effects.
     handle = os.open(path, os.O_PATH | os.O_CLOEXEC)
     try:
         found = Path("/proc/self/fd", str(handle))
@@ -427,5 +427,5 @@ def _is_open(path: Path, token: str) -> bool:
 
 
 def _capacity(payload: Pieces) -> int:
-    """Return the bytes of a slot for a payload: images of one kind, compressed, say, differ in size."""
+    """Return the size of a slot for a payload, with some room: images of one kind may differ in size."""
     return max(LARGE, 1 << (sum(map(len, payload.large)) - 1).bit_length())

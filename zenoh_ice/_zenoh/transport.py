@@ -53,11 +53,11 @@ _THREADS: Final = (
 )
 
 # Memory that one of Zenoh's threads allocates and another one frees scatters over glibc's arenas, of which
-# there are eight for each processor: a client that calls grew by 0.8 MB a minute, and not at all with two.
+# there are eight for each processor: a calling client grew by 0.8 MB a minute, and not at all with two.
 _M_ARENA_MAX: Final = -8
 _ARENAS: Final = 2
 
-_MOST_CALLERS: Final = 256  # that proxies share: each has a querier
+_MOST_CALLERS: Final = 256  # shared by proxies: each has a querier
 
 _TIMEOUT: Final = b"Timeout"  # Zenoh's own error at the end of a query
 
@@ -69,7 +69,7 @@ _logger = logging.getLogger(__name__)
 
 @contextmanager
 def _prepared_process() -> Iterator[None]:
-    """Choose threads and memory for Zenoh while it starts: both are of the whole process."""
+    """Choose threads and memory for Zenoh while it starts: both apply to the whole process."""
     ours = "ZENOH_RUNTIME" not in os.environ
     os.environ.setdefault("ZENOH_RUNTIME", _THREADS)
     if "MALLOC_ARENA_MAX" not in os.environ:
@@ -103,7 +103,7 @@ class ZenohTransport:
         self._tokens: Final[dict[tuple[str, str], object]] = {}  # by realm and readable memory
         self._closed = False
         self._refusals: Final = Kind()
-        # Those that fall out of it live on in the calls that hold them.
+        # Callers that it evicts live on in the calls that hold them.
         self.caller: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
         pool.place = self._place
         with _prepared_process():
@@ -129,7 +129,7 @@ class ZenohTransport:
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         here = self.local.serve(target, receiver)
-        # Complete: where several serve the same, one gets the call, not all.
+        # Complete: if several processes serve the same identity, one of them gets the call, not all.
         queryable = self.session.declare_queryable(
             target.key("*"), Callback(self.pool.jobs.put, indirect=False), complete=True
         )
@@ -141,7 +141,7 @@ class ZenohTransport:
         return Served(close)
 
     def _place(self, query: zenoh.Query) -> Job | None:
-        """Give a call its place among those of its servant; return what executes or refuses it."""
+        """Give a call its place among those of its servant; return the job that executes or refuses it."""
         key = query.key_expr
         prefix, _, name = str(key).rpartition("/")
         reply = partial(self._reply, query, key)
@@ -156,7 +156,7 @@ class ZenohTransport:
             return self._refusals, partial(reply, False, encode_error(unknown_exception(failure)))
 
     def _reply(self, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces) -> None:
-        """Answer a query and let it go: its client would hang until the limit."""
+        """Answer a query and drop it: otherwise its client would hang until the limit."""
         try:  # not `with query`: the sooner it is dropped, the more often both travel in one message
             if not ok:
                 query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
@@ -172,7 +172,7 @@ class ZenohTransport:
             query.drop()
 
     def refusal(self, what: str, error: zenoh.ZError) -> SystemException:
-        """Return the exception for what Zenoh refuses to do."""
+        """Return the exception for an operation that Zenoh refuses."""
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed")
         return ConnectionLostException(f"{what} could not be sent: {without_source(error)}")
@@ -218,7 +218,7 @@ class ZenohTransport:
         return Served(partial(_undeclare, listener))
 
     def appear(self, *realms: str) -> None:
-        """Let the servants of these realms, or of all, know of this process and the memory it can read."""
+        """Announce this process, and the memory it can read, to the servants of some realms, or of all."""
         with self._lock:
             space = self.shared_memory.readable_space
             for realm in realms or {realm for realm, _ in self._tokens}:
@@ -246,7 +246,7 @@ class ZenohTransport:
                 f"@process/{realm}/{process}/status",
                 timeout=timeout,
                 congestion_control=zenoh.CongestionControl.BLOCK,
-                # Not behind the calls that are about to be explained by it.
+                # It must overtake the calls whose failure it is to explain.
                 priority=zenoh.Priority.INTERACTIVE_HIGH,
             ).recv()
             if reply.ok is not None:
@@ -284,16 +284,16 @@ class _Caller:
         self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
         bulk = operation.arguments.holds_bytes or result.holds_bytes
-        # A link that takes nothing may block the sender for the limit of the settings, after which Zenoh
-        # closes it; a call with a shorter one is dropped instead, and ends by its limit.
+        # A blocked link may block the sender for the limit of the settings, after which Zenoh closes the
+        # link; a call with a shorter limit is dropped instead, and ends at its limit.
         drop = timeout < settings.timeout
         try:
             self._get: Final = transport.session.declare_querier(
                 f"{self._prefix}/{operation.name}",
                 timeout=timeout,
-                # One that answers is enough; replies are not compared with one another.
+                # The first reply is enough; replies are not compared with one another.
                 consolidation=zenoh.ConsolidationMode.NONE,
-                # The reply travels as the request does. No express: it halves the calls in flight.
+                # The reply has the same quality of service. Not express: that halves the calls in flight.
                 congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
                 priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
             ).get
@@ -308,8 +308,8 @@ class _Caller:
         if self._prefix in self._receivers:
             return self._here.call(payload, attachment)
         try:
-            # No variable holds the channel: the frames of an exception would keep it, and one that a servant
-            # fills with more replies holds up all that comes by the same link.
+            # No variable holds the channel: the frames of an exception would keep it alive, and a channel
+            # that a servant fills with further replies blocks everything on the same link.
             reply = self._get(payload=payload, attachment=attachment).recv()
         except zenoh.ZError:  # the end without an answer, of the session too
             raise NoAnswer(timed_out=False) from None
@@ -321,7 +321,7 @@ class _Caller:
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        # A servant of this process is called by way of the session, too: it keeps the limit.
+        # Servants of this process, too, are called through the session, because it enforces the limit.
         replies: deque[zenoh.Reply] = deque(maxlen=1)  # a servant may send more than one
 
         def finish() -> None:  # on a thread of the pool
@@ -347,14 +347,14 @@ class _Caller:
             raise self._transport.refusal(self._what, error) from error
 
     def _interpret(self, reply: zenoh.Reply | None) -> Outcome:
-        """Return what a reply brings; raises NoAnswer for none, and for Zenoh's own error at the limit."""
+        """Return the outcome in a reply; raises NoAnswer for none, and for Zenoh's own error at the limit."""
         if reply is None:
             raise NoAnswer(timed_out=False)
         answer = reply.ok
         if answer is not None:
             return True, self._transport.shared_memory.read(answer.payload, self._limit, self._what)
         error = reply.err
-        assert error is not None  # a reply is either
+        assert error is not None  # a reply has either a result or an error
         if str(error.encoding) == ERROR_ENCODING:
             if len(error.payload) > LARGEST:
                 raise too_large(len(error.payload), LARGEST, self._what)
@@ -374,7 +374,7 @@ class _Outlet:
             congestion_control=zenoh.CongestionControl.DROP,
             # Images must not delay states, and neither must delay calls.
             priority=zenoh.Priority.DATA_LOW if bulk else zenoh.Priority.DATA,
-            # One by one: of images that travel together all but the last would come for nothing.
+            # Not batched: if images were sent together, all but the last would be useless.
             express=bulk,
         )
 
@@ -412,7 +412,7 @@ class _Inlet:
         self._limit: Final = operation.result.size_limit
         self._closed: Final = threading.Event()
         self._thread: threading.Thread | None = None
-        # A ring: a queue that is full and keeps what it has would hold up the whole session.
+        # A ring: a full queue that keeps its contents would block the whole session.
         ring: RingChannel[zenoh.Sample] = RingChannel(queue)
         try:
             self._subscriber: Final = transport.session.declare_subscriber(key, ring)
@@ -423,7 +423,7 @@ class _Inlet:
         self.poll: Callable[[], Any] = self._handler.try_recv
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
-        if self._thread is None:  # until then, what comes costs this process nothing
+        if self._thread is None:  # until then, samples that arrive cost this process nothing
             newest: deque[zenoh.Sample] = deque(maxlen=1)
 
             def keep(sample: zenoh.Sample) -> None:
@@ -440,7 +440,7 @@ class _Inlet:
             target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._key}", daemon=True
         )
         thread.start()
-        self._thread = thread  # not before: one that Ctrl-C kept from starting cannot be joined
+        self._thread = thread  # not earlier: a thread that Ctrl-C kept from starting cannot be joined
 
     def open(self, sample: zenoh.Sample) -> Arrived:
         payload = self._transport.shared_memory.read(sample.payload, self._limit, f"sample of {self._key}")
@@ -463,7 +463,7 @@ class _Inlet:
                 return
             pacer.count()
             callback(sample)
-            del sample  # it may be large, and the next may be long in coming
+            del sample  # it may be large, and the next one may be a long time coming
 
 
 def _undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener
