@@ -35,7 +35,7 @@ from zenoh_ice import Clock, Object
 _STATE_PERIOD: Final = 0.02
 """Robot seconds between two samples of state."""
 _STATE_GAP: Final = 0.005
-"""Wall seconds between two of them at least, however fast a simulation runs."""
+"""Minimum wall seconds between two samples of state, however fast a simulation runs."""
 _CLOCK_PERIOD: Final = 0.02  # wall s
 _HEALTH_PERIOD: Final = 0.5  # wall s
 
@@ -43,8 +43,8 @@ _HEALTH_PERIOD: Final = 0.5  # wall s
 class Assembly:
     """The server's parts between a robot and its clients: a servant for each device.
 
-    `wall` is the steady clock of the safety deadlines and the reports. Raises RobotError when the options ask
-    for what the robot cannot do.
+    `wall` is the steady clock of the safety deadlines and the reports. Raises RobotError for options that
+    the robot does not support.
     """
 
     def __init__(self, robot: Robot, options: ServerOptions, wall: Clock) -> None:
@@ -52,7 +52,7 @@ class Assembly:
         self._options = options
         self._wall = wall
         self.on_wake: Callable[[], None] = lambda: None
-        """Called when a job may be due earlier than it was; the driver of the jobs sets it."""
+        """Called when a job may be due earlier than before; the driver of the jobs sets it."""
         self._watchdog = Watchdog(wall, self._wake)
         self.servants: Final[dict[str, Object]] = {}
         """Every servant by its identity."""
@@ -94,7 +94,7 @@ class Assembly:
         """Periodic jobs."""
 
     def drop_client(self, client: str) -> None:
-        """Stop what a lost client drives or streams, and take its lease back."""
+        """Stop everything that a lost client drives or streams, and take its lease back."""
         with ExitStack() as steps:  # each whatever the others raise
             steps.callback(self._safety.drop_client, client)
             for camera in self._cameras:
@@ -145,7 +145,7 @@ class Assembly:
             self._add(Sonar=SonarI(senses))
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
-        # Its gate is never shut: what carries a ball is no part of the robot.
+        # Its gate is never shut: the mechanism of a ball is not part of the robot.
         device = self._guard(mechanism, self._options.mechanism_safety, Gate(self.events))
         joints = (joint.name for joint in mechanism.joints)
         self._add_hinge(device, Hinge(mechanism.name, tuple(zip(BALL_AXES, joints, strict=True))))
@@ -183,7 +183,7 @@ class Assembly:
         self.on_wake()
 
     def _jobs(self) -> list[Job]:
-        """Return the periodic jobs: no camera can delay anything else, nothing the watchdog."""
+        """Return the periodic jobs: no camera can delay other jobs, and nothing can delay the watchdog."""
         by_source: dict[Callable[[], Any], list[StateStream[Any, Any]]] = {}
         for stream in self._streams:
             by_source.setdefault(stream.read, []).append(stream)
@@ -214,7 +214,7 @@ class Assembly:
         return Periodic(name, clock, lambda: period, action.tick, thread="state", wanted=lambda: action.busy)
 
     def _state_job(self, read: Callable[[], Any], streams: Sequence[StateStream[Any, Any]]) -> Job:
-        """Return the job of the streams of one source; no reading, by its time, is sent twice."""
+        """Return the job of the streams of one source; readings of equal time are sent only once."""
         sent = math.nan
 
         def publish() -> None:

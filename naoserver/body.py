@@ -1,7 +1,7 @@
-"""The facts of the bodies H25 and H21: joints, links, cameras, postures and what keeps its parts apart.
+"""The facts of the bodies H25 and H21: joints, links, cameras, postures and anti-collision ranges.
 
-The figures stand with their sources in `nao_h25.json` beside this module. Frames: every link's frame sits at
-its parent joint and is parallel to the torso's when all joints are 0 (x forward, y left, z up).
+The figures and their sources are in `nao_h25.json` next to this module. Frames: every link's frame is at its
+parent joint and is parallel to the torso's when all joints are 0 (x forward, y left, z up).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class RangeTable:
         return max(slopes, default=0.0)
 
     def at(self, angle: float) -> tuple[float, float]:
-        """Return the range of `dependent` at `angle` of `independent`; beyond the table, that of its edge."""
+        """Return the range of `dependent` at `angle` of `independent`; beyond the table, that at its edge."""
         rows = self.rows
         place = bisect_left(rows, (angle,))
         if place == 0:
@@ -105,9 +105,9 @@ class Link:
 
     name: str
     parent_joint: str | None
-    """Joint that moves it; None of the torso."""
+    """Joint that moves it; None for the torso."""
     mass: float
-    """In kg; 0 of the fingers, whose mass the hand includes."""
+    """In kg; 0 for the fingers, whose mass is included in the hand's."""
     com: Vector
     """Centre of mass in m."""
     inertia: Inertia = Inertia()
@@ -122,11 +122,11 @@ class Coupling:
 
 
 class Body:
-    """A humanoid body as a facts file describes it."""
+    """A humanoid body, as described by a facts file."""
 
     def __init__(self, name: str, facts: Mapping[str, Any]) -> None:
         self.name: Final = name
-        """What its maker calls it, such as `H25`."""
+        """The manufacturer's name for it, such as `H25`."""
         self.facts: Final = facts
         """The whole file: also soles, pressure, inertial, sonar and touch sensors, collision shapes."""
         self.joints: Final = convert(facts["joints"], tuple[Joint, ...])
@@ -149,7 +149,7 @@ class Body:
 
 
 def _without(body: Body, name: str, joints: Collection[str], touch: Collection[str]) -> Body:
-    """Return another body, whose `joints` are fixed at the angle 0, and which lacks some touch sensors."""
+    """Return a copy of a body with some joints fixed at the angle 0, and without some touch sensors."""
     facts = body.facts
     postures = {
         posture: {joint: angle for joint, angle in angles.items() if joint not in joints}

@@ -1,9 +1,9 @@
 """Optional abilities besides joints and cameras: a walk, senses, lights, a voice, postures, a stage.
 
-A robot offers each as an attribute of `Robot`, or None where it has none; the server adds the servants of
-what is there. The contract of `naoserver.robot` holds here too: methods may be called from any thread, those
-that read return the newest immutable snapshot without blocking, commands return at once. SI units
-and radians; x forward, y left, z up.
+Each is an attribute of `Robot`, None if the robot lacks it; the server adds servants for those that exist.
+The contract of `naoserver.robot` applies here, too: methods may be called from any thread, reading methods
+return the newest immutable snapshot without blocking, commands return at once. SI units and radians;
+x forward, y left, z up.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class WalkVelocity:
-    """A velocity on the floor in the robot's own frame, in m/s and, of the turn to the left, rad/s."""
+    """A velocity on the floor in the robot's own frame: in m/s and, for the turn to the left, in rad/s."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -27,7 +27,7 @@ class WalkVelocity:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Estimated place of the robot on the floor, in m in the frame in which it started."""
+    """Estimated place of the robot on the floor, in m, in the frame of its start."""
 
     time: float
     """Robot time in s."""
@@ -43,12 +43,12 @@ class Walker(Protocol):
 
     @property
     def limits(self) -> WalkVelocity:
-        """The highest velocity of each kind, each by itself."""
+        """The highest velocity of each kind without the others."""
 
     def command(self, velocity: WalkVelocity) -> None:
         """Walk at a velocity until the next command; all 0 ends the walk on both feet.
 
-        Raises InvalidCommand when it cannot walk now: it does not stand on its feet, its legs are limp.
+        Raises InvalidCommand when it cannot walk now: it is not on its feet, or its legs are limp.
         """
 
     def commanded(self) -> WalkVelocity:
@@ -59,7 +59,7 @@ class Walker(Protocol):
         """Whether it moves the legs: from a command until it stands on both feet again."""
 
     def odometry(self) -> Odometry:
-        """Return where the robot believes to be, by its joints and its inertial unit."""
+        """Return where the robot believes it is, according to its joints and its inertial unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ class BatteryReading:
     """The state of the battery."""
 
     charge: float
-    """From 0 to 1; not a number when the robot reports none."""
+    """From 0 to 1; nan when the robot reports none."""
     current: float
     """In A, negative while it discharges."""
     temperature: float
@@ -125,7 +125,7 @@ class BatteryReading:
 
 @dataclass(frozen=True, slots=True)
 class SenseReading:
-    """Readings of all senses but joints and cameras at one moment."""
+    """Readings of all senses except joints and cameras at one moment."""
 
     time: float
     """Robot time in s."""
@@ -134,12 +134,12 @@ class SenseReading:
     right_foot: FootReading
     sonar: SonarReading
     touched: frozenset[str]
-    """Names of the touch sensors that are pressed: of `Senses.touch_names`."""
+    """Names of the pressed touch sensors, out of `Senses.touch_names`."""
     battery: BatteryReading
 
 
 class Senses(Protocol):
-    """The senses of a robot but joints and cameras."""
+    """The senses of a robot, except joints and cameras."""
 
     @property
     def touch_names(self) -> tuple[str, ...]:
@@ -147,7 +147,7 @@ class Senses(Protocol):
 
     @property
     def sonar_range(self) -> tuple[float, float] | None:
-        """Nearest and farthest distance that the sonar measures in m; None of a robot without one."""
+        """Nearest and farthest distance that the sonar measures, in m; None for a robot without one."""
 
     @property
     def sonar_cone(self) -> float:
@@ -157,7 +157,7 @@ class Senses(Protocol):
         """Return the newest snapshot without blocking."""
 
     def inertial(self) -> InertialReading:
-        """Return that of the inertial unit alone: a simulation measures no distances for it."""
+        """Return the reading of the inertial unit only: a simulation need not measure distances for it."""
 
 
 Color = tuple[float, float, float]
@@ -172,13 +172,13 @@ class Lights(Protocol):
         """LeftEye, RightEye, LeftEar, RightEar, Head, Chest, LeftFoot, RightFoot."""
 
     def set(self, name: str, color: Color, seconds: float) -> None:
-        """Let a group fade to a colour in some seconds of robot time."""
+        """Fade a group to a colour within some seconds of robot time."""
 
     def reset(self) -> None:
-        """Turn every light to what it shows after the start."""
+        """Return every light to its colour after the start."""
 
     def colors(self) -> Mapping[str, Color]:
-        """Return what each group shows now."""
+        """Return the present colour of each group."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +198,7 @@ class Voice(Protocol):
         """Say a text after the earlier ones."""
 
     def stop(self) -> None:
-        """Fall silent, and forget what was not said yet."""
+        """Fall silent, and discard everything not yet said."""
 
     def utterance(self) -> Utterance:
         """Return the present utterance."""
@@ -206,7 +206,7 @@ class Voice(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Position and orientation of something in the world."""
+    """Position and orientation of an object in the world."""
 
     position: Vector
     """In m."""
@@ -232,12 +232,12 @@ class Truth:
     angular_velocity: Vector
     """Angular velocity of the torso in rad/s, in the world's frame."""
     objects: Mapping[str, Pose]
-    """The balls and what else can move, by name."""
+    """The balls and all other movable objects, by name."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorldShape:
-    """A shape of the world as it looks, with the members of `nao::WorldShape`."""
+    """A visible shape of the world, with the members of `nao::WorldShape`."""
 
     kind: Literal["Plane", "Box", "Sphere", "Capsule", "Ring"]
     size: Vector
@@ -253,11 +253,11 @@ class Stage(Protocol):
 
     @property
     def shapes(self) -> Sequence[WorldShape]:
-        """Everything that can be seen but the robot."""
+        """Everything visible except the robot."""
 
     @property
     def objects(self) -> tuple[str, ...]:
-        """The names of what can be placed."""
+        """The names of the objects that can be placed."""
 
     def truth(self) -> Truth:
         """Return where everything is."""
@@ -266,10 +266,10 @@ class Stage(Protocol):
         """Put the robot and everything else back to their start; time continues."""
 
     def place_object(self, name: str, position: Vector) -> None:
-        """Put an object somewhere, at rest, as it began. Raises InvalidCommand when it cannot be there."""
+        """Put an object at rest at a position, turned as at the start. Raises InvalidCommand if it cannot."""
 
     def place_robot(self, x: float, y: float, heading: float) -> None:
-        """Put the robot on its feet somewhere on the floor."""
+        """Put the robot on its feet at a place on the floor."""
 
     def push(self, force: Vector, seconds: float) -> None:
         """Push the torso with a force in N in the world's frame, for some seconds of robot time."""
@@ -290,9 +290,9 @@ class PostureProgress:
 
 
 class OwnPostures(Protocol):
-    """A robot that itself knows how to go from any posture into another, as NAOqi does.
+    """A robot that can itself go from any posture into another, as NAOqi does.
 
-    Of a robot that does not, the server's own key frames do it (`naoserver.motions`).
+    For other robots, the server's own key frames do so (`naoserver.motions`).
     """
 
     @property
@@ -303,10 +303,10 @@ class OwnPostures(Protocol):
         """Begin to go to a posture at a fraction of full pace."""
 
     def stop(self) -> None:
-        """Stop on the way."""
+        """Stop on the way to a posture."""
 
     def current(self) -> str:
         """Return the posture that it is in; empty when it is in none."""
 
     def progress(self) -> PostureProgress:
-        """Return how the newest way goes."""
+        """Return the progress of the newest way."""

@@ -8,9 +8,9 @@ class RobotError(Exception):
 
 
 class HardwareFailure(RobotError):
-    """A device of the robot, or its substitute, cannot do its work.
+    """A device of the robot, or its substitute, does not work.
 
-    Where a missing package is the reason, the message names it and the command that installs it.
+    If a missing package is the reason, the message names it and the command that installs it.
     """
 
 

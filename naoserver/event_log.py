@@ -19,7 +19,7 @@ _LEVELS: Final = (logging.INFO, logging.WARNING, logging.ERROR)  # by severity
 
 
 class EventLog:
-    """Collect events and count what was limited; of one source and kind, at most one event a second is kept.
+    """Collect events and count limited commands; keep at most one event a second of each source and kind.
 
     Thread-safe. `robot_time` gives an event's time, `wall_time` (steady) paces the rate limit.
     """
@@ -34,7 +34,7 @@ class EventLog:
         self._timeouts = 0
 
     def add(self, level: Severity, source: str, message: str, kind: str = "") -> None:
-        """Report what happened to `source`; events of the same source and `kind` count as the same."""
+        """Report an event of `source`; events of the same source and `kind` count as the same."""
         now = self.wall_time()
         with self._lock:
             last, suppressed = self._last.get((source, kind), (-float("inf"), 0))
@@ -48,7 +48,7 @@ class EventLog:
         log.log(_LEVELS[level], "%s: %s", source, message)
 
     def add_limited(self, limitations: Sequence[tuple[str, str]]) -> None:
-        """Count a command that was limited, if it was, and report what of it and why."""
+        """Count a command if it was limited, and report which of its values were limited and why."""
         with self._lock:
             self._limited += bool(limitations)
         for source, reason in limitations:
@@ -66,7 +66,7 @@ class EventLog:
 
 
 HOT: Final = 75.0
-"""Temperature in degrees Celsius from which on a motor of a Nao gives less torque."""
+"""Temperature in degrees Celsius above which a motor of a Nao gives less torque."""
 COOL: Final = 70.0
 """Temperature below which a hot motor counts as cool again."""
 LOW: Final = 0.2

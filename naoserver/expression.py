@@ -12,7 +12,7 @@ from naoserver.capabilities import Color, Utterance
 from naoserver.errors import InvalidCommand
 
 SINGLE_COLORED: Final[Mapping[str, Color]] = dict.fromkeys(("LeftEar", "RightEar", "Head"), (0.0, 0.0, 1.0))
-"""The groups that have one color, and which."""
+"""The groups that have a single color, and that color."""
 START: Final[Mapping[str, Color]] = {
     **dict.fromkeys(("LeftEye", "RightEye"), (1.0, 1.0, 1.0)),
     **SINGLE_COLORED,
@@ -23,7 +23,7 @@ START: Final[Mapping[str, Color]] = {
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """A change from `start` on: from one value to another within some seconds."""
+    """A change that begins at `start`, from one value to another within some seconds."""
 
     before: float
     after: float
@@ -43,7 +43,7 @@ def _start_fades() -> dict[str, list[Ramp]]:
 
 
 class FadingLights:
-    """The lights of an H25 on a clock, `now` in s of robot time. Implements Lights; safe from any thread."""
+    """The lights of an H25 on a clock, `now` in s of robot time. Implements Lights; thread-safe."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
@@ -55,7 +55,7 @@ class FadingLights:
         return tuple(START)
 
     def set(self, name: str, color: Color, seconds: float) -> None:
-        """Let a group fade to a color in some seconds of robot time. Raises KeyError for an unknown group."""
+        """Fade a group to a color within some seconds of robot time. Raises KeyError for an unknown group."""
         if (only := SINGLE_COLORED.get(name)) is not None:
             brightness = max(color)
             color = (only[0] * brightness, only[1] * brightness, only[2] * brightness)
@@ -75,11 +75,11 @@ class FadingLights:
 
 
 _RATE: Final = 14.0
-"""Characters a second: 150 words a minute, of 4.6 letters and a blank each."""
+"""Characters per second: 150 words a minute, of 4.6 letters and a blank each."""
 _PAUSE: Final = 0.4
-"""Seconds of breath around a text."""
+"""Seconds of pause around a text."""
 LONGEST_TEXT: Final = 2000
-"""Characters that are said at a time."""
+"""Characters of the longest text."""
 MOST_WAITING: Final = 100
 """Texts that may wait to be said."""
 
@@ -90,7 +90,7 @@ def speaking_time(text: str) -> float:
 
 
 class TimedVoice:
-    """Say texts one after the other on a clock, `now` in s. Implements Voice; safe from any thread."""
+    """Say texts one after the other on a clock, `now` in s. Implements Voice; thread-safe."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now

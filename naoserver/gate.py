@@ -29,10 +29,10 @@ class _Lease:
 
 
 class Gate:
-    """Let commands through, or not. Safe to use from any thread.
+    """Accept or refuse commands. Thread-safe.
 
-    What commands the robot calls `require` while it holds the lock that it holds to stop: then no command
-    comes after an emergency stop. Nobody is refused to stop.
+    Code that commands the robot calls `require` under the same lock under which it stops, so that no command
+    follows an emergency stop. A stop is never refused.
     """
 
     def __init__(self, events: EventLog) -> None:
@@ -51,7 +51,7 @@ class Gate:
     def require(self, client: str) -> None:
         """Raise CommandRefused unless a client may command the robot now.
 
-        An empty client stands for a caller that cannot hold a lease.
+        An empty client represents a caller that cannot hold a lease.
         """
         holder = ""
         with self._lock:
@@ -67,9 +67,9 @@ class Gate:
         raise CommandRefused(f"the robot is {why}; {what}", holder)
 
     def stop(self, reason: str) -> None:
-        """Refuse every command until `reset`, and stop what moves.
+        """Refuse every command until `reset`, and stop everything that moves.
 
-        Every stop is tried, whatever another raises; the first failure is raised after the last of them.
+        Every stop is tried, even if another one fails; the first failure is raised at the end.
         """
         reason = "".join(each if each.isprintable() else " " for each in reason[:_LONGEST_REASON])
         reason = reason.strip() or "emergency stop"
@@ -87,7 +87,7 @@ class Gate:
             raise failure
 
     def reset(self) -> None:
-        """Let commands through again after an emergency stop."""
+        """Accept commands again after an emergency stop."""
         with self._lock:
             was_stopped, self._stop_reason = self._stop_reason is not None, None
         if was_stopped:
@@ -99,12 +99,12 @@ class Gate:
             self._out_of_reach = why
 
     def find(self) -> None:
-        """Let commands through again: they reach the robot."""
+        """Accept commands again: they reach the robot."""
         with self._lock:
             self._out_of_reach = None
 
     def acquire(self, client: str, holder: str, seconds: float) -> None:
-        """Hold the robot for a client, called `holder`, or renew.
+        """Hold the robot for a client, called `holder`, or renew its lease.
 
         Raises InvalidCommand, and CommandRefused while another client holds it.
         """
@@ -123,7 +123,7 @@ class Gate:
             self._report(Severity.Info, f"{holder} holds the robot", "lease")
 
     def release(self, client: str) -> bool:
-        """Give the lease of a client back, also because it is lost; returns whether it held one."""
+        """Give back the lease of a client, which may be lost; return whether it held one."""
         with self._lock:
             lease = self._lease
             if lease is None or lease.client != client:

@@ -17,7 +17,7 @@ _logger = logging.getLogger(__name__)
 
 
 class Claims:
-    """Claims on the joints of a device. Safe to use from any thread."""
+    """Claims on the joints of a device. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -40,7 +40,7 @@ class Claims:
             return owner in self._claims
 
     def release(self, owner: str) -> frozenset[str]:
-        """Let the joints of `owner` belong to nobody; returns which it had."""
+        """Release the joints of `owner`; return those that it had."""
         with self._lock:
             joints, _ = self._claims.pop(owner, (frozenset[str](), None))
         return joints
@@ -71,11 +71,11 @@ class Claims:
 
 
 class GuardedDevice:
-    """Pass commands through `safety` to `device`, one at a time, and log as events what was changed.
+    """Pass commands through `safety` to `device`, one at a time, and log its changes as events.
 
-    `gate` accepts each command or refuses it with CommandRefused; a hold is never refused. The
-    commander is the calling client, as the gate knows it; without one it holds no lease.
-    `look_within` is called after a command with the wall seconds in which `watch` is due.
+    `gate` accepts each command or refuses it with CommandRefused; a hold is never refused. The client of a
+    command is the caller, as known to the gate; an empty client cannot hold a lease.
+    `look_within` is called after a command with the wall seconds within which `watch` is due.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class GuardedDevice:
         self._lock = threading.Lock()
         self._closed = False
         self.claims: Final = Claims()
-        """The joints that something moves by itself: only it may command them."""
+        """The joints of running actions: only their owners may command them."""
         self._index = {joint.name: index for index, joint in enumerate(device.joints)}
 
     def facts(self, joint: str) -> JointFacts:
@@ -109,7 +109,7 @@ class GuardedDevice:
         return self._index[joint]
 
     def goal(self, joint: str) -> Goal:
-        """Return where the joint was last sent and how fast; where it is, and 0, before any such command."""
+        """Return target and speed of the joint's position command; without one, its setpoint and 0."""
         with self._lock:
             goal = self._safety.goal(joint)
         return goal or Goal(self.read().commands[self._index[joint]], 0.0)
@@ -159,9 +159,9 @@ class GuardedDevice:
         self._obey(lambda reading: self._safety.hold(names, reading))
 
     def free(self, owner: str) -> None:
-        """Let the joints of `owner` belong to nobody, and hold them where they are.
+        """Release the joints of `owner`, and hold them where they are.
 
-        The next owner commands them after that.
+        The next owner can command them only after that.
         """
         if self.claims.has(owner):
             self._obey(lambda reading: self._safety.hold(self.claims.release(owner), reading))
@@ -169,7 +169,7 @@ class GuardedDevice:
     def stiffen(
         self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = ""
     ) -> dict[str, float]:
-        """Change how strongly joints hold; returns what was set.
+        """Change how strongly joints hold; return the stiffnesses that were set.
 
         Raises InvalidCommand or CommandRefused, and then changes nothing.
         """
@@ -181,14 +181,14 @@ class GuardedDevice:
         return {joint: safe[joint] for joint in stiffnesses}
 
     def drop_client(self, client: str) -> None:
-        """Stop what a lost client drives by velocity."""
+        """Stop the joints that a lost client drives by velocity."""
         with self._lock:
             outcome = self._apply(self._safety.drop_client(client, self.read()))
         for joint in outcome.stopped:
             self.events.add(Severity.Warning, joint, "stopped: the client that drove it is gone", "lost")
 
     def watch(self) -> float | None:
-        """Check the moving joints; return the wall seconds until the next check, None while all rests."""
+        """Check the moving joints; return the wall seconds until the next check, None while all rest."""
         with self._lock:
             reading, now = self.read(), self.events.wall_time()
             outcome = self._apply(self._safety.watch(reading, now))
@@ -205,7 +205,7 @@ class GuardedDevice:
     def close(self) -> None:
         """Stop all joints and refuse further motion.
 
-        Joints that something still moves, such as the legs on the last step of a walk, are left to it.
+        Joints that are still moved by an action, such as the legs in the last step of a walk, are left to it.
         """
         if self._closed:
             return

@@ -1,7 +1,7 @@
 """Periodic jobs on clocks, and the threads of a server that run them.
 
-A `Job` says when it is due on its clock and does its work when asked. Two drivers ask: `JobThreads` here, and
-in tests the single thread of virtual time (`hfsm_pytest.robot`).
+A `Job` reports when it is due on its clock, and does its work when called. It has two drivers: `JobThreads`
+here and, in tests, the single thread of virtual time (`hfsm_pytest.robot`).
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ _logger = logging.getLogger(__name__)
 _RESOLUTION: Final = 1e-6
 """Seconds by which a job may be early."""
 _POLL: Final = 0.05
-"""Wall seconds, about, after which a thread checks again whether its jobs are wanted, and when."""
+"""Approximate wall seconds after which a thread checks again whether and when its jobs are due."""
 _SHORTEST: Final = 0.001
-"""Wall seconds that a thread rests at least, whatever its clock does."""
+"""Minimum wall seconds that a thread rests, whatever its clock does."""
 _RETRY: Final = 1.0
 """Wall seconds until a job is tried again after a failure."""
 _LONGEST: Final = 1.0
 """Seconds between two checks of the watchdog while everything rests."""
 _AFTER_ERROR: Final = 0.1
-"""Seconds until the watchdog checks what it could not check again."""
+"""Seconds until the watchdog repeats a failed check."""
 _END: Final = 3.0
 """Wall seconds within which a thread ends: more than a camera takes for an image."""
 
 
 class Job(Protocol):
-    """Work that is due again and again."""
+    """Work that is due repeatedly."""
 
     @property
     def name(self) -> str:
@@ -49,7 +49,7 @@ class Job(Protocol):
         """The clock that it follows."""
 
     def due(self, now: float) -> float:
-        """Return when it is due on its clock, which shows `now`; infinity while it rests."""
+        """Return the time on its clock when it is due, given that it is `now`; infinity while it rests."""
 
     def run(self) -> None:
         """Do the due work."""
@@ -93,7 +93,7 @@ class Periodic:
         if not self._wanted():
             self._last = None
             return math.inf
-        if self._last is None or self._last > now + _RESOLUTION:  # it begins, or the clock was restarted
+        if self._last is None or self._last > now + _RESOLUTION:  # it starts, or the clock was restarted
             self._last, self._earliest = now, -math.inf
         period = self._period()
         slot = (math.floor(self._last / period + _RESOLUTION) + 1) * period
@@ -117,20 +117,20 @@ class Watched(Protocol):
         """Its name in the log."""
 
     def watch(self) -> float | None:
-        """Stop what was not renewed; return in how many wall seconds to look again, None while all rests."""
+        """Stop expired commands; return the wall seconds until the next check, None while all rest."""
 
     def drop_client(self, client: str) -> None:
-        """Stop what a lost client drives."""
+        """Stop everything that a lost client drives."""
 
     def close(self) -> None:
         """Stop, and refuse further motion."""
 
 
 class Watchdog:
-    """Check devices for expired commands: rarely while all rest, and in time after each command.
+    """Check devices for expired commands: rarely while all rest, and in due time after each command.
 
     `clock` is steady wall time on a robot, however fast a simulation runs; in tests it is the virtual one.
-    `sooner` is called when the next check has become due earlier. Implements Job.
+    `sooner` is called when the next check becomes due earlier. Implements Job.
     """
 
     def __init__(self, clock: Clock, sooner: Callable[[], None]) -> None:
@@ -158,7 +158,7 @@ class Watchdog:
         return self._next
 
     def run(self) -> None:
-        """Check every device; one that fails does not keep the others from being checked."""
+        """Check every device, even if the check of another one fails."""
         with self._lock:
             self._next = math.inf  # so that a command during the check is not missed
         seconds = min((self._check(device) for device in self.watched), default=_LONGEST)
@@ -175,7 +175,7 @@ class Watchdog:
 
 
 class JobThreads:
-    """Do jobs in threads, one for each name that they give, from `start` or a `with` block on until `close`.
+    """Do jobs in threads, one for each `Job.thread`, from `start` or the start of a `with` block to `close`.
 
     A job that fails is logged and tried again after a second; the others of its thread continue.
     """
@@ -228,7 +228,7 @@ class _JobThread(threading.Thread):
         self.stopping = False
         self._jobs = jobs
         self._clock = jobs[0].clock
-        self._due: dict[Job, float] = {}  # as each job said before the last wait
+        self._due: dict[Job, float] = {}  # as each job reported before the last wait
         self._retry: dict[Job, float] = {}  # when a failed job is tried again, in steady wall time
 
     def run(self) -> None:
@@ -252,10 +252,10 @@ class _JobThread(threading.Thread):
     def _wait(self) -> None:
         """Wait until something is due, or has changed."""
         now, begun = self._clock.now(), time.monotonic()
-        # On the jobs' clock also while idle: advancing a stepped one waits for its waiters.
+        # On the jobs' clock even while idle: advancing a stepped clock waits for its waiters.
         self._due = {job: job.due(now) for job in self._jobs}
         seconds = min(min(self._due.values()) - now, _POLL * (self._clock.rate or 1.0))
         self._clock.wait(self.changed, max(0.0, seconds))
-        # Neither a job that fails nor a clock that has ended makes a busy loop.
+        # Neither a failing job nor a closed clock causes a busy loop.
         if not self.stopping:
             time.sleep(max(0.0, begun + _SHORTEST - time.monotonic()))

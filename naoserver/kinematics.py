@@ -1,6 +1,6 @@
-"""Kinematics of the body: where its parts are by the angles of the joints, and which angles reach a place.
+"""Kinematics of the body: places of its parts at given angles of the joints, and angles that reach a place.
 
-A joint whose angle is not given is one that the body lacks, as an H21 lacks those of its hands: fixed at 0.
+Joints without a given angle are fixed at 0: the body lacks them, as an H21 lacks those of its hands.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def rotation(axis: tuple[float, float, float], angle: float) -> Matrix:
 
 
 def _cross(axis: tuple[float, float, float]) -> Matrix:
-    """Return what multiplies a vector by an axis; its last row and column are 0."""
+    """Return the matrix of the cross product of an axis with a vector; its last row and column are 0."""
     x, y, z = axis
     return np.array([[0.0, -z, y, 0.0], [z, 0.0, -x, 0.0], [-y, x, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
 
@@ -62,13 +62,13 @@ PARTS: Final[Mapping[str, tuple[str, Matrix]]] = {
         for camera, name in zip(H25.cameras, ("CameraTop", "CameraBottom"), strict=True)
     },
 }
-"""NAOqi's effectors and cameras: the joint that moves the link of each, and its place in the link's frame."""
+"""NAOqi's effectors and cameras: the joint that moves each one's link, and its place in the link's frame."""
 
 
 def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
     """Return the place of a joint, effector or camera, or of the torso itself, in the torso's frame.
 
-    A joint's frame is that of the link that it moves. Raises InvalidCommand for what there is none of.
+    A joint's frame is that of the link that it moves. Raises InvalidCommand for an unknown name.
     """
     if name not in ("Torso", *PARTS, *angles):
         known = ", ".join(PARTS)
@@ -77,7 +77,7 @@ def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
 
 
 def torso_place(angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0.0) -> Matrix:
-    """Return the place of the torso in the robot's frame: upright on the floor below it, facing as it does.
+    """Return the place of the torso in the robot's frame: on the floor below it, upright, in its heading.
 
     `roll` and `pitch` are its angles to the vertical in rad. The lower sole stands on the floor.
     """
@@ -101,9 +101,9 @@ def _frames(name: str, angles: Mapping[str, float]) -> tuple[list[tuple[Joint, M
 
 @functools.lru_cache(64)
 def _chain(joint: str) -> list[tuple[Joint, Matrix, Matrix, Matrix]]:
-    """Return the joints from the torso to one, with what their transforms at an angle a consist of.
+    """Return the joints from the torso to a joint, each with the parts of its transform at an angle a.
 
-    It is the first matrix, sin a times the second, and (1 - cos a) times the third.
+    The transform is the first matrix, plus sin a times the second, plus (1 - cos a) times the third.
     """
     if joint not in _JOINTS:
         return []
@@ -137,10 +137,10 @@ def numbers_of(place: Matrix) -> list[float]:
 def reach(
     goals: Mapping[str, tuple[Matrix, Sequence[bool]]], angles: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return angles of all joints with which effectors come as near to their goals as they can.
+    """Return angles of all joints with which effectors are as near to their goals as possible.
 
-    A goal is a place in the torso's frame, and which of x, y, z and of the rotations about them count. It
-    begins at `angles` and moves the joints between the torso and the effectors only, within their limits:
+    A goal is a place in the torso's frame, and which of x, y, z and of the rotations about them count. The
+    search starts at `angles` and moves only the joints between torso and effectors, within their limits:
     damped least squares (Levenberg, Q. Appl. Math. 2, 1944; Marquardt, SIAM J. Appl. Math. 11, 1963).
     """
     found = dict(angles)
@@ -188,7 +188,7 @@ def _errors(
 
 
 def _difference(place: Matrix, goal: Matrix) -> NDArray[np.float64]:
-    """Return the way in m and the rotation in rad, as a vector about its axis, from a place to a goal."""
+    """Return the translation in m and the rotation in rad, as a vector along its axis, from place to goal."""
     turn = goal[:3, :3] @ place[:3, :3].T
     axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
     size = float(np.linalg.norm(axis))
@@ -197,7 +197,7 @@ def _difference(place: Matrix, goal: Matrix) -> NDArray[np.float64]:
 
 
 def between(start: Matrix, goal: Matrix, share: float) -> Matrix:
-    """Return the place at a share of the straight way, and of the shortest rotation, from one to another."""
+    """Return the place at a share of the straight line, and of the shortest rotation, between two places."""
     way = share * _difference(start, goal)
     angle = float(np.linalg.norm(way[3:]))
     place = start.copy()

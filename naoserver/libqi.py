@@ -1,4 +1,4 @@
-"""The one thing that libqi wants once in a process."""
+"""The initialization that libqi needs once in a process."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _applications: list[object] = []
 
 
 def start_libqi() -> None:
-    """Start libqi's threads, unless it has been done; they end with the process.
+    """Start libqi's threads, unless they are running; they end with the process.
 
     Without its `Application`, a process that used libqi sometimes aborts when it ends.
     """

@@ -58,14 +58,14 @@ def touch_key(name: str) -> str:
 _FREQUENCIES: Final = (1 / 0.6, 1 / 0.42)
 """Steps a second at the lowest and the highest frequency (control-walk in the documentation of NAOqi 2.1)."""
 _FEET: Final = 0.1
-"""Distance of the feet in m, which MaxStepY counts from."""
+"""Distance of the feet in m, from which MaxStepY is measured."""
 
 
 def gait_limits(config: Mapping[str, float]) -> WalkVelocity:
     """Return the highest velocities of a configuration of NAOqi's gait.
 
-    It takes a step of MaxStepX forwards each time; to the side every other step brings it on, and the feet
-    cannot come nearer to each other than they stand.
+    Forwards, each step is MaxStepX long. To the side, only every other step moves the robot, because the feet
+    cannot be nearer to each other than when it stands.
     """
     lowest, highest = _FREQUENCIES
     frequency = lowest + config["MaxStepFrequency"] * (highest - lowest)

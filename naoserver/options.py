@@ -11,23 +11,23 @@ class SafetyOptions:
     """Limits of commands."""
 
     speed_fraction: float = 1.0
-    """Cap of every speed as a fraction of the joint's full speed."""
+    """Limit of every speed, as a fraction of the joint's full speed."""
     straight_legs_fraction: float = 0.5
-    """The same of the arms while both legs are straight. Simulated, a robot on straight legs stands and
-    tilts by 8 degrees while both arms swing in phase from end to end at 0.5; it falls at 0.6, and in other
-    gestures at 0.9. On bent knees it stands in those at full speed and tilts by 10 degrees."""
+    """The same for the arms while both legs are straight. In simulation, a robot on straight legs tilts by 8
+    degrees, but stands, while both arms swing in phase from end to end at 0.5; it falls at 0.6, and in other
+    gestures at 0.9. On bent knees it tilts by 10 degrees, but stands, in these at full speed."""
     default_fraction: float = 0.1
-    """Fraction of the full speed at which a position command moves that gives no speed: JdeRobot's."""
+    """Speed of a position command that gives none, as a fraction of the full speed: JdeRobot's."""
     velocity_timeout: float = 0.5
     """Wall seconds after which a velocity command stops unless it is renewed."""
     ramp_time: float = 0.25
-    """Robot seconds in which a velocity command takes a joint from rest to full speed."""
+    """Robot seconds in which a velocity command accelerates a joint from rest to full speed."""
     period: float = 0.02
     """Wall seconds between two checks of moving joints."""
 
 
 def capped(fraction: float | None) -> SafetyOptions:
-    """Return options with one cap of every speed in any posture; the defaults without one."""
+    """Return options with one limit of every speed in any posture; without one, the defaults."""
     if fraction is None:
         return SafetyOptions()
     return SafetyOptions(speed_fraction=fraction, straight_legs_fraction=fraction)
@@ -51,4 +51,4 @@ class ServerOptions:
     mechanism_safety: SafetyOptions = field(default_factory=SafetyOptions)
     """Limits of commands to the mechanisms besides the robot (the balls)."""
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
-    """Settings of single cameras by identity; the others take the defaults."""
+    """Settings of individual cameras by identity; the others have the defaults."""

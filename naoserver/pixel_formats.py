@@ -49,7 +49,7 @@ PIXEL_FORMATS: Final[dict[str, Callable[[Pixels], bytes]]] = {
     "YUV422": _yuv422,
 }
 """Converters of a frame of shape (height, width, 3), width even, to a format's bytes, rows from the top."""
-if find_spec("PIL") is not None:  # a server of a plain installation goes without
+if find_spec("PIL") is not None:  # not in a plain installation of a server
     PIXEL_FORMATS["JPEG"] = _jpeg
 
 STREAMED_FORMAT: Final = "RGB8"

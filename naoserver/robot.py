@@ -1,7 +1,7 @@
-"""The protocol of a robot: the one boundary between the servants and a body.
+"""The protocol of a robot: the only boundary between the servants and a body.
 
-The simulated robot, the real one and the fake implement `Robot`; servants and safety layer are written
-once above it.
+The simulated robot, the real one and the fake one implement `Robot`; all share the servants and the safety
+layer above it.
 
 Contract of every implementation
 --------------------------------
@@ -12,8 +12,8 @@ Contract of every implementation
   the setpoint from where it is to the target at no more than the given speed; a velocity command moves it
   at that velocity until the next command. Velocity 0 holds the setpoint where it is. The newest command of
   a joint replaces the one before, of either kind; joints that a command does not name keep theirs.
-  Commands take effect at the next control tick. The setpoint of a motor that is limp goes along with its
-  joint, so that nothing jumps when it becomes stiff again.
+  Commands take effect at the next control tick. The setpoint of a limp motor follows its joint, so that
+  nothing jumps when it becomes stiff again.
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
   implementation may limit further, and keeps its setpoints inside `JointFacts.lower` and `upper`.
 - **Units.** SI and radians in the body's own axes: yaw positive to the left, pitch positive downwards.
@@ -74,22 +74,22 @@ class CameraFacts:
     """Abilities and place of a camera."""
 
     name: str
-    """Identity under which it is served: `Camera` (the top one), `CameraBottom`, `CameraOutside`."""
+    """Identity under which it is served: `Camera` (the top camera), `CameraBottom`, `CameraOutside`."""
     position: tuple[float, float, float]
-    """Place in the head's frame in m; of a camera that is not on the robot, in the world's frame."""
+    """Place in m in the head's frame or, for a camera that is not on the robot, in the world's frame."""
     tilt: float
     """Pitch in the head's frame in rad, positive looks down."""
     horizontal_fov: float
     """Horizontal field of view in rad. Pixels are square: the vertical one follows from the image's shape."""
     sizes: tuple[tuple[int, int], ...]
-    """Width and height in pixels of each image size it takes."""
+    """Width and height in pixels of each image size that it supports."""
     rates: tuple[float, ...]
-    """Highest image rate at each of `sizes`, in 1/s; every lower rate is taken too."""
+    """Highest image rate at each of `sizes`, in 1/s; every lower rate is supported, too."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """An image as a robot gives it."""
+    """An image from a robot."""
 
     camera: str
     time: float
@@ -97,7 +97,7 @@ class Frame:
     width: int
     height: int
     pixels: NDArray[np.uint8]
-    """RGB, shape (height, width, 3), C-contiguous, row 0 on top. Never written to after it was returned."""
+    """RGB, shape (height, width, 3), C-contiguous, row 0 on top. Never modified after it was returned."""
 
 
 FALLEN_TILT: Final = math.radians(60)
@@ -113,7 +113,7 @@ class BodyState:
     torso_tilt: float
     """Angle between the torso's z axis and the vertical in rad."""
     fallen: bool
-    """Whether that is above FALLEN_TILT."""
+    """Whether `torso_tilt` is above FALLEN_TILT."""
     real_time_factor: float
     """Robot seconds in a wall second, over the last second; 0 while a real robot is unreachable."""
     lag: float
@@ -125,7 +125,7 @@ class JointDevice(Protocol):
 
     @property
     def name(self) -> str:
-        """`Nao` of the robot; of a mechanism the first part of its identities, such as `BallRed`."""
+        """`Nao` for the robot; for a mechanism the first part of its identities, such as `BallRed`."""
 
     @property
     def joints(self) -> tuple[JointFacts, ...]:
@@ -135,7 +135,7 @@ class JointDevice(Protocol):
         """Return the newest snapshot of the joints without blocking."""
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
-        """Move the setpoints of some joints to `targets`, each at most at its speed in `max_speeds`."""
+        """Move the setpoints of some joints to `targets`, each at no more than its speed in `max_speeds`."""
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         """Move the setpoints of some joints at `velocities` until further notice; 0 holds."""
@@ -154,7 +154,7 @@ class Robot(JointDevice, Protocol):
 
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:
-        """The cameras that `capture` takes."""
+        """The cameras that `capture` accepts."""
 
     @property
     def clock(self) -> Clock:
@@ -170,7 +170,7 @@ class Robot(JointDevice, Protocol):
 
     @property
     def senses(self) -> Senses | None:
-        """Its senses but joints and cameras; None when it has none."""
+        """Its senses, except joints and cameras; None when it has none."""
 
     @property
     def lights(self) -> Lights | None:
@@ -182,11 +182,11 @@ class Robot(JointDevice, Protocol):
 
     @property
     def postures(self) -> OwnPostures | None:
-        """The robot's own way into postures; None when the server's key frames are to do it."""
+        """The robot's own way into postures; None if the server's key frames are to be used."""
 
     @property
     def stage(self) -> Stage | None:
-        """The scene around it, which only a simulation can change; None of a real robot."""
+        """The scene around it, which only a simulation can change; None for a real robot."""
 
     def state(self) -> BodyState:
         """Return the newest snapshot of the body without blocking."""
@@ -194,14 +194,14 @@ class Robot(JointDevice, Protocol):
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Take an image; blocks at most 1 s.
 
-        Calls for different cameras may come at the same time. The first frame at a new size may cost more
-        than the next.
+        Calls for different cameras may overlap. The first frame of a new size may take longer than the next
+        ones.
 
         Raises HardwareFailure when it cannot, naming the missing package when the machine has no GL.
         """
 
     def start(self) -> None:
-        """Start the threads that make the robot live. Raises RobotError when it cannot."""
+        """Start the threads of the robot. Raises RobotError when it cannot be started."""
 
     def close(self) -> None:
         """Stop all motion, threads and devices; return when they have ended."""

@@ -1,15 +1,15 @@
-"""Make commands safe before they reach a device's joints: pure logic, no I/O, time passed in.
+"""Make commands safe before they reach a device's joints: pure logic without I/O; callers pass the time.
 
-What it does to a command:
+It treats commands as follows:
 
 - a value that is not finite, a joint that the device does not have: refused with InvalidCommand;
-- a target out of the joint's range, or out of the range that the other joint's angle leaves it (the
+- a target outside the joint's range, or outside the range that the angle of another joint leaves (the
   anti-collision tables of `naoserver.body`): clamped, also on the way there while both joints move;
 - a position speed above the cap (a fraction of the joint's full speed, less of the arms on straight legs), or
-  at which another joint could not make way in time: capped;
+  at which another joint could not get out of the way in time: capped;
 - a velocity: capped, reached and left by a ramp, ended at the joint's limit;
 - a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
-  robot time: a client that hangs stops the joint as soon however fast a simulation runs;
+  robot time: if a client hangs, the joint stops as soon, however fast a simulation runs;
 - joints that one motor drives: commanded alike.
 
 The `Outcome` reports every change. Callers serialise the calls (`naoserver.guarded_device` does).
@@ -30,15 +30,15 @@ from naoserver.robot import JointFacts, JointReading
 _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
 _SAG: Final = 0.05
-"""Distance in rad from its setpoint at which a joint's load may keep it; beyond it the joint lags behind."""
+"""Distance in rad from its setpoint at which a load may hold a joint; beyond it, the joint lags behind."""
 
 _STRAIGHT: Final = 0.3
 """Angle of the knees in rad below which legs are straight."""
 
 _LONGEST_NAME: Final = 64
-"""Characters of a client's text that an error repeats."""
+"""Maximum characters of a client's text in an error."""
 _ROUNDING: Final = 1e-9
-"""Change in rad (or m) by which a value that only went through arithmetic is not called limited."""
+"""Change in rad (or m) that may be due to rounding: such a value does not count as limited."""
 
 
 class Limitation(NamedTuple):
@@ -58,7 +58,7 @@ class Outcome:
     velocities: dict[str, float] = field(default_factory=dict)
     """Velocities for `JointDevice.command_velocities`."""
     accepted: dict[str, float] = field(default_factory=dict)
-    """The value of each joint that the client named, as it was limited."""
+    """The value, after limiting, of each joint that the client named."""
     limitations: list[Limitation] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
     """Joints whose velocity command ended because it was not renewed or its client was lost."""
@@ -86,7 +86,7 @@ class JointRules:
         return dict(values)
 
     def couple(self, values: dict[str, float]) -> list[Limitation]:
-        """Give joints of one motor the same value: the leader's, or the follower's if it alone has one."""
+        """Give joints of one motor the same value: the leader's, or the follower's if only that has one."""
         limitations = []
         for pair in self.couplings:
             leader, follower = values.get(pair.leader), values.get(pair.follower)
@@ -118,7 +118,7 @@ class JointRules:
     def limit(
         self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
     ) -> float:
-        """Return a value clamped to limits; `problem`, formatted with it, says what is wrong beyond them."""
+        """Return a value clamped to limits; `problem`, formatted with it, describes a value outside them."""
         lower, upper = limits
         if lower <= value <= upper:
             return value
@@ -171,13 +171,13 @@ class JointSafety:
         # A joint is in at most one of the two; in neither before its first command.
         self._drives: dict[str, _Drive] = {}
         self._goals: dict[str, Goal] = {}
-        self._issued: dict[str, tuple[float, float] | float] = {}  # the device's newest command of a joint
-        self._resting: set[str] = set()  # joints whose goal is only where they were
+        self._issued: dict[str, tuple[float, float] | float] = {}  # the newest command to each joint
+        self._resting: set[str] = set()  # joints whose goal is just the position where they stopped
         self._held_back: set[str] = set()  # joints that a range holds back, and that were reported
-        self._time = 0.0  # robot time of the last look
+        self._time = 0.0  # robot time of the last check
 
     def goal(self, joint: str) -> Goal | None:
-        """Return where the joint was last sent; None unless a position command was its newest."""
+        """Return the joint's goal; None unless its newest command was a position command."""
         return None if joint in self._resting else self._goals.get(joint)
 
     def velocity(self, joint: str) -> float:
@@ -195,8 +195,8 @@ class JointSafety:
     ) -> Outcome:
         """Send joints to `targets` at most at `speeds`; without a speed, or with 0, at the default.
 
-        With `full_speed` a speed is capped by what the motor does, not by the options: for motions that were
-        proven. Raises InvalidCommand, and then commands nothing.
+        With `full_speed`, a speed is limited only by the motor, not by the options: for tested motions.
+        Raises InvalidCommand, and then commands nothing.
         """
         rules = self._rules
         wanted = rules.check(targets, "target")
@@ -244,7 +244,7 @@ class JointSafety:
     def stiffen(self, stiffnesses: Mapping[str, float]) -> dict[str, float]:
         """Return the stiffness of each motor that a command changes.
 
-        Raises InvalidCommand unless every one is from 0 to 1.
+        Raises InvalidCommand unless every stiffness is from 0 to 1.
         """
         wanted = self._rules.check(stiffnesses, "stiffness")
         for joint, value in wanted.items():
@@ -269,7 +269,7 @@ class JointSafety:
         return outcome
 
     def drop_client(self, client: str, reading: JointReading) -> Outcome:
-        """Stop what a client drives by velocity, because the client is lost."""
+        """Stop the joints that a lost client drives by velocity."""
         outcome = Outcome()
         self._stop(
             (joint for joint, drive in self._drives.items() if drive.client == client), reading, outcome
@@ -277,7 +277,7 @@ class JointSafety:
         return outcome
 
     def watch(self, reading: JointReading, now: float) -> Outcome:
-        """Check the moving joints: stop what was not renewed, continue ramps, keep clear of limits."""
+        """Check the moving joints: stop expired velocities, continue ramps, keep clear of limits."""
         outcome = Outcome()
         self._stop(
             (joint for joint, drive in self._drives.items() if now >= drive.deadline), reading, outcome
@@ -286,14 +286,14 @@ class JointSafety:
         return outcome
 
     def next_watch(self, reading: JointReading, now: float) -> float | None:
-        """Return the wall seconds until `watch` is due; None while nothing moves that it checks."""
+        """Return the wall seconds until `watch` is due; None while none of the joints it checks moves."""
         if self._drives:
             first = min(drive.deadline for drive in self._drives.values())
             return min(self.options.period, max(0.0, first - now))
         return self.options.period if self._at_work(reading) else None
 
     def _clear_tables(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
-        """Clamp goals to what the other joint's goal leaves, also those of joints that were not named."""
+        """Clamp goals to the range that the other joint's goal leaves, also goals of joints not named."""
         for table in self._tables:
             joint = table.dependent
             if (table.independent not in wanted and joint not in wanted) or joint in self._drives:
@@ -308,7 +308,7 @@ class JointSafety:
                 self._set_goal(joint, Goal(safe, goal.speed))
 
     def _leave_time(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
-        """Slow a joint down that would come near before the other has made way at its own full speed."""
+        """Slow down a joint that would approach before the other, at full speed, is out of the way."""
         for table in self._tables:
             joint, other = table.independent, table.dependent
             if joint not in wanted or table.steepest == 0.0:
@@ -336,7 +336,7 @@ class JointSafety:
         self._issued.pop(joint, None)
 
     def _stay(self, joint: str, reading: JointReading) -> None:
-        """Make where the joint is its goal, without a command to the device."""
+        """Make the present position of a joint its goal, without a command to the device."""
         goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint))
         self._set_goal(joint, goal)
         self._issued[joint] = (goal.target, goal.speed)
@@ -358,10 +358,10 @@ class JointSafety:
             self._hold(joint, reading, outcome)
 
     def _command(self, named: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
-        """Fill in the commands to the device: of joints named, driven, or ruled by a table."""
+        """Fill in the commands to the device: for joints that are named, driven, or subject to a table."""
         elapsed = max(0.0, reading.time - self._time)
         self._time = reading.time
-        horizon = max(1.5 * elapsed, self.options.period)  # robot seconds that pass before the next look
+        horizon = max(1.5 * elapsed, self.options.period)  # robot seconds that pass before the next check
         for joint, drive in list(self._drives.items()):
             self._ramp(joint, drive, elapsed)
             if drive.velocity == drive.target == 0.0:
@@ -378,12 +378,12 @@ class JointSafety:
                     setpoint = self._setpoint(joint, reading)
                     if _is_within(setpoint, limits):
                         self._issue_position(joint, safe, goal.speed, outcome)
-                    else:  # the other joint comes near: out of its way first, however slow the goal
+                    else:  # the other joint approaches: get out of its way first, however slow the goal
                         cap = self.speed_cap(joint, reading)
                         self._issue_position(joint, clamp(setpoint, *limits), cap, outcome)
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
-                if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
+                if other in self._drives:  # on the way to a goal it is not reported: the goal was accepted
                     self._report_once(
                         joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
                     )
@@ -392,7 +392,7 @@ class JointSafety:
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
         step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
         if joint in self._held_back and drive.velocity * drive.target <= 0.0:
-            drive.velocity = 0.0  # it stands at its limit: it rests there, and the way back begins from rest
+            drive.velocity = 0.0  # it is at its limit: it rests there, and moves back from rest
         drive.velocity += clamp(drive.target - drive.velocity, -step, step)
 
     def _command_drive(
@@ -452,7 +452,7 @@ class JointSafety:
         return max(lower, facts.lower), min(upper, facts.upper)
 
     def _wake(self, reading: JointReading) -> None:
-        """After a rest, begin ramps and look-ahead with one period, however long the rest was."""
+        """After a rest, begin ramps and look-ahead with one period, no matter how long the rest was."""
         if not self._at_work(reading):
             self._time = reading.time - self.options.period
 

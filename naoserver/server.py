@@ -26,18 +26,18 @@ JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FR
 def serve(
     robot: Robot, adapter: ObjectAdapter, options: ServerOptions | None = None, wall: Clock | None = None
 ) -> Iterator[Assembly]:
-    """Serve a started robot on an adapter within a `with` block, whose end stops motion and threads.
+    """Serve a started robot on an adapter in a `with` block, whose end stops motion and threads.
 
     Yields the assembly between the robot and its clients: other interfaces use its guards too. The
-    caller activates the adapter, and closes the robot afterwards. Only for a robot that is none, the safety
-    deadlines may go by another clock than steady `wall` time. Raises RobotError when the options ask for what
-    the robot cannot do.
+    caller activates the adapter, and closes the robot afterwards. Only if the robot is not a real one may the
+    safety deadlines follow a `wall` clock other than steady wall time. Raises RobotError for options that the
+    robot does not support.
     """
     assembly = Assembly(robot, options or ServerOptions(), wall or WallClock())
     threads = JobThreads(assembly.jobs)
     assembly.on_wake = threads.wake
     served: list[str] = []
-    with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
+    with ExitStack() as steps:  # all run, the last first, whatever they raise
         steps.callback(threads.close)
         steps.callback(adapter.getCommunicator().onClientLost(assembly.drop_client).close)
         steps.callback(adapter.removeAll, served)

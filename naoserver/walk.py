@@ -1,6 +1,6 @@
-"""The walk behind its safety layer, the one way by which it is commanded; and walks to a place.
+"""The walk behind its safety layer, the only way to command it; and walks to a place.
 
-On the way to a place the velocity is renewed through the guard until it is there.
+On the way to a place, the velocity is renewed through the guard until the robot arrives.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _LEGS: Final = [side + joint for side in "LR" for joint in _LEG]
 
 @dataclass(frozen=True, slots=True)
 class _Drive:
-    """A velocity of one kind, its client, and its end in steady wall time."""
+    """A velocity of one kind, with its client and its end in steady wall time."""
 
     value: float
     client: str
@@ -39,11 +39,11 @@ class _Drive:
 
 
 class WalkGuard:
-    """Pass velocities to `walker`, limited, and each for as long as its client renews it.
+    """Pass velocities to `walker`: limited, and each for as long as its client renews it.
 
-    The velocities forwards, to the left and of the turn are commanded one by one; each stops by itself. While
-    it walks the legs of `body` belong to the walk. The gate of `body` lets each command through or refuses
-    it, but nobody is refused to stop.
+    The velocities forwards, to the left and of the turn are commanded, and stop, independently. During the
+    walk, the legs of `body` belong to it. The gate of `body` accepts or refuses each command, but never
+    refuses a stop.
     """
 
     def __init__(self, walker: Walker, body: GuardedDevice, options: SafetyOptions) -> None:
@@ -51,9 +51,9 @@ class WalkGuard:
         self.limits: Final = walker.limits
         """The highest velocity of each kind."""
         self.read: Final = walker.odometry
-        """Return where the robot believes to be."""
+        """Return where the robot believes it is."""
         self.commanded: Final = walker.commanded
-        """Return the velocity that is commanded, as it was limited."""
+        """Return the commanded velocity, after limiting."""
         self._walker = walker
         self._body = body
         self._events = body.events
@@ -70,9 +70,9 @@ class WalkGuard:
         limits: WalkVelocity | None = None,
         after: WalkVelocity | None = None,
     ) -> bool:
-        """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was cut.
+        """Walk at velocities, by fields of `WalkVelocity`, until the timeout; return whether any was limited.
 
-        `limits` are closer ones than those of the robot. With `after` it is refused unless that velocity is
+        `limits` are tighter than the robot's. With `after`, the command is refused unless that velocity is
         still commanded, and lasts four timeouts. Raises InvalidCommand or CommandRefused, and then commands
         nothing.
         """
@@ -83,7 +83,7 @@ class WalkGuard:
             if any(velocities.values()):  # everybody may stop it
                 self._body.gate.require(client)
             drives = dict(self._drives)
-            # The server renews itself what it has commanded: only a stall of the machine delays that.
+            # The server itself renews its commands: only a stall of the machine delays that.
             timeout = self._options.velocity_timeout * (1 if after is None else 4)
             deadline = self._events.wall_time() + timeout
             for kind, velocity in velocities.items():
@@ -109,7 +109,7 @@ class WalkGuard:
             self._command({})
 
     def drop_client(self, client: str) -> None:
-        """Stop what a lost client drives."""
+        """Stop the velocities of a lost client."""
         stopped = self._stop_where(lambda drive: drive.client == client)
         if stopped:
             kinds = " and ".join(stopped)
@@ -117,7 +117,7 @@ class WalkGuard:
             self._events.add(Severity.Warning, _SOURCE, message, "lost")
 
     def watch(self) -> float | None:
-        """Stop what was not renewed; return in how many wall seconds to look again, None while it rests."""
+        """Stop expired velocities; return the wall seconds until the next check, None while it rests."""
         now = self._events.wall_time()
         stopped = self._stop_where(lambda drive: now >= drive.deadline)
         if stopped:
@@ -130,7 +130,7 @@ class WalkGuard:
             if given_up:
                 self._drives = {}
             if not walking:
-                self._body.free(WALK)  # where the legs stand now is where they are to be
+                self._body.free(WALK)  # the legs are to stay where they are now
         if given_up:
             message = "the robot ended the walk: it fell, its legs became limp, or it was moved"
             self._events.add(Severity.Error, _SOURCE, message, "ended")
@@ -144,7 +144,7 @@ class WalkGuard:
                 self._closed = True
 
     def _stop_where(self, condition: Callable[[_Drive], bool]) -> list[str]:
-        """Stop the velocities that meet a condition; returns their kinds."""
+        """Stop the velocities that meet a condition; return their kinds."""
         with self._lock:
             if not self._walker.walking:
                 return []  # the robot has ended the walk, as `watch` reports
@@ -173,16 +173,16 @@ class WalkGuard:
 PERIOD: Final = 0.05
 """Robot seconds between two corrections of the velocity."""
 _GAIN: Final = 1.5
-"""Velocity in 1/s relative to the rest of the way."""
+"""Ratio of the velocity to the rest of the way, in 1/s."""
 _CLOSE: Final = 0.02
 """Distance in m, and in rad / 2, within which a place counts as reached."""
 _PATIENCE: Final = 10.0
-"""Robot seconds that a way may take beside three times what it takes at full speed."""
+"""Robot seconds that a way may take in addition to three times its duration at full speed."""
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
 
 
 class Way:
-    """The straight way to x and y in m and a heading in rad as the robot stood at `start`."""
+    """The straight way to x and y in m and a heading in rad, relative to the robot's place at `start`."""
 
     def __init__(self, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity) -> None:
         x, y, heading = place
@@ -197,7 +197,7 @@ class Way:
         """Robot seconds that it may take."""
 
     def velocity(self, now: Odometry) -> WalkVelocity:
-        """Return the velocity for the rest of the way, within the highest of each; all 0 at its end."""
+        """Return the velocity for the rest of the way, within the limits of each; all 0 at its end."""
         way, turn = self._rest(now)
         if abs(way) < _CLOSE and abs(turn) < 2 * _CLOSE:
             return _STILL
@@ -206,7 +206,7 @@ class Way:
         return WalkVelocity(*(min(max(gain * part, -limit), limit) for part, limit in parts))
 
     def progress(self, now: Odometry) -> float:
-        """Return which share of the way is behind it."""
+        """Return the completed fraction of the way."""
         way, turn = self._rest(now)
         return min(max(1.0 - (abs(way) + abs(turn)) / max(self._length, _CLOSE), 0.0), 1.0)
 
@@ -218,7 +218,7 @@ class Way:
 class WalkTo:
     """Walk to places through `guard`; `tick` is due every PERIOD of robot time while it is `busy`.
 
-    `on_begin` is called when it begins. Safe to use from any thread.
+    `on_begin` is called when it begins. Thread-safe.
     """
 
     def __init__(
@@ -236,15 +236,15 @@ class WalkTo:
 
     @property
     def busy(self) -> bool:
-        """Whether it is on the way, or ends the walk there."""
+        """Whether it is on the way, or ending the walk there."""
         return self._way is not None
 
     def state(self) -> ActionState:
-        """Return how the newest walk to a place goes."""
+        """Return the state of the newest walk to a place."""
         return replace(self._state, time=self._robot_time())
 
     def begin(self, way: Way, client: str) -> None:
-        """Begin to walk to the end of a way instead of another.
+        """Begin to walk to the end of a way, in place of the previous walk.
 
         Raises InvalidCommand when the robot cannot walk now, CommandRefused when the client may not command.
         """
@@ -273,9 +273,9 @@ class WalkTo:
                     self._go_on(way)
             except RobotError as error:
                 self._finish(ActionStatus.Stopped, str(error))
-                with suppress(InvalidCommand):  # another one walks, or nobody
+                with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
                     self._guard.drive(asdict(_STILL), self._client, after=self._commanded)
-            # The legs are free once the guard has nothing to watch.
+            # The legs are free when the guard has nothing more to watch.
             if self._commanded == _STILL and self._guard.watch() is None:
                 self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)
 

@@ -1,7 +1,7 @@
-"""The real robot: what implements `naoserver.robot.Robot` over libqi, and the command `naoserver-naoqi`.
+"""The real robot: an implementation of `naoserver.robot.Robot` over libqi, and the command `naoserver-naoqi`.
 
-`libqi` alone imports `qi`; all else stands on the small protocol of `link`. `connection` keeps a link alive
-and finds the robot again when it was lost, `background_calls` makes calls that nobody waits for. `robot` puts
-the parts together and looks after the robot at start and end: `state` (what is measured), `joints`, `moves`
-(walk and postures), `cameras`, `expression` (lights and voice).
+Only `libqi` imports `qi`; everything else uses the small protocol of `link`. `connection` keeps a link alive
+and finds a lost robot again; `background_calls` makes calls without waiting. `robot` prepares the robot at
+the start, leaves it at the end, and combines the parts: `state` (measurements), `joints`, `moves` (walk and
+postures), `cameras`, `expression` (lights and voice).
 """

@@ -140,7 +140,7 @@ class CoalescingQueue(Generic[V]):
                     self._thread.start()
 
     def forget(self) -> None:
-        """Drop the commands that were not sent yet."""
+        """Drop the commands that have not been sent yet."""
         with self._changed:
             self._waiting.clear()
 

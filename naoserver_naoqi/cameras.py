@@ -27,11 +27,11 @@ RESOLUTIONS: Final = {size: number for number, size in IMAGE_SIZES.items()}
 """NAOqi's number of each image size."""
 _RGB: Final = 11
 _PATIENCE: Final = 0.9
-"""Seconds within which a picture has to come: a capture blocks at most 1 s."""
+"""Seconds within which a picture has to arrive: a capture blocks at most 1 s."""
 _AGAIN: Final = 0.004
-"""Seconds before it is asked again for a picture that is not there yet."""
+"""Seconds between two requests for a picture that is not available yet."""
 _SAME: Final = 1.5
-"""Periods for which it is asked again for a picture that is newer than the last."""
+"""Periods for which requests are repeated to get a picture newer than the last."""
 _BEFORE_NAO6: Final = (1280, 960)
 """Largest picture of a NAO4 or NAO5."""
 _FAREWELL: Final = 1.0
@@ -40,15 +40,15 @@ _FAREWELL: Final = 1.0
 class Stamps:
     """Turn the robot's time stamps into this machine's steady time.
 
-    The clocks differ; the fastest of the last pictures shows by how much. So a
-    time errs by what that picture took on its way.
+    The fastest of the last pictures gives the difference between the clocks. The
+    error of a time is thus the transit time of that picture.
     """
 
     def __init__(self) -> None:
         self._offsets: deque[float] = deque(maxlen=100)
 
     def steady(self, stamp: float, arrival: float) -> float:
-        """Return when a picture was taken, by its stamp and when it arrived, all in s."""
+        """Return the time in s at which a picture was taken, by its stamp and its arrival."""
         self._offsets.append(arrival - stamp)
         return stamp + min(self._offsets)
 
@@ -63,7 +63,7 @@ class _Subscription:
 
 @dataclass(slots=True)
 class _Camera:
-    """One camera: at most one subscription, of the newest size that was asked for."""
+    """One camera, with at most one subscription, of the newest requested size."""
 
     index: int
     facts: CameraFacts
@@ -84,11 +84,11 @@ class NaoqiCameras:
 
     @property
     def facts(self) -> tuple[CameraFacts, ...]:
-        """Abilities of the cameras that the robot has; none until it has been asked."""
+        """Abilities of the robot's cameras; none before it was asked for them."""
         return tuple(camera.facts for camera in self._cameras.values())
 
     def open(self, link: Link) -> None:
-        """Release what an earlier server left subscribed, and find out which cameras these are."""
+        """Release subscriptions left by an earlier server, and find out which cameras there are."""
         try:
             call(link, "ALVideoDevice.unsubscribeAllInstances", NAME)
         except CallFailed as error:
@@ -129,7 +129,7 @@ class NaoqiCameras:
                     _logger.warning("%s was not released: %s", camera.facts.name, error)
 
     def _newest(self, camera: _Camera, subscription: _Subscription, deadline: float) -> Frame:
-        """Return the newest picture, if possible newer than the last that was returned."""
+        """Return the newest picture, if possible newer than the last one returned."""
         link, handle = subscription.link, subscription.handle
         content = time.monotonic() + _SAME * subscription.period
         while True:
@@ -168,9 +168,9 @@ class NaoqiCameras:
 
 
 def frame_of(image: Any, camera: str, size: tuple[int, int]) -> Frame:  # noqa: ANN401
-    """Return the frame that getImageRemote's answer is, at the robot's own time.
+    """Return getImageRemote's answer as a frame, at the robot's own time.
 
-    Raises HardwareFailure when it is none.
+    Raises HardwareFailure when it is no picture.
     """
     try:
         width, height, layers, pixels = int(image[0]), int(image[1]), int(image[2]), image[6]
@@ -199,7 +199,7 @@ def _has_camera(link: Link, index: int) -> bool:
 
 
 def _facts(link: Link, index: int, facts: CameraFacts, *, large: bool) -> CameraFacts:
-    """Return what a camera can do: the robot knows its field of view, its generation the sizes."""
+    """Return a camera's abilities: its field of view from the robot, its sizes from the generation."""
     try:
         fov = float(call(link, "ALVideoDevice.getHorizontalFOV", index))
     except (CallFailed, TypeError, ValueError):

@@ -20,7 +20,7 @@ _SOURCE: Final = "NAOqi"
 
 
 class Reporter:
-    """Pass events on to an event log, which writes them to the log too; without one, to the log alone."""
+    """Pass events on to an event log, which also writes them to the log; without one, only to the log."""
 
     def __init__(self) -> None:
         self._events: EventLog | None = None
@@ -29,13 +29,13 @@ class Reporter:
         self._reported: dict[str, str] = {}
 
     def report_to(self, events: EventLog, publish: Callable[[], None]) -> None:
-        """Report to `events` from now on; `publish` sends the health report that they stand in."""
+        """Report to `events` from now on; `publish` sends the health report that contains them."""
         self._events, self._publish = events, publish
 
     def report(self, level: Severity, message: str, kind: str = "", *, at_once: bool = False) -> None:
-        """Report what happened, if wanted without waiting for the next health report.
+        """Report an event, with `at_once` without waiting for the next health report.
 
-        Of one kind at most one event a second is kept.
+        At most one event a second of each kind is kept.
         """
         if self._events is None:
             _logger.log(logging.getLevelNamesMapping()[level.name.upper()], "%s: %s", _SOURCE, message)
@@ -48,7 +48,7 @@ class Reporter:
                 _logger.exception("the health report could not be sent")
 
     def report_once(self, kind: str, message: str) -> None:
-        """Warn, unless the newest warning of this kind said the same; an empty message ends it."""
+        """Warn, unless the newest warning of this kind was the same; an empty message ends the problem."""
         with self._lock:
             if self._reported.get(kind, "") == message:
                 return
@@ -83,9 +83,9 @@ class Connection:
     """The connection to one robot, from `start` to `close`.
 
     `connect` makes a link within some seconds, or raises LinkLost. Each of `on_open` prepares a new link, and
-    may refuse it by a RobotError; each of `on_tick` polls the robot every PERIOD; each of `on_found` and
+    may refuse it with a RobotError; each of `on_tick` polls the robot every PERIOD; each of `on_found` and
     `on_lost` is called when a link is made or lost. `start` calls the first two before
-    it returns. Everything else runs on one thread, so that they never overlap.
+    it returns. All other calls run on one thread, so that they never overlap.
     """
 
     def __init__(self, connect: Callable[[float], Link], clock: Clock, reporter: Reporter) -> None:
@@ -114,7 +114,7 @@ class Connection:
         return link
 
     def start(self) -> None:
-        """Connect, and look after the robot from then on. Raises RobotError when it cannot be reached."""
+        """Connect, and poll the robot from then on. Raises RobotError when it cannot be reached."""
         self._link = self._open(_FIRST_CONNECTING)
         try:
             for look in self.on_tick:
@@ -125,7 +125,7 @@ class Connection:
         self._thread.start()
 
     def close(self) -> None:
-        """Hang up, and end the thread; does nothing the second time."""
+        """Disconnect, and end the thread; does nothing the second time."""
         self._closing.set()
         join(self._thread, _END)
         link, self._link = self._link, None

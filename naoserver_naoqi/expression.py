@@ -19,7 +19,7 @@ from naoserver_naoqi.link import Link, LinkLost, Reply
 class NaoqiLights(FadingLights):
     """The lights of a robot. Implements Lights; commands raise CommandRefused while the robot is lost.
 
-    NAOqi does not report the state of lights: it is the last command sent here.
+    NAOqi does not report the state of lights: their state is the last command sent here.
     """
 
     def __init__(self, calls: BackgroundCalls, now: Callable[[], float]) -> None:
@@ -46,7 +46,7 @@ class NaoqiLights(FadingLights):
 
 
 class NaoqiVoice:
-    """The voice of a robot. Implements Voice; a text begins at the cycle after the end of the one before.
+    """The voice of a robot. Implements Voice; a text begins at the cycle after the end of the previous one.
 
     `say` raises InvalidCommand when too many texts wait, CommandRefused while the robot is lost.
     """
@@ -84,7 +84,7 @@ class NaoqiVoice:
         return self._utterance
 
     def tick(self, link: Link) -> None:
-        """Begin the next text when one was said."""
+        """Begin the next text at the end of the previous one."""
         with self._lock:
             self._go_on(link)
 

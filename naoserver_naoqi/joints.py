@@ -1,4 +1,4 @@
-"""The joints: commands of positions, velocities and stiffnesses become calls of ALMotion."""
+"""The joints: conversion of commands of positions, velocities and stiffnesses to calls of ALMotion."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from naoserver_naoqi.link import Link, Reply
 from naoserver_naoqi.state import NaoqiState
 
 _SLOWEST: Final = 0.002
-"""Least fraction of a joint's full speed that is asked for."""
+"""Smallest fraction of a joint's full speed in a call."""
 _FEW: Final = 4
-"""Speeds that are sent as they are; more are rounded to steps, since each takes its own call."""
+"""Number of different speeds sent unchanged; more are rounded, because each needs its own call."""
 _STEP: Final = math.log(1.1)
 _HOLD: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Command for a joint: go to a target at a fraction of its full speed; without one, stay."""
+    """Command for a joint: go to a target at a fraction of its full speed; without a target, stay."""
 
     target: float | None = None
     fraction: float = 0.0
 
 
 class NaoqiJoints:
-    """Command the joints of a robot as `JointDevice` says; a robot that is lost gets no commands."""
+    """Command the joints of a robot, as in `JointDevice`; a lost robot gets no commands."""
 
     def __init__(
         self, connection: Connection, state: NaoqiState, calls: BackgroundCalls, reporter: Reporter
@@ -50,7 +50,7 @@ class NaoqiJoints:
         self._stiffnesses.close()
 
     def forget(self) -> None:
-        """Drop what was not sent yet: the robot is lost."""
+        """Drop all commands not yet sent: the robot is lost."""
         self.orders.forget()
         self._stiffnesses.forget()
 
@@ -86,7 +86,7 @@ class NaoqiJoints:
     def _send_stiffnesses(self, link: Link, wanted: Mapping[str, tuple[float, float]]) -> list[Reply]:
         at_once = {joint: value for joint, (value, seconds) in wanted.items() if seconds <= 0.0}
         slowly = {joint: change for joint, change in wanted.items() if change[1] > 0.0}
-        if slowly:  # it answers when the last motor is there: the next change does not wait for that
+        if slowly:  # it answers when the last motor has arrived: the next change does not wait for that
             columns = ([[part] for part in column] for column in zip(*slowly.values(), strict=True))
             self._calls.run("ALMotion.stiffnessInterpolation", list(slowly), *columns)
         if not at_once:
@@ -97,8 +97,8 @@ class NaoqiJoints:
 def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[float], float]]:
     """Return the calls that carry out orders: method, joints, values and the fraction of full speed.
 
-    setAngles takes one fraction for all its joints, so there is a call for each. Rounded are fractions down,
-    by less than a tenth, and only when there are many.
+    setAngles takes one fraction for all its joints, so there is a call for each fraction. If there are many,
+    they are rounded down, by less than a tenth.
     """
     held = [joint for joint, order in orders.items() if order.target is None]
     targets = {joint: order.target for joint, order in orders.items() if order.target is not None}
@@ -113,7 +113,7 @@ def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[flo
         for fraction, joints in groups.items()
     ]
     if held:
-        # Beside where they are commanded to be now, which the robot alone knows at this moment.
+        # Relative to their present setpoints, which only the robot knows at this moment.
         calls.append(("ALMotion.changeAngles", held, [0.0] * len(held), _HOLD))
     return calls
 

@@ -1,4 +1,4 @@
-"""The connection over libqi: the one module that imports `qi`."""
+"""The connection over libqi: the only module that imports `qi`."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _GONE: Final = (
     "session closed",
     "socket disconnected",
 )
-"""Parts of what libqi says of calls that found no connection."""
+"""Parts of libqi's messages for calls without a connection."""
 
 
 def connect(address: RobotAddress, timeout: float) -> LibqiLink:
-    """Connect to a robot within some seconds. Raises LinkLost, which says why it could not."""
+    """Connect to a robot within some seconds. Raises LinkLost with the reason why it could not."""
     start_libqi()
     session = qi.Session()
     if address.user:
@@ -88,7 +88,7 @@ class LibqiLink:
 
 
 class _FutureReply:
-    """The answer that a future of libqi is to bring. Implements Reply."""
+    """The answer from a future of libqi. Implements Reply."""
 
     def __init__(self, operation: str, future: qi.Future) -> None:
         self._operation = operation

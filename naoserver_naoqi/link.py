@@ -1,4 +1,4 @@
-"""A connection to NAOqi as this package needs it: its address, calls by name, and its loss."""
+"""The protocol of connections to NAOqi: their address, calls by name, and their loss."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 from naoserver.errors import HardwareFailure
 
 NAME: Final = "naoserver-naoqi"
-"""Name for subscriptions of cameras and sonar, by which an earlier server's are found."""
+"""Name of subscriptions of cameras and sonar, by which those of an earlier server are found."""
 
 
 class CallFailed(HardwareFailure):
@@ -18,7 +18,7 @@ class CallFailed(HardwareFailure):
 
 
 class CallTimeout(HardwareFailure):
-    """NAOqi did not answer in time. The call may still be obeyed."""
+    """NAOqi did not answer in time. The call may still be executed."""
 
 
 class LinkLost(HardwareFailure):
@@ -30,10 +30,10 @@ class Reply(Protocol):
 
     @property
     def done(self) -> bool:
-        """Whether it has come, or can come no more."""
+        """Whether the answer has arrived, or can no longer arrive."""
 
     def result(self, timeout: float) -> Any:  # noqa: ANN401 - whatever NAOqi answers
-        """Return what was answered within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
+        """Return the answer within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
 
 
 class Link(Protocol):
@@ -70,7 +70,7 @@ class RobotAddress:
     """Scheme, host and port of a NAOqi, and the login."""
 
     scheme: str
-    """`tcp`, or `tcps` of NAOqi 2.9 and later, which wants a login."""
+    """`tcp`, or `tcps` for NAOqi 2.9 and later, which requires a login."""
     host: str
     port: int
     user: str = ""
@@ -78,7 +78,7 @@ class RobotAddress:
 
     @classmethod
     def parse(cls, text: str, user: str = "", password: str = "") -> Self:
-        """Return the address that `tcp://HOST[:PORT]`, `tcps://HOST[:PORT]` or a bare `HOST` stands for.
+        """Return the address given by `tcp://HOST[:PORT]`, `tcps://HOST[:PORT]` or a bare `HOST`.
 
         Raises AddressError with the reason.
         """
@@ -106,7 +106,7 @@ class RobotAddress:
 
     @property
     def url(self) -> str:
-        """The address as libqi wants it, without the login."""
+        """The address in libqi's format, without the login."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"{self.scheme}://{host}:{self.port}"
 
@@ -115,7 +115,7 @@ class RobotAddress:
 
 
 def is_nao6(link: Link) -> bool:
-    """Return whether the robot is a NAO6, not one before it. Raises CallTimeout or LinkLost."""
+    """Return whether the robot is a NAO6, not an earlier model. Raises CallTimeout or LinkLost."""
     try:
         version = str(call(link, "ALMemory.getData", "RobotConfig/Head/BaseVersion"))
     except CallFailed:

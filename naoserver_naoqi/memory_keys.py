@@ -21,28 +21,28 @@ from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.robot import JointReading
 
 FARTHEST: Final = 2.55
-"""Range in m: a sonar reading beyond it means that nothing is near, as does 0, before the first echo."""
+"""Range in m: a sonar reading beyond it means that nothing is near; so does 0, before the first echo."""
 _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
-"""Degrees Celsius of a motor that reports none."""
+"""Temperature in degrees Celsius of a motor that reports none."""
 _PRESSED: Final = 0.5
 _STRAY: Final = 0.5
-"""Distance in rad from its range at which a joint cannot be: the measurement is wrong."""
+"""Distance in rad from its range beyond which a joint cannot be: the measurement is wrong."""
 
 
 class Measurements(NamedTuple):
     """Measurements of one moment, in SI units and radians."""
 
     joints: JointReading
-    """In the order of the body; a velocity is not a number where the robot reports none, as of hands."""
+    """In the order of the body; a velocity is nan if the robot reports none, as for hands."""
     senses: SenseReading
 
 
 class MemoryLayout:
-    """The keys to ask for, and how to read the answer.
+    """The keys to request, and the conversion of the answer.
 
-    `known` are all keys that the robot has. Of several spellings the first that it knows is taken: the
-    inertial unit's changed with NAO5. Sensors that the robot lacks read as at rest: nothing pressed,
+    `known` are all keys that the robot has. Of several spellings, the first known one is used: those of the
+    inertial unit changed with NAO5. Sensors that the robot lacks read as at rest: nothing pressed,
     nothing near; a charge that it does not report is NaN.
     The signs of the inertial unit are those of a NAO6, or of a Nao before it.
     Raises KeyError, naming it, for a joint that has no position.
@@ -74,9 +74,9 @@ class MemoryLayout:
         self._plugged = self._add(["BatteryPowerPluggedChanged"])
 
     def read(self, values: Sequence[Any], time: float) -> Measurements:
-        """Return what the answer to `keys` says, measured at `time` in s.
+        """Return the measurements in the answer to `keys`, taken at `time` in s.
 
-        Raises ValueError when it is no such answer, or has no position of a joint, or one where it cannot be.
+        Raises ValueError for a malformed answer, or a missing or impossible position of a joint.
         """
         if len(values) != len(self.keys):
             raise ValueError(f"{len(values)} values came for {len(self.keys)} keys")
@@ -138,7 +138,7 @@ class MemoryLayout:
         )
 
     def _add(self, spellings: Sequence[str] | Iterator[str]) -> int | None:
-        """Ask for the first key that the robot knows; return its place in the answer, None without one."""
+        """Request the first key that the robot knows; return its place in the answer, None without one."""
         for key in spellings:
             if key in self._known:
                 self.keys.append(key)
@@ -146,7 +146,7 @@ class MemoryLayout:
         return None
 
     def _table(self, key: str) -> list[int | None]:
-        """Ask for a value of each joint; one that shares a motor may have its leader's."""
+        """Request a value of each joint; a joint that shares a motor may have its leader's value."""
         leaders = {pair.follower: pair.leader for pair in self._body.couplings}
         return [
             self._add(key.format(name) for name in (joint, leaders.get(joint, joint)))
@@ -157,10 +157,10 @@ class MemoryLayout:
 _ACC: Final = ("Accelerometer", "Acc")
 _GYR: Final = ("Gyroscope", "Gyr")
 
-# Converts the robot's values to specific force and turning rate, x forward, y left, z up: it reports -9.8
-# along z where it stands. So has it every team's code for the RoboCup that ran on both, such as the providers
-# of Nao Devils; the sample of a NAO6's values in the tests of ros-sports/nao_lola, which leans backwards by
-# 0.36 rad, agrees.
+# Convert the robot's values to specific force and turning rate, x forward, y left, z up: a standing robot
+# reports -9.8 along z. All RoboCup code that ran on both does the same, such as the providers of Nao Devils;
+# the sample of a NAO6's values in the tests of ros-sports/nao_lola, which leans backwards by 0.36 rad,
+# agrees.
 _SIGNS_NAO6: Final = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 _SIGNS_BEFORE: Final = ((-1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 

@@ -19,11 +19,11 @@ from zenoh_ice import Clock
 
 _STILL: Final = WalkVelocity()
 _RESTING_PERIOD: Final = 0.2
-"""Seconds between two questions for the odometry while it stands."""
+"""Seconds between two requests for the odometry while it stands."""
 _POSTURE_PERIOD: Final = 0.5
-"""Seconds between two questions in which posture it is."""
+"""Seconds between two requests for its posture."""
 _ENDED: Final = 0.3
-"""Seconds for which NAOqi has to say that it does not walk before that is believed."""
+"""Seconds for which NAOqi has to report the end of a walk before it is believed."""
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
 _LEGS: Final = ("Hip", "Knee", "Ankle")
 _POSITION: Final = "ALMotion.getRobotPosition"
@@ -32,8 +32,8 @@ _POSITION: Final = "ALMotion.getRobotPosition"
 class NaoqiWalker:
     """The walk of a robot. Implements Walker.
 
-    NAOqi walks on until it is stopped, also when this process is gone: the connection's loss ends the
-    walk only when the robot is found again.
+    NAOqi walks on until it is stopped, even when this process is gone: after the loss of the connection,
+    the walk ends only when the robot is found again.
     """
 
     def __init__(self, connection: Connection, state: NaoqiState, clock: Clock, reporter: Reporter) -> None:
@@ -44,7 +44,7 @@ class NaoqiWalker:
         self._velocities: CoalescingQueue[WalkVelocity] = CoalescingQueue("walk", connection, reporter, _send)
         self.limits = gait_limits(_USUAL)
         self._commanded = _STILL
-        self.walking = False  # by NAOqi's word
+        self.walking = False  # according to NAOqi
         self._sent = 0.0  # when the newest command was given
         self._still_since: float | None = None
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
@@ -74,7 +74,7 @@ class NaoqiWalker:
             if velocity != _STILL:
                 self._check()
                 if velocity == self._commanded:
-                    return  # NAOqi keeps it up by itself
+                    return  # NAOqi itself continues the walk
             elif self._commanded == _STILL and not self.walking:
                 return
             self._commanded = velocity
@@ -89,7 +89,7 @@ class NaoqiWalker:
         return self._odometry
 
     def forget(self) -> None:
-        """Take the walk for ended: the robot is lost, and stopped when it is found again."""
+        """Treat the walk as ended: the robot is lost, and stopped when it is found again."""
         with self._lock:
             self._velocities.forget()
             self._commanded, self.walking = _STILL, False
@@ -179,7 +179,7 @@ class NaoqiPostures:
         return self._progress
 
     def tick(self, _link: Link) -> None:
-        """Look whether the way is at its end."""
+        """Check whether the way has ended."""
         with self._lock:
             if self._going is None or not self._going.done:
                 return
@@ -193,7 +193,7 @@ class NaoqiPostures:
             self._progress = replace(self._progress, moving=False, reached=reached, message=message)
 
     def forget(self) -> None:
-        """Take the way for ended: the robot is lost."""
+        """Treat the way as ended: the robot is lost."""
         with self._lock:
             if self._going is not None:
                 self._going = None

@@ -1,4 +1,4 @@
-"""The real robot: the parts that make it a `Robot`, and what happens to it at start and end."""
+"""The real robot: the parts that make it a `Robot`, and its states at start and end."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _logger = logging.getLogger(__name__)
 
 _DISABLED: Final = "disabled"
 _LONG: Final = 60.0
-"""Seconds that the robot gets to stand up, to crouch, or to change its life."""
+"""Seconds for the robot to stand up, to crouch, or to change its Autonomous Life."""
 _SECONDS: Final = 1.0
 """Seconds in which motors become stiff or limp."""
 
 
 class Start(StrEnum):
-    """What the robot does before it is served."""
+    """Action of the robot before it is served."""
 
     LEAVE = "leave"  # nothing: a limp robot stays limp
     STIFFEN = "stiffen"  # hold every joint where it is
@@ -42,7 +42,7 @@ class Start(StrEnum):
 
 
 class End(StrEnum):
-    """What the robot does when the server ends."""
+    """Action of the robot when the server ends."""
 
     LEAVE = "leave"  # stay as it is, also stiff
     REST = "rest"  # crouch, and let every motor go limp
@@ -50,16 +50,16 @@ class End(StrEnum):
 
 
 class Life(StrEnum):
-    """Setting of Autonomous Life, which moves the robot by itself."""
+    """Setting of Autonomous Life, which moves the robot without commands."""
 
     DISABLE = "disable"  # switch it off
-    SUSPEND = "suspend"  # switch it off, and back to what it was at the end
+    SUSPEND = "suspend"  # switch it off, and restore it at the end
     LEAVE = "leave"  # leave it on; it moves the head against other commands
 
 
 @dataclass(frozen=True, slots=True)
 class LifecycleOptions:
-    """What happens to the robot at the start and at the end."""
+    """Actions of the robot at the start and at the end."""
 
     start: Start = Start.LEAVE
     end: End = End.LEAVE
@@ -67,7 +67,7 @@ class LifecycleOptions:
 
 
 class Lifecycle:
-    """Bring the robot into its state at the start and at the end, as the options say."""
+    """Bring the robot into the states for the start and the end that the options select."""
 
     def __init__(self, options: LifecycleOptions, connection: Connection, reporter: Reporter) -> None:
         self._options = options
@@ -77,7 +77,7 @@ class Lifecycle:
         self._begun = False
 
     def open(self, link: Link) -> None:
-        """Switch Autonomous Life off, each time the robot is found: it wakes up when the robot was off."""
+        """Switch off Autonomous Life, each time the robot is found: it starts with the robot."""
         if self._options.life is Life.LEAVE:
             return
         try:
@@ -99,7 +99,7 @@ class Lifecycle:
             _stiffen(self._connection.require(), 1.0)
 
     def end(self) -> None:
-        """Leave the robot as the options say; report failures, and do the rest."""
+        """Leave the robot as the options select; report failures, and do the rest."""
         link = self._connection.link
         if link is None:
             if self._begun and self._options.end is not End.LEAVE:
@@ -123,7 +123,7 @@ def _stiffen(link: Link, stiffness: float) -> None:
 class NaoqiRobot:
     """A Nao with NAOqi. Implements Robot.
 
-    `connect` makes a link to it within some seconds. While the robot is lost, readings stay what they were
+    `connect` makes a link to it within some seconds. While the robot is lost, readings keep their last values
     and commands do nothing; `report_to` lets a server notify its clients.
     """
 
@@ -163,7 +163,7 @@ class NaoqiRobot:
         return self._cameras.facts
 
     def report_to(self, assembly: Assembly) -> None:
-        """Notify clients of what happens to the robot, at once of its loss; then every command is refused."""
+        """Notify clients of the robot's events, at once of its loss, during which commands are refused."""
         self._reporter.report_to(assembly.events, assembly.health.report_now)
         self._connection.on_lost.append(assembly.gate.lose)
         self._connection.on_found.append(assembly.gate.find)
@@ -173,11 +173,11 @@ class NaoqiRobot:
         self._lifecycle.begin()
 
     def close(self) -> None:
-        """Stop all motion, leave the robot as the options say, release what it gave, and hang up."""
+        """Stop all motion, leave the robot as the options select, release its resources, and disconnect."""
         if self._closed:
             return
         self._closed = True
-        with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
+        with ExitStack() as steps:  # all run, the last first, whatever they raise
             steps.callback(self._state.freeze)
             steps.callback(self._connection.close)
             steps.callback(lambda: self.senses.close(self._connection.link))

@@ -1,4 +1,4 @@
-"""Measurements of the robot, one call per cycle, and its setpoints between NAOqi's reports of them."""
+"""Measurements of the robot, by one call per cycle, and its setpoints between NAOqi's reports of them."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from zenoh_ice import Clock
 _logger = logging.getLogger(__name__)
 
 _WINDOW: Final = 4
-"""Measurements over which a velocity is taken that the robot does not report: its cycle and ours drift."""
+"""Measurements for a velocity that the robot does not report: its cycle and ours drift."""
 _LISTING: Final = 5.0
-"""Seconds that the robot gets to list its keys, some thousands."""
+"""Seconds for the robot to list its keys, some thousands."""
 _REPORT: Final = 0.2
-"""Seconds after which NAOqi's report shows what was commanded."""
+"""Seconds after which NAOqi's report shows a command."""
 _SLACK: Final = 0.05
-"""Distance in rad by which a setpoint may differ from its report beside what the delay explains."""
+"""Distance in rad by which a setpoint may differ from its report in addition to the effect of the delay."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """A setpoint from `time` on: it moves at `rate` until it is at `end`."""
+    """The course of a setpoint from `time` on: it moves at `rate` until it is at `end`."""
 
     time: float
     value: float
@@ -52,11 +52,11 @@ class _Way:
 
 
 class Setpoints:
-    """The setpoint of each joint, as it follows from the commands, corrected by what NAOqi reports.
+    """The setpoint of each joint, computed from the commands and corrected by NAOqi's reports.
 
     A report is some hundredths of a second old, too old to plan the next step from where a
-    setpoint is. While a joint is on a commanded way the model is believed, unless the report shows that
-    something else moves it; otherwise the report is. Callers serialise the calls.
+    setpoint is. While a joint follows a command, the model counts, unless the report shows that
+    something else moves the joint; otherwise the report counts. Callers serialise the calls.
     """
 
     def __init__(self, joints: Sequence[JointFacts]) -> None:
@@ -68,7 +68,7 @@ class Setpoints:
         return tuple(way.at(time) for way in self._ways.values())
 
     def send(self, joint: str, target: float, speed: float, time: float) -> bool:
-        """Let a setpoint go to a target at a speed; returns False where it rests there already."""
+        """Move a setpoint to a target at a speed; return False if it already rests there."""
         facts, value = self._joints[joint], self._ways[joint].at(time)
         if value == target and not self.moving(joint, time):
             return False
@@ -82,7 +82,7 @@ class Setpoints:
         return way.rate != 0.0 and time < way.arrival
 
     def hold(self, joint: str, time: float) -> None:
-        """Let a setpoint stay where it is."""
+        """Keep a setpoint where it is."""
         value = self._ways[joint].at(time)
         self._ways[joint] = _Way(time, value, 0.0, value)
 
@@ -93,7 +93,7 @@ class Setpoints:
         stiffnesses: Sequence[float],
         time: float,
     ) -> None:
-        """Take what NAOqi reports of every joint; the setpoint of a limp motor goes along with its joint."""
+        """Take NAOqi's report of every joint; the setpoint of a limp motor follows its joint."""
         reports = zip(self._ways.copy(), commands, positions, stiffnesses, strict=True)
         for joint, command, position, stiffness in reports:
             if stiffness == 0.0:
@@ -109,11 +109,11 @@ class Setpoints:
 
 
 class NaoqiState:
-    """The newest measurements of a robot, and where its setpoints are."""
+    """The newest measurements of a robot, and its setpoints."""
 
     def __init__(self, clock: Clock, facts: Body) -> None:
         self.facts: Final = facts
-        """What its body has."""
+        """The facts of its body."""
         self._clock = clock
         self._layout: MemoryLayout | None = None
         self._setpoints = Setpoints(facts.joints)
@@ -173,13 +173,13 @@ class NaoqiState:
         return replace(self._require().joints, commands=commands)
 
     def send(self, ways: Mapping[str, tuple[float, float]]) -> list[str]:
-        """Let setpoints go to targets at speeds from now on, by joint; returns which of them that changes."""
+        """Move setpoints to targets at speeds from now on, by joint; return the joints that this changes."""
         with self._lock:
             now = self._now()
             return [joint for joint, way in ways.items() if self._setpoints.send(joint, *way, now)]
 
     def hold(self, joints: Iterable[str]) -> None:
-        """Let setpoints stay where they are now."""
+        """Keep setpoints where they are now."""
         with self._lock:
             now = self._now()
             for joint in joints:
@@ -190,7 +190,7 @@ class NaoqiState:
         return self._require().senses
 
     def body(self) -> BodyState:
-        """Return how the body is, by the inertial unit."""
+        """Return the state of the body, according to the inertial unit."""
         tilt = self.senses().inertial.tilt
         factor = 1.0 if self._frozen is None else 0.0
         return BodyState(torso_tilt=tilt, fallen=tilt > FALLEN_TILT, real_time_factor=factor, lag=0.0)

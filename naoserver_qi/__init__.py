@@ -1,10 +1,10 @@
 """Serve any robot as NAOqi over libqi, so that programs written for NAOqi drive it.
 
-It is one more way in to whatever implements `naoserver.robot.Robot`, beside the servants: the simulated
-robot (`naoserver-sim --qi`) and the fake one (`python -m naoserver_qi`), which stands for a real robot in the
+Besides the servants, it is another interface to implementations of `naoserver.robot.Robot`: the simulated
+robot (`naoserver-sim --qi`) and the fake one (`python -m naoserver_qi`), which replaces a real robot in the
 tests of `naoserver_naoqi`. Commands pass the same guards as those of servants, never straight to the robot.
 
-Where NAOqi is ambiguous it behaves as NAOqi 2.8 on a NAO6. docs/how-to/virtual-nao.md lists the services.
+Where versions of NAOqi differ, it behaves as 2.8 on a NAO6. docs/how-to/virtual-nao.md lists the services.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ DISK_HELP = "With --qi: the folder that stands for the robot's disk, where its s
 def serve_as_naoqi(
     robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None, faults: bool = False
 ) -> AbstractContextManager[str]:
-    """Serve a started robot as NAOqi at `url`, as tcp://127.0.0.1:9559, through the guards of `assembly`.
+    """Serve a started robot as NAOqi at `url`, say tcp://127.0.0.1:9559, through the guards of `assembly`.
 
-    The folder `disk` stands for the robot's disk, with sounds to play and those that it records; by default
-    one that is removed at the end.
+    The folder `disk` represents the robot's disk, with sounds to play and its recordings; by default it is a
+    temporary folder.
 
     Use it in a `with` block that ends before the assembly is closed. The block gets the URL, with the port
     that the system picked for port 0; its end cancels running calls and closes every connection. With
-    `faults`, a service of this name lets tests make calls late or fail. Raises RobotError when it cannot
+    `faults`, the service Faults lets tests delay calls or make them fail. Raises RobotError when it cannot
     listen there, or when the package qi is missing.
     """
     try:

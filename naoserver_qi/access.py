@@ -1,4 +1,4 @@
-"""A robot as its services see it: readings, guarded commands, the walk, and the other services."""
+"""The services' access to a robot: readings, guarded commands, the walk, and the other services."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from naoserver_qi.calls import Call, Faults, failed
 _logger = logging.getLogger(__name__)
 
 CLIENT: Final = "NAOqi"
-"""The client that guards see: libqi does not distinguish its clients. It holds no lease."""
+"""The client in the eyes of the guards: libqi does not distinguish its clients. It holds no lease."""
 PERIOD: Final = 0.02
 """Robot seconds between two setpoints: ALMotion's cycle."""
 _TORSO, _WORLD, _ROBOT = 0, 1, 2
 """NAOqi's numbers of frames."""
 _ENDING: Final = 5.0
-"""Robot seconds that a walk or a motion gets to end."""
+"""Robot seconds within which a walk or a motion has to end."""
 RENEWAL: Final = 0.15
 """Wall seconds after which a command is renewed: well within the guard's timeout."""
 _STILL: Final = WalkVelocity()
@@ -40,19 +40,19 @@ A = TypeVar("A")
 
 
 def needed(ability: A | None, what: str) -> A:
-    """Return an ability of the robot. Raises HardwareFailure when it has none, which says `what` it lacks."""
+    """Return an ability of the robot. Raises HardwareFailure, naming `what` it lacks, when it is None."""
     if ability is None:
         raise HardwareFailure(f"this robot {what}")
     return ability
 
 
 class Access:
-    """A robot, the guards before whatever moves it, and the services that use it."""
+    """A robot, the guards in front of its joints and its walk, and the services that use it."""
 
     def __init__(self, robot: Robot, assembly: Assembly, disk: Path, *, faults: bool = False) -> None:
         self.robot: Final = robot
         self.disk = disk.resolve()
-        """The folder that stands for its disk."""
+        """The folder that represents its disk."""
         self.faults: Final = Faults(robot.senses, enabled=faults)
         self.body: Final = assembly.body
         """Its joints."""
@@ -73,13 +73,13 @@ class Access:
         self._services: dict[type[Service], Service] = {}
 
     def service(self, kind: type[S]) -> S:
-        """Return the service of a kind, of which there is one."""
+        """Return the only service of a kind."""
         service = self._services.get(kind) or self._services.setdefault(kind, kind(self))
         assert isinstance(service, kind)
         return service
 
     def free(self, call: Call) -> None:
-        """End the walk, or whatever else moves joints; return when none is claimed, or after some seconds."""
+        """End the walk and other motion; return when no joint is claimed, or after some seconds."""
         joints = [joint.name for joint in self.body.joints]
         for _ in range(round(_ENDING / PERIOD)):
             if not self.body.claims.stop(joints) or call.wait(PERIOD):
@@ -95,8 +95,8 @@ class Access:
         """Return where a joint, effector or camera is, by measured angles or by setpoints.
 
         `frame` is 0 for the torso's, 1 for the world's, which is that of odometry, and 2 for the robot's,
-        which stands upright on the floor below the torso and faces as it does. Raises InvalidCommand for
-        another.
+        which is upright on the floor below the torso and has its heading. Raises InvalidCommand for other
+        values.
         """
         if frame not in (_TORSO, _WORLD, _ROBOT):
             raise InvalidCommand("frame", f"there is no frame {str(frame)[:60]!r}; 0 torso, 1 world, 2 robot")
@@ -129,10 +129,10 @@ S = TypeVar("S", bound=Service)
 
 
 class Walking:
-    """Walk through the guard, and renew what was commanded until something ends it.
+    """Walk through the guard, and renew its commands until something ends the walk.
 
-    The guard stops what is not renewed. libqi does not report when a client is gone, so a walk continues as
-    it does on the real robot, until stopMove, another client, a fall, the emergency stop or the end of the
+    The guard stops commands that are not renewed. libqi does not report lost clients, so a walk continues,
+    as on the real robot, until stopMove, another client, a fall, the emergency stop or the end of the
     service.
     """
 
@@ -164,7 +164,7 @@ class Walking:
             self._wanted = self.guard.commanded()  # as it was limited
 
     def stop(self) -> None:
-        """End the walk on both feet; nobody is refused to."""
+        """End the walk on both feet; never refused."""
         with self._lock:
             self._wanted = _STILL
             if self._access.walk is not None:
@@ -173,7 +173,7 @@ class Walking:
     def go_to(
         self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
     ) -> bool:
-        """Walk to a place in m and rad as the robot stood at `start`; return whether it came."""
+        """Walk to a place in m and rad relative to `start`; return whether the robot arrived."""
         walk_to = needed(self._access.walk_to, "does not walk")
         with self._lock:
             walk_to.begin(Way(place, start, highest), CLIENT)

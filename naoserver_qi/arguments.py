@@ -1,4 +1,4 @@
-"""Check the arguments that a client of libqi sent, and operations that do no more than that.
+"""Check the arguments that a client of libqi sent; and operations that do nothing else.
 
 Arguments are numbers, texts, lists, and names of joints and chains.
 """
@@ -18,9 +18,9 @@ from naoserver.errors import InvalidCommand
 _logger = logging.getLogger(__name__)
 
 MOST: Final = 1000
-"""Entries that a list may have, and values that a service keeps for its clients."""
+"""Maximum entries of a list, and maximum values that a service keeps for its clients."""
 LONGEST: Final = 10_000
-"""Characters that a text may have."""
+"""Maximum characters of a text."""
 _QUOTED: Final = 60  # characters of a foreign value in an error
 
 
@@ -48,7 +48,7 @@ def fraction(value: object, what: str) -> float:
 
 
 def listed(value: object, what: str, count: int | None = None) -> list[object]:
-    """Return the entries of a list, which has `count` of them if that is given. Raises InvalidCommand."""
+    """Return the entries of a list, exactly `count` if that is given. Raises InvalidCommand."""
     if not isinstance(value, (list, tuple)):
         raise InvalidCommand(what, f"{what} is {reprlib.repr(value)}, not a list")
     if len(value) > MOST:
@@ -59,7 +59,7 @@ def listed(value: object, what: str, count: int | None = None) -> list[object]:
 
 
 def vector(value: object, what: str, count: int | None = None) -> list[float]:
-    """Return the numbers of a list, which has `count` of them if that is given. Raises InvalidCommand."""
+    """Return the numbers of a list, exactly `count` if that is given. Raises InvalidCommand."""
     return [number(entry, what) for entry in listed(value, what, count)]
 
 
@@ -71,7 +71,7 @@ def numbers(value: object, what: str, count: int) -> list[float]:
 def number_lists(value: object, what: str, count: int) -> list[list[float]]:
     """Return a list of numbers for each of `count` joints. Raises InvalidCommand.
 
-    As NAOqi does, it takes one number for all; a number or a list for each; of one joint also its list alone.
+    Like NAOqi, it accepts one number for all; a number or a list for each; for one joint also just its list.
     """
     if not isinstance(value, (list, tuple)):
         return [[number(value, what)] for _ in range(count)]
@@ -143,7 +143,7 @@ class JointNames:
         """The joints of each name, those of a chain in NAOqi's order."""
 
     def of(self, names: object) -> tuple[str, ...]:
-        """Return the joints that names of joints and chains, or one, stand for. Raises InvalidCommand."""
+        """Return the joints of one or more names of joints and chains. Raises InvalidCommand."""
         joints: list[str] = []
         for name in texts(names, "names"):
             if name not in self.chains:
@@ -152,7 +152,7 @@ class JointNames:
         return tuple(joints)
 
     def spread(self, names: object, values: object) -> object:
-        """Return values for the joints of some names; of a list of one for each name a chain has the same."""
+        """Return values for the joints of some names; a value for a chain applies to each of its joints."""
         chains = texts(names, "names")
         if not isinstance(values, (list, tuple)) or len(values) != len(chains):
             return values
@@ -160,12 +160,12 @@ class JointNames:
 
 
 Check = Callable[[Any, str], Any]
-"""What makes a value of an argument and its name. Raises InvalidCommand."""
+"""Makes a value from an argument and its name. Raises InvalidCommand."""
 Operation = Callable[..., Any]
 
 
 def switch(value: object, _what: str) -> bool:
-    """Return whether something is to be on, which any value says."""
+    """Return whether something is to be on: the truth of any value."""
     return bool(value)
 
 
@@ -194,8 +194,8 @@ def kept(
 ) -> tuple[Operation, Operation]:
     """Return the operations that set and get a value without effect, such as a volume.
 
-    The last check is that of the value. Those before it are of what it belongs to, such as a part of the
-    body, which both operations take. `result` is what the first one returns.
+    The last check is that of the value. Those before it are for further arguments of both operations, such
+    as the part of the body that the value belongs to. `result` is the result of the first operation.
     """
     own = dict(list(checks.items())[:-1])
 
@@ -219,7 +219,7 @@ def _checked(checks: Mapping[str, Check], arguments: tuple[object, ...]) -> list
 
 
 def _described(operation: Operation, does: str, names: Iterable[str]) -> Operation:
-    """Return an operation with what it does, and the names of its parameters."""
+    """Return an operation with a description, and the names of its parameters."""
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
     signature = inspect.Signature([inspect.Parameter(name, kind) for name in ("self", *names)])
     operation.__doc__, operation.__signature__ = does, signature  # type: ignore[attr-defined]

@@ -1,9 +1,9 @@
 """Calls of libqi to the services: one wrapper for errors, long calls and injected faults.
 
-Pitfalls of libqi in Python that are handled here: a method that blocks holds one of its few threads, so long
-calls answer with a future and run in a pool; an exception exposes the path and line of the code, a failed
-future only its text; every method of a registered object can be called, so a bare facade with the operations
-is registered.
+It handles these pitfalls of libqi in Python: a blocking method occupies one of its few threads, so long
+calls return a future and run in a pool; an exception exposes the path and line of the code, so errors are
+failed futures, which expose only their text; every method of a registered object can be called, so a bare
+facade with only the operations is registered.
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ from zenoh_ice import Clock
 _logger = logging.getLogger(__name__)
 
 MOST: Final = 64
-"""Long calls that run at the same time; further ones wait."""
+"""Maximum long calls that run at the same time; further ones wait."""
 MOST_WAITING: Final = 1000
-"""Long calls that run or wait; further ones are refused."""
+"""Maximum long calls that run or wait; further ones are refused."""
 VERSION: Final = "2.8.6.23"
-"""That of the NAOqi that this one takes after."""
+"""Version of the emulated NAOqi."""
 LOOK: Final = 0.05
-"""Robot seconds between two looks whether what a call waits for has ended."""
+"""Robot seconds between two checks of the condition that a call waits for."""
 
 
 class Call:
     """A long call that is running; its caller or the end of the service may cancel it.
 
-    An operation whose first parameter is `call` lasts: it gets one of these, and a thread.
+    An operation whose first parameter is `call` is a long call: it gets a `Call` and a thread.
     """
 
     def __init__(self, clock: Clock) -> None:
         self.stopped: Final = threading.Event()
         self.begun: Final = time.monotonic()
-        """Steady wall time in s at which it came in, perhaps before a thread took it."""
+        """Steady wall time in s of its arrival, perhaps before a thread took it."""
         self._clock = clock
 
     def wait(self, seconds: float) -> bool:
@@ -60,10 +60,10 @@ class Call:
 
 
 class Faults:
-    """The service `Faults`: make calls late or fail, and a fake robot feel something.
+    """The service `Faults`: delay calls or make them fail, and set what a fake robot feels.
 
-    Patterns of the names of calls, such as `ALMotion::setAngles`, and of keys are those of a shell. Nothing
-    goes wrong unless it is asked for.
+    Patterns of the names of calls, such as `ALMotion::setAngles`, and of keys are shell patterns. There are
+    no faults unless requested.
     """
 
     def __init__(self, senses: Senses | None = None, *, enabled: bool = False) -> None:
@@ -121,10 +121,10 @@ class Faults:
             raise HardwareFailure("this robot feels by itself")
         return self._senses
 
-    # Calls read copies, since a client may change what is to go wrong meanwhile.
+    # Calls read copies, because a client may change the faults meanwhile.
 
     def _delay(self, name: str) -> float:
-        """Return by how many wall seconds a call is late."""
+        """Return the delay of a call in wall seconds."""
         delays = self._delays.copy()
         return max((delays[pattern] for pattern in delays if fnmatchcase(name, pattern)), default=0.0)
 
@@ -140,7 +140,7 @@ class Faults:
 
 
 class _Tasks:
-    """What every service offers: calls that run in the background, as tasks with numbers."""
+    """The common operations of all services: calls that run in the background, as tasks with numbers."""
 
     def __init__(self, clock: Clock, operations: Mapping[str, Callable[..., Any]]) -> None:
         self._clock = clock
@@ -192,7 +192,7 @@ class Calls:
         self._closed = False
 
     def facade(self, name: str, parts: Sequence[object]) -> Callable[[], object]:
-        """Return what makes an object for libqi: the public methods of some parts as `name`, nothing else."""
+        """Return the factory of an object for libqi with only the public methods of some parts, as `name`."""
         operations: dict[str, Callable[..., Any]] = {}
         for each in (_Tasks(self._clock, operations), *parts):  # the service's own win
             for method in dir(type(each)):
@@ -237,7 +237,7 @@ class Calls:
         called.__qi_signature__ = f"({'m' * len(parameters)})" if plain else "m"  # type: ignore[attr-defined]
         result = getattr(operation, "__qi_return_signature__", None)
         if result is not None and self._faults.enabled:
-            result = f"+{result}"  # or nothing, which only newer clients understand
+            result = f"+{result}"  # or no value, which only newer clients understand
         called.__qi_return_signature__ = result  # type: ignore[attr-defined]
         called.__qi_name__ = None  # type: ignore[attr-defined]
         called.__doc__ = description
@@ -269,7 +269,7 @@ class Calls:
 
 @cache
 def _form(method: Callable[..., Any]) -> tuple[inspect.Signature, bool, str | None]:
-    """Return the arguments of a client's call, whether a `call` comes before them, and the description."""
+    """Return the parameters of a client's call, whether a `call` precedes them, and the description."""
     signature = inspect.signature(method)
     parameters = list(signature.parameters.values())[1:]  # without self
     long = "call" in signature.parameters

@@ -36,13 +36,13 @@ _LEGS: Final = ("LLeg", "RLeg")
 _ALL_AXES: Final = 63
 """The mask of all axes: 1, 2 and 4 for x, y and z, 8, 16 and 32 for the rotations about them."""
 _SPACING: Final = 0.1
-"""Robot seconds between two places of a path whose angles are computed; more on a path of more places."""
+"""Robot seconds between the places of a path whose angles are computed; more on a path of more places."""
 _MOST_PLACES: Final = 300
 _HALF: Final = 0.05
 """Half of the distance in m between the feet of NAOqi's stance."""
 
 _Read = Callable[[object], Matrix]
-"""What makes a place of what a client sent."""
+"""Makes a place from an argument of a client."""
 
 
 def _position(value: object) -> Matrix:
@@ -116,7 +116,7 @@ def _interpolation(read: _Read) -> Operation:
 
 
 def _targets(read: _Read, *, absolute: bool) -> Operation:
-    """Return the operation that sends effectors somewhere, relative to where they are unless absolute."""
+    """Return the operation that sends effectors to places, relative to their present ones unless absolute."""
 
     def send(  # noqa: PLR0917 - the order is NAOqi's
         self: EffectorMotion,
@@ -190,13 +190,13 @@ def _names(effectors: object) -> list[str]:
 
 
 def _places(path: object) -> list[object]:
-    """Return the places of a path; one place may stand alone."""
+    """Return the places of a path; a single place need not be in a list."""
     places = listed(path, "a path")
     return places if places and isinstance(places[0], (list, tuple)) else [places]
 
 
 def _mask(value: object) -> int:
-    """Return a mask of axes, which NAOqi takes alone or as one of each place of a path."""
+    """Return a mask of axes, which NAOqi accepts alone or in a list with one for each place of a path."""
     one = listed(value, "axisMask")[-1] if isinstance(value, (list, tuple)) and value else value
     return int(number_within(one, "axisMask", 0, _ALL_AXES))
 
@@ -216,7 +216,7 @@ def _moved(place: Matrix, change: Matrix) -> Matrix:
 
 
 def _at(times: Sequence[float], places: Sequence[Matrix], moment: float) -> Matrix:
-    """Return where a path is at a time; straight from place to place."""
+    """Return the place on a path at a time; straight from place to place."""
     later = min(bisect_left(times, moment), len(times) - 1)
     before = max(later - 1, 0)
     span = times[later] - times[before]
@@ -230,9 +230,9 @@ def _reach(
     start: Mapping[str, float],
     near: Mapping[str, float],
 ) -> dict[str, float]:
-    """Return angles near others with which effectors are at places in the frame in which `base` is the torso.
+    """Return angles near `near` that bring effectors to places, in the frame in which the torso is at `base`.
 
-    `start` are the angles at the beginning: a torso that moves leaves the feet where they were then.
+    `start` are the angles at the beginning: when the torso moves, the feet stay where they were then.
     """
     torso = base
     if (moved := wanted.get("Torso")) is not None:

@@ -25,7 +25,7 @@ GROUPS: Final = {
     "FeetLeds": ("LeftFoot", "RightFoot"),
     **{group: (light,) for light, group in LIGHT_GROUPS.items()},
 }
-"""The lights of each of NAOqi's groups; further groups are made of these by createGroup."""
+"""The lights of each of NAOqi's groups; createGroup combines these into further groups."""
 _PARTS: Final = ("Red", "Green", "Blue")
 _COLORS: Final = {
     "white": 0xFFFFFF,
@@ -39,7 +39,7 @@ _COLORS: Final = {
 _LAMP: Final = re.compile(
     r"(Left|Right)?(Face|Ear|Brain)Led\d{1,2}|(Face|Ears|Head|ChestBoard|[LR]Foot)/Led/\S{1,60}"
 )
-"""Names of single lamps. A group is one light here, so that a lamp stands for its group."""
+"""Names of single lamps. A group is one light here, so that a lamp means its whole group."""
 _PLACES: Final = {
     "Face": "Eye",
     "Ear": "Ear",
@@ -48,7 +48,7 @@ _PLACES: Final = {
     "Head": "Head",
     "ChestBoard": "Chest",
 }
-"""The light of each place of lamps, without its side."""
+"""The light of each location of lamps, without its side."""
 _LONGEST: Final = 60.0
 _MOST: Final = 100
 _part: Final = partial(number_within, lower=0.0, upper=1.0)
@@ -132,7 +132,7 @@ class ALLeds(Service):
         self._groups[text(groupName, "groupName")] = tuple(members)
 
     def _members(self, name: object) -> tuple[tuple[str, ...], str]:
-        """Return the lights of a group, and the one part that is meant of `FaceLedsRed` and its like."""
+        """Return the lights of a group, and the only color component meant by `FaceLedsRed` and the like."""
         group = text(name, "name")
         if _LAMP.fullmatch(group):
             light = next(light for place, light in _PLACES.items() if place in group)
@@ -158,7 +158,7 @@ class ALLeds(Service):
 
 
 def _color(values: tuple[object, ...]) -> Color:
-    """Return the colour that three parts, 0xRRGGBB or a name stand for."""
+    """Return the colour given by three parts, 0xRRGGBB or a name."""
     if len(values) == 3:
         return _part(values[0], "red"), _part(values[1], "green"), _part(values[2], "blue")
     (value,) = values
@@ -195,7 +195,7 @@ class ALTextToSpeech(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._beginning = threading.Lock()
-        self._silenced = -math.inf  # steady wall time of the newest stopAll: what came in earlier is not said
+        self._silenced = -math.inf  # steady wall time of the newest stopAll: earlier calls are not said
 
     getAvailableLanguages = constant("Return the languages that can be set.", list(_VOICES))
     getAvailableVoices = constant("Return the names of the voices.", list(_VOICES.values()))

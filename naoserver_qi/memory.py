@@ -36,10 +36,10 @@ _RAISED: Final = (
 """The events that services raise."""
 
 
-# -- what the robot keeps itself --------------------------------------------------------------------------
+# -- keys that the robot itself keeps ---------------------------------------------------------------------
 
 TOUCH: Final = "TouchChanged"
-"""The event of all touch sensors; its value is what they feel."""
+"""The event of all touch sensors; its value is their states."""
 NOTHING_NEAR: Final = 5.0
 """Distance in m of the sonar when nothing is in its range."""
 _FULL: Final = 0.99
@@ -61,11 +61,11 @@ _FOOT_KEYS: Final = {
 """The part of a FootReading under each key of a foot."""
 
 Part = Callable[[], Mapping[str, Any]]
-"""What reads a part of the keys that the robot keeps itself, always the same ones, with their values."""
+"""Reads a part of the keys that the robot itself keeps, always the same ones, with their values."""
 
 
 def parts_of(access: Access) -> Iterator[Part]:
-    """Return the parts of which the robot keeps keys."""
+    """Return the parts of the keys that the robot itself keeps."""
     body, robot, postures = access.body, access.robot, access.service(ALRobotPosture)
     keys = {part: [key.format(joint.name) for joint in body.joints] for part, key in JOINT_KEYS.items()}
     yield lambda: {**_CONFIG, "robotHasFallen": robot.state().fallen}
@@ -93,8 +93,8 @@ def _of_senses(
     """Yield keys and values; `distances` are those of the sonar to the left and to the right in m."""
     unit, inertial, battery = f"{DEVICES}InertialSensor/", reading.inertial, reading.battery
     for axis, pull, turning in zip(AXES, inertial.acceleration, inertial.angular_velocity, strict=True):
-        # The short names are those of the NAO4 and older, the long ones came with the NAO5.
-        for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z of a NAO6 that stands
+        # The short names are those of the NAO4 and older, the long ones were introduced with the NAO5.
+        for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z on a standing NAO6
             yield f"{unit}{name}{axis}/Sensor/Value", -pull
         for name in ("Gyr", "Gyroscope"):
             yield f"{unit}{name}{axis}/Sensor/Value", turning
@@ -129,7 +129,7 @@ def _of_senses(
 
 
 def _touch_event(name: str) -> str | None:
-    """Return the event of a touch sensor; None of a bumper, since one event is of both of a foot."""
+    """Return the event of a touch sensor; None for a bumper, because both of a foot share one event."""
     if name == "ChestButton":
         return "ChestButtonPressed"
     if name.startswith("Head"):
@@ -143,7 +143,7 @@ def _touch_event(name: str) -> str | None:
 
 
 def _call(found: qi.Future, method: str, event: str, value: object, message: str = "") -> None:
-    """Call back a program; one that is gone, or has no such operation, is logged."""
+    """Call back a program; log when it is gone, or has no such operation."""
     try:
         called = getattr(found.value(), method)(event, value, message, _async=True)
         called.addCallback(lambda done: _report(event, done.error()) if done.hasError() else None)
@@ -259,7 +259,7 @@ class ALMemory(Service):
             read = cache(operator.call)  # each part once
             seen, self._seen = self._seen, {name: read(self._parts[name])[name] for name in self._seen}
             changed = {name: value for name, value in self._seen.items() if value != seen[name]}
-        if TOUCH in changed:  # as a robot does, only what has changed
+        if TOUCH in changed:  # as on a robot, only the sensors that have changed
             changed[TOUCH] = [part for part in changed[TOUCH] if part not in seen[TOUCH]]
         for name, value in changed.items():
             self._subscribers[name].signal(value)

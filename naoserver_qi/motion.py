@@ -1,4 +1,4 @@
-"""ALMotion: joints, stiffness, the walk, and facts about the body."""
+"""ALMotion: joints, stiffness, the walk, and facts of the body."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.trajectory import JointTasks, Key, Task, Trajectory, check_times, smooth_trajectory
 
 _PEAK: Final = 1.5
-"""Highest speed of a cubic from rest to rest, in units of its mean speed."""
+"""Ratio of the highest to the mean speed of a cubic from rest to rest."""
 _WAKING: Final = 0.5
 """Robot seconds in which the motors of a limp robot become stiff."""
 _RESTING: Final = 1.0
@@ -49,7 +49,7 @@ _MOVE_CONFIG: Final = {
     "TorsoWx": (-0.122, 0.0, 0.122),
     "TorsoWy": (-0.122, 0.0, 0.122),
 }
-"""Minimum, default and maximum of each parameter of NAOqi's gait; those of steps limit the walk."""
+"""Minimum, default and maximum of each parameter of NAOqi's gait; the parameters of steps limit the walk."""
 _SUPPORT: Final = one_of("leg", ("Legs", "LLeg", "RLeg"))
 _EFFECTOR: Final = one_of("effector", ("Head", "LArm", "RArm"))
 _whole_body: Final = partial(constant, "Do nothing but check the values: whole body control has no effect.")
@@ -239,7 +239,7 @@ class ALMotion(Service):
             places, rest = listed(goal[0], "controlPoints"), goal[1:]
         else:
             places, rest = [list(goal[:3])], goal[3:]
-        # A number is the seconds that it should formerly take.
+        # A number is a duration in s, which older versions accepted.
         limits = self._walk_limits([config for config in rest if not isinstance(config, (int, float))])
         ways = [vector(place, "a place", 3) for place in places]
         start = self._walking.guard.read()
@@ -433,9 +433,9 @@ class ALMotion(Service):
                 self._tasks.follow(task, paths(self._access.angles(measured=False)))
 
     def _walk_limits(self, configs: Sequence[object]) -> WalkVelocity:
-        """Return the highest velocities with some parameters of the gait, of both feet or of each.
+        """Return the highest velocities with some parameters of the gait, for both feet or for each.
 
-        Raises InvalidCommand unless they are lists of names, such as MaxStepX, and numbers.
+        Raises InvalidCommand unless the parameters are lists of names, such as MaxStepX, and numbers.
         """
         values = {name: default for name, (_, default, _) in _MOVE_CONFIG.items()}
         for entry in (entry for config in configs for entry in listed(config, "moveConfig")):

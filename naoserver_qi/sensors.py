@@ -1,4 +1,4 @@
-"""ALSonar, ALTouch, ALBattery and ALSystem: what the robot feels, and what it is."""
+"""ALSonar, ALTouch, ALBattery and ALSystem: some senses of the robot, and its name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MOST_SUBSCRIBERS: Final = 100
 
 
 def touch_part(name: str) -> str:
-    """Return what NAOqi calls a touch sensor, such as `Head/Touch/Front`."""
+    """Return NAOqi's name for a touch sensor, such as `Head/Touch/Front`."""
     return touch_key(name).removeprefix(DEVICES).removesuffix("/Sensor/Value")
 
 

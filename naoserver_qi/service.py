@@ -34,7 +34,7 @@ SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
     **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
     "ALMotion": (motion.ALMotion, EffectorMotion),
 }
-"""The classes that have the operations of each service: those that are called as NAOqi's services are."""
+"""The classes with the operations of each service; a class with a name such as ALLeds is a service."""
 
 
 class _Refused(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -51,18 +51,18 @@ REFUSED: Final = msgspec.convert(
 _logger = logging.getLogger(__name__)
 
 _ANSWERING: Final = 0.05
-"""Wall seconds in which the client that asks for a break gets its answer."""
+"""Wall seconds in which the client that requests an interruption gets its answer."""
 _RELEASING: Final = 2.0
-"""Wall seconds that libqi gets to release the services."""
+"""Wall seconds for libqi to release the services."""
 _POLL: Final = 0.005
 _GRACE: Final = 0.05
-"""Wall seconds that libqi gets to release what it lent to clients."""
+"""Wall seconds for libqi to release the objects that it lent to clients."""
 
 
 @contextmanager
 def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faults: bool) -> Iterator[str]:
     """Serve a robot as NAOqi in a `with` block, which gets the URL; see `naoserver_qi.serve_as_naoqi`."""
-    with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
+    with ExitStack() as steps:  # all run, the last first, whatever they raise
         folder = disk or Path(steps.enter_context(tempfile.TemporaryDirectory(prefix="nao-disk-")))
         access = Access(robot, assembly, folder, faults=faults)
         calls = Calls(robot.clock, access.faults)
@@ -85,7 +85,7 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
             sight("ALTracker", work=tracker._follow, wanted=tracker.isActive),
         ]
         steps.callback(walking.stop)
-        steps.callback(listener.close)  # nobody walks any more
+        steps.callback(listener.close)  # no client can walk any more
         steps.callback(tracker.stopTracker)
         steps.callback(calls.close)
         steps.enter_context(JobThreads(jobs))
@@ -121,7 +121,7 @@ class _Listener:
         self._listen()
 
     def interrupt(self, seconds: float) -> None:
-        """Close every connection soon, unless that is under way, and listen again after some wall seconds."""
+        """Close every connection soon, unless already requested, and listen again after some wall seconds."""
         with self._lock:
             if self._closing.is_set() or (self._break is not None and self._break.is_alive()):
                 return

@@ -1,7 +1,7 @@
-"""ALAudioPlayer, ALAudioDevice and ALAudioRecorder: sound that nobody hears, in the time that it takes.
+"""ALAudioPlayer, ALAudioDevice and ALAudioRecorder: inaudible sound that takes as long as on a robot.
 
-Paths are those of the robot's disk, for which a folder stands: what a client names is neither read nor
-written elsewhere.
+Paths are those of the robot's disk, which is represented by a folder: clients can neither read nor write
+files elsewhere.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from naoserver_qi.calls import LOOK, Call
 _logger = logging.getLogger(__name__)
 
 MOST: Final = 100
-"""Sounds that may be loaded, and files that may be recorded."""
+"""Maximum number of loaded sounds, and of recorded files."""
 LONGEST_RECORDING: Final = 3600.0
 """Robot seconds."""
 UNKNOWN_LENGTH: Final = 1.0
-"""Seconds that a sound lasts whose file is not on the robot's disk."""
+"""Duration in s of a sound whose file is not on the robot's disk."""
 _RATES: Final = (16000, 48000)
 _CHANNELS: Final = 4
 _SAMPLE: Final = 2
@@ -51,12 +51,12 @@ _HEADER: Final = struct.Struct("<4sI4s4sIHHIIHH4sI")
 
 
 def path_on(disk: Path, name: object) -> Path:
-    """Return where a file of the robot is: `/home/nao/a.wav` is `home/nao/a.wav` in the folder `disk`.
+    """Return the place of a robot's file: `/home/nao/a.wav` is `home/nao/a.wav` in the folder `disk`.
 
     Raises InvalidCommand for one outside of it.
     """
     path = PurePosixPath("/", text(name, "file name"))
-    with suppress(OSError, RuntimeError, ValueError):  # too long, links in a circle, a null in it
+    with suppress(OSError, RuntimeError, ValueError):  # too long, a cycle of links, a null character
         place = disk.joinpath(*path.parts[1:]).resolve()
         if place.is_relative_to(disk) and place != disk:
             return place
@@ -176,7 +176,7 @@ class ALAudioPlayer(Service):
         return self._sound(id_).volume
 
     def _length(self, name: object) -> float:
-        """Return how long a file plays in s."""
+        """Return the duration of a file in s."""
         try:
             length = TinyTag.get(path_on(self._access.disk, name), tags=False).duration
         except (OSError, TinyTagException) as error:
@@ -265,7 +265,7 @@ class ALAudioRecorder(Service):
             self._recording = None
 
     def _write(self, seconds: float) -> None:
-        """Write the recording as a file of silence, which takes no room on the disk."""
+        """Write the recording as a file of silence, which is sparse: it takes no room on the disk."""
         assert self._recording is not None
         path, _, rate, channels = self._recording
         frame = channels * _SAMPLE

@@ -1,4 +1,4 @@
-"""Angles over time, as NAOqi's interpolations ask for them, and the tasks that move joints along them."""
+"""Angles over time, for NAOqi's interpolations, and the tasks that move joints along them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from naoserver_qi.calls import Call
 _BISECTIONS: Final = 30
 _EXACT: Final = 1e-12  # s
 _SETTLING: Final = 3.0
-"""Robot seconds that joints get to arrive after the end of a trajectory that was too fast for them."""
+"""Robot seconds for joints to arrive after the end of a trajectory that was too fast for them."""
 _REACHED: Final = 1e-6  # rad
 _POLL: Final = 0.1
 """Wall seconds between two checks whether a waiting call was cancelled."""
@@ -33,7 +33,7 @@ def check_times(joint: str, times: Sequence[float], keys: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A key of a curve, and its handles: each a time in s and an angle in rad beside those of the key."""
+    """A key of a curve, and its handles: each a time in s and an angle in rad relative to the key."""
 
     time: float
     angle: float
@@ -53,7 +53,7 @@ class Trajectory:
         """When the last key is reached in s."""
 
     def at(self, time: float) -> float:
-        """Return the angle at a time; before and after, the first and the last one."""
+        """Return the angle at a time; before the start the first angle, after the end the last."""
         if time <= 0.0:
             return self._keys[0].angle
         if time >= self.duration:
@@ -61,10 +61,10 @@ class Trajectory:
         i = bisect_right(self._times, time) - 1
         begin, end = self._keys[i], self._keys[i + 1]
         span, time = end.time - begin.time, time - begin.time
-        # Within the piece, so that the time along the curve never runs backwards.
+        # Handles end within the piece, so that the time along the curve never runs backwards.
         handles = min(max(begin.after[0], 0.0), span), span + max(min(end.before[0], 0.0), -span)
         times = (0.0, *handles, span)
-        low, high, s = 0.0, 1.0, time / span  # with handles of a third of the span the first guess is right
+        low, high, s = 0.0, 1.0, time / span  # with handles of a third of the span, the first guess is exact
         for _ in range(_BISECTIONS):
             late = _bernstein(times, s) - time
             if abs(late) < _EXACT:
@@ -79,11 +79,11 @@ class Trajectory:
 def smooth_trajectory(
     joint: str, start: float, times: Sequence[float], angles: Sequence[float]
 ) -> Trajectory:
-    """Return the way through keys, at rest at both ends, that never swings beyond a key.
+    """Return the trajectory through keys, at rest at both ends, that never overshoots a key.
 
-    The slope at an inner key is the harmonic mean of those beside it, 0 where the angle turns back: Fritsch
-    and Butland, SIAM J. Sci. Stat. Comput. 5 (1984). Raises InvalidCommand unless the times increase, one for
-    each angle.
+    The slope at an inner key is the harmonic mean of the slopes on both sides, 0 where the angle turns back:
+    Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984). Raises InvalidCommand unless the times increase,
+    one for each angle.
     """
     check_times(joint, times, len(angles))
     points = list(pairwise(zip((0.0, *times), (start, *angles), strict=True)))
@@ -119,7 +119,7 @@ class Task:
 
 
 class JointTasks:
-    """Move the joints of a body. Of two tasks that want the same joint the later waits for the earlier."""
+    """Move the joints of a body. If two tasks need the same joint, the later one waits for the earlier."""
 
     def __init__(self, access: Access) -> None:
         self._access = access
@@ -149,7 +149,7 @@ class JointTasks:
             self._tasks.append(task)
             while not call.stopped.is_set() and not self._taken.keys().isdisjoint(task.joints):
                 self._changed.wait(_POLL)
-            if not call.stopped.is_set():  # a caller that stopped waiting takes no joints
+            if not call.stopped.is_set():  # a cancelled call takes no joints
                 self._taken.update(dict.fromkeys(task.joints, task.number))
         try:
             yield task
@@ -165,7 +165,7 @@ class JointTasks:
 
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
-        self._body.gate.require("")  # also when nothing is left to move
+        self._body.gate.require("")  # even when nothing is left to move
         end = max(trajectory.duration for trajectory in trajectories.values())
         begin = self._clock.now()
         while not task.call.stopped.is_set():
@@ -188,7 +188,7 @@ class JointTasks:
             return [joint for joint in joints if self._taken.get(joint) == task.number]
 
     def _step(self, task: Task, trajectories: Mapping[str, Trajectory], time: float) -> None:
-        """Send the setpoints to where they are to be at a time one period from now."""
+        """Send the setpoints to their angles at a time one period from now."""
         setpoints = self._access.angles(measured=False)
         targets, speeds = {}, {}
         for joint in self._own(task, trajectories):
@@ -197,13 +197,13 @@ class JointTasks:
                 continue
             speed, cap = abs(target - setpoints[joint]) / PERIOD, self._body.speed_cap(joint)
             if abs(target - trajectories[joint].at(time - PERIOD)) <= cap * PERIOD:
-                speed = min(speed, cap)  # to catch up is no reason for a warning
+                speed = min(speed, cap)  # catching up is no reason for a warning
             targets[joint], speeds[joint] = target, speed
         if targets:
             self._body.move(targets, speeds)
 
     def _late(self, joint: str, target: float) -> bool:
-        """Return whether a setpoint is to come nearer to its end; that of a limp motor never does."""
+        """Return whether a setpoint still has to approach its end; that of a limp motor never does."""
         reading, index = self._body.read(), self._body.index(joint)
         setpoint, limp = reading.commands[index], reading.stiffnesses[index] == 0.0
         return (

@@ -22,9 +22,9 @@ from naoserver_qi.arguments import kept, number, number_within, text, within
 _logger = logging.getLogger(__name__)
 
 MOST_OF_A_NAME: Final = 8
-"""Subscriptions that one name may have, as in NAOqi."""
+"""Maximum subscriptions of one name, as in NAOqi."""
 MOST: Final = 64
-"""Subscriptions in all."""
+"""Maximum subscriptions of all names."""
 _SELECT: Final = 18
 """NAOqi's parameter that chooses the camera."""
 CAMERAS: Final = ("Camera", "CameraBottom")
@@ -32,14 +32,14 @@ CAMERAS: Final = ("Camera", "CameraBottom")
 
 Picture = tuple[int, int, int, int, int, int, bytes, int, float, float, float, float]
 """Width, height, layers, colour space, s, us, bytes, camera, angles of left, top, right and bottom."""
-# Bytes that are not said to be raw arrive as text, and mangled.
+# Bytes that are not declared as raw arrive mangled, as text.
 _SIGNATURE: Final = "(iiiiiiriffff)"
 
 Pixels = NDArray[np.uint8]
 
 
 def _yuv(rgb: Pixels) -> bytes:
-    """Return Y U V of each pixel; two neighbors share both chromas."""
+    """Return Y U V of each pixel; two neighbors share both chroma values."""
     height, width = rgb.shape[:2]
     pairs = np.frombuffer(PIXEL_FORMATS["YUV422"](rgb), np.uint8).reshape(height, width // 2, 4)
     yuv = np.empty((height, width, 3), np.uint8)
@@ -58,17 +58,17 @@ COLOR_SPACES: Final[Mapping[int, Callable[[Pixels], bytes]]] = {
 }
 """Converters of an RGB picture to a colour space's bytes, by NAOqi's number: Y, YUV422, YUV, RGB, BGR."""
 LAYERS: Final[Mapping[int, int]] = {0: 1, 9: 2, 10: 3, 11: 3, 13: 3}
-"""Bytes a pixel of each colour space."""
+"""Bytes per pixel of each colour space."""
 
 
 def source_size(facts: CameraFacts, size: tuple[int, int]) -> tuple[int, int] | None:
-    """Return the size in which a camera takes pictures of `size`: that or a multiple; None when neither."""
+    """Return the size that a camera uses for pictures of `size`: that or a multiple; None if impossible."""
     fitting = (own for own in facts.sizes if own[0] % size[0] == 0 and own[1] * size[0] == own[0] * size[1])
     return min(fitting, default=None)
 
 
 def shrunk(frame: Frame, size: tuple[int, int]) -> Pixels:
-    """Return the pixels of a frame in a size that divides its own: each the mean of those it stands for."""
+    """Return the pixels of a frame in a size that divides its own: each is the mean of a block of pixels."""
     factor = frame.width // size[0]
     if factor == 1:
         return frame.pixels
@@ -118,7 +118,7 @@ class ALVideoDevice(Service):
         self._counter = count()
         self._active = 0
         self._taking = {facts.name: threading.Lock() for facts in self._cameras}
-        # The newest frame by camera and size, and when it was asked for.
+        # The newest frame by camera and size, and the time of its request.
         self._newest: dict[tuple[str, int, int], tuple[float, Frame]] = {}
 
     def subscribeCamera(
@@ -279,14 +279,14 @@ class ALVideoDevice(Service):
         return subscription
 
     def _frame(self, facts: CameraFacts, wanted: tuple[int, int], rate: float) -> Frame:
-        """Return the newest frame; take one when a period has begun since."""
+        """Return the newest frame; take a new one if a period has begun since."""
         size = source_size(facts, wanted)
         assert size is not None
         key = (facts.name, *size)
         with self._taking[facts.name]:
             now = self._robot.clock.now()
             asked, newest = self._newest.pop(key, (-math.inf, None))
-            # By periods, not by age: who asks often gets every picture, however long one takes.
+            # By periods, not by age: a frequent caller gets every picture, however long one takes.
             if newest is None or math.floor(asked * rate) != math.floor(now * rate):
                 asked, newest = now, self._robot.capture(facts.name, *size)
             self._newest[key] = asked, newest

@@ -1,7 +1,7 @@
 """NAOqi's detectors of red balls, landmarks, faces and blobs of a color, and ALTracker, which follows them.
 
-Landmarks are ArUco marks of 4 by 4 bits, whose numbers they report. World files place them, and faces, as
-signs. They are seen in the robot's own pictures; the tracker follows with the head, or by walking.
+Landmarks are ArUco marks of 4 by 4 bits, whose numbers are reported. World files place them, and faces, as
+signs. Detection uses the robot's own pictures; the tracker follows with the head, or by walking.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from naoserver_qi.sensors import Extractor
 _logger = logging.getLogger(__name__)
 
 LOOKING: Final = 0.1
-"""Robot seconds between two looks at a picture."""
+"""Robot seconds between two detections."""
 _SIZE: Final = (320, 240)
 _CAMERAS: Final = ("CameraTop", "CameraBottom")
 _MOST_SEEN: Final = 10
 _SMALLEST: Final = 20
-"""Pixels of the smallest thing that is seen."""
+"""Pixels of the smallest region that is detected."""
 _ROUND: Final = 0.7
-"""Share of its smallest circle that a ball fills at least."""
+"""Minimum share of its enclosing circle that a ball fills."""
 
 Pixels = NDArray[np.uint8]
 Region = tuple[float, float, float, float]
-"""Center, right and down, and width and height in pixels."""
+"""Center (to the right and down), width and height, in pixels."""
 
 
 def find_red_ball(picture: Pixels) -> Region | None:
@@ -112,7 +112,7 @@ def _contours(mask: Any, smallest: int = _SMALLEST) -> list[Any]:  # noqa: ANN40
 
 
 class Detector(Extractor):
-    """Look at pictures of a camera while there are subscribers, and raise an event with what is seen."""
+    """Search pictures of a camera while there are subscribers, and raise an event with the results."""
 
     KEY: ClassVar[str]
     """The event, whose value is an empty list when nothing is seen any more."""
@@ -122,7 +122,7 @@ class Detector(Extractor):
         self._memory = access.service(ALMemory)
         self._camera = 0
         self.seen: list[tuple[Region, Any]] = []
-        """What was seen in the newest picture: in angles, and what else is known of it."""
+        """The detections in the newest picture: the region in angles, and further data."""
         self._failing = False
 
     def setActiveCamera(self, camera: object) -> bool:
@@ -139,7 +139,7 @@ class Detector(Extractor):
         if not self._robot.cameras:
             raise HardwareFailure("this robot has no camera")
         try:
-            import cv2  # noqa: F401 - whether it is there
+            import cv2  # noqa: F401 - is it installed?
         except ModuleNotFoundError as error:
             raise HardwareFailure(missing_package(error, "vision")) from None
         self._memory.insertData(self.KEY, [])
@@ -165,21 +165,21 @@ class Detector(Extractor):
             self._memory.raiseEvent(self.KEY, [])
 
     def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
-        """Return the regions of what is seen, and what else is known of each."""
+        """Return the detected regions, each with further data."""
         raise NotImplementedError
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
-        """Return the event's value: by default that of one thing."""
+        """Return the event's value: by default that of a single detection."""
         return [stamp, list(self.seen[0][0]), *poses, self._camera]
 
     def _poses(self) -> list[object]:
-        """Return where the camera is in the torso's and in the robot's frame."""
+        """Return the place of the camera in the torso's and in the robot's frame."""
         name = _CAMERAS[self._camera]
         return [numbers_of(self._access.place(name, frame, measured=True)) for frame in (0, 2)]
 
 
 def _in_angles(region: Region, facts: CameraFacts) -> Region:
-    """Return a region as angles in rad from the middle of the picture, to the left and down, and its size."""
+    """Return a region in angles in rad: center, to the left and down from the picture's, and size."""
     x, y, width, height = region
     focal = _SIZE[0] / 2 / math.tan(facts.horizontal_fov / 2)
     return (
@@ -258,17 +258,17 @@ _TARGETS: Final[dict[str, tuple[type[Detector], float]]] = {
     "Face": (ALFaceDetection, 0.1),
     "LandMark": (ALLandMarkDetection, 0.09),
 }
-"""What sees each target, and its width in m where none is given."""
+"""The detector of each target, and its default width in m."""
 _SHARE: Final = 0.3
 """Fraction of full speed at which the head follows."""
 _GAIN: Final = 0.5
-"""Share of the error in angle that a look corrects: pictures are some tenths of a second old."""
+"""Share of the angular error corrected at each detection: pictures are some tenths of a second old."""
 _SPEED: Final = 0.5
-"""Velocity of the walk in 1/s relative to the rest of the way."""
+"""Ratio of the walk's velocity to the rest of the way, in 1/s."""
 _NEAR: Final = 0.3
-"""Distance in m at which the walk stops where none is given."""
+"""Default distance in m at which the walk stops."""
 _LOST: Final = 5
-"""Looks without the target after which it is lost."""
+"""Detections without the target after which it is lost."""
 _HEAD: Final = ("HeadYaw", "HeadPitch")
 
 
@@ -422,7 +422,7 @@ class ALTracker(Service):
         self._walking.go(WalkVelocity(forward, 0.0, min(max(turn, -limits.turn), limits.turn)), limits)
 
     def _aim(self, yaw: float, pitch: float, share: float) -> None:
-        """Send the head to angles, within what it can."""
+        """Send the head to angles, within its range."""
         facts = [self._access.body.facts(joint) for joint in _HEAD]
         aims = [min(max(at, joint.lower), joint.upper) for at, joint in zip((yaw, pitch), facts, strict=True)]
         self._motion._send(_HEAD, aims, share)

@@ -1,1 +1,1 @@
-"""Any robot server as a node of ROS 2, with the names of naoqi_driver2: command `naoserver-ros2`."""
+"""Any robot server as a ROS 2 node, with the names of naoqi_driver2: the command `naoserver-ros2`."""

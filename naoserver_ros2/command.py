@@ -26,7 +26,7 @@ EXPECTED: Final = (RosError, GatewayError)
 
 _ANY_PORT: Final = "tcp/127.0.0.1:0"
 _LOOK: Final = 0.1
-"""Seconds between two looks at who listens."""
+"""Seconds between two checks for listeners."""
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")
 
@@ -77,9 +77,9 @@ def gateway(
 
 @contextmanager
 def serve(communicator: Communicator, name: str, **options: Any) -> Iterator[Telemetry]:  # noqa: ANN401
-    """Show the robot of a communicator's realm as a node of ROS within a `with` block.
+    """Show the robot of a communicator's realm as a ROS node within a `with` block.
 
-    `options` are those of `ros2.Node`. Yields what is to look, some times a second, who listens.
+    `options` are those of `ros2.Node`. Yields the telemetry, whose `look` is due several times a second.
     """
     clock = require(communicator, ClockPrx, "Clock")
     reading = clock.getTime()

@@ -1,7 +1,7 @@
-"""What ROS asks of the robot: topics, actions and services, each through the servants of the robot server.
+"""Commands from ROS: topics, actions and services, each executed through the servants of the robot server.
 
-So watchdog, lease, emergency stop and the limits of every joint hold as for any other client, and what the
-gateway drove stops when it dies. What is refused is logged, with the joint's name.
+Watchdog, lease, emergency stop and the limits of joints thus apply as for any other client, and motion that
+the gateway drives stops when it dies. Refusals are logged, with the joint's name.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ from .telemetry import find, require
 _NEWEST: Final = QoS(depth=1)
 _FULL_PACE: Final = 1.0
 _POLL: Final = 0.05
-"""Wall seconds between two looks at a motion, a posture or speech."""
+"""Wall seconds between two checks of a motion, a posture or speech."""
 _QUIET: Final = 1.0
-"""Wall seconds in which the same refusal is logged once."""
+"""Wall seconds in which the same refusal is logged only once."""
 _MOST_REFUSALS: Final = 10
-"""Refusals that are logged in that time."""
+"""Maximum refusals that are logged in that time."""
 
 _logger = logging.getLogger(__name__)
 
 
 class RefusedError(Exception):
-    """A message of ROS asks for what makes no sense."""
+    """A message from ROS has an invalid request."""
 
 
 class Commands:
-    """Serves a node's commands to a robot, as far as it has what they need."""
+    """Serves a node's commands to a robot, as far as the robot supports them."""
 
     def __init__(self, node: Node, communicator: Communicator, stamps: Stamps) -> None:
         self._node: Final = node
@@ -112,7 +112,7 @@ class Commands:
         self._node.create_subscription(type_name, name, receive, qos)
 
     def _refuse(self, name: str, why: str) -> None:
-        """Log why a message was refused, the same once and ten in a second: messages may come fast."""
+        """Log why a message was refused: each reason once, and at most ten in a second."""
         now = time.monotonic()
         recent = [text for text, logged in tuple(self._refusals) if now - logged < _QUIET]
         if why not in recent and len(recent) < _MOST_REFUSALS:
@@ -120,7 +120,7 @@ class Commands:
             _logger.warning("/%s: refused: %s", name, why)
 
     def _drive(self, twist: Any) -> None:  # noqa: ANN401
-        """Walk at a velocity until the next; the robot stops by itself 0.5 s after the last."""
+        """Walk at a velocity until the next message; the server stops the walk 0.5 s after the last one."""
         velocity = {"linear.x": twist.linear.x, "linear.y": twist.linear.y, "angular.z": twist.angular.z}
         for field, value in velocity.items():
             if not math.isfinite(value):
@@ -138,7 +138,7 @@ class Commands:
         x, y, heading = place.x, place.y, math.atan2(sine, cosine)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise RefusedError("the place is not a finite number")
-        if not (math.isfinite(sine) and math.isfinite(cosine)):  # of infinite ones the heading is finite
+        if not (math.isfinite(sine) and math.isfinite(cosine)):  # infinite ones would give a finite heading
             raise RefusedError("the orientation is not a finite number")
         if frame == ODOM:
             here = self._encoders.getEncodersData()
@@ -169,7 +169,7 @@ class Commands:
         self._body.setJointPositions(targets, message.speed)
 
     def _chain(self, name: str) -> Sequence[str]:
-        """Return the joints of one of NAOqi's chains; a joint is its own."""
+        """Return the joints of one of NAOqi's chains; a joint is a chain of one."""
         parts = {
             "Head": ("Head",),
             "Arm": ("Shoulder", "Elbow", "Wrist", "Hand"),
@@ -230,7 +230,7 @@ class Commands:
 
 
 def _accompany(goal: ServerGoal, state: Callable[[], ActionState], stop: Callable[[], None]) -> None:
-    """Wait for the end of the motion or posture that was just begun; stop it when the goal is cancelled."""
+    """Wait for the end of the motion or posture just begun; stop it when the goal is cancelled."""
     own = state().count
     while True:
         now = state()

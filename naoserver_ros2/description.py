@@ -1,7 +1,7 @@
-"""The body in ROS's words: a URDF, and the frames of its links and sensors.
+"""The description of the body for ROS: a URDF, and the frames of its links and sensors.
 
-The names of links and frames are those of naoqi_driver2, of which REP 120 (Coordinate Frames for Humanoid
-Robots) has `base_link`, `torso`, `gaze`, `l_wrist`, `l_gripper`, `l_ankle`, `l_sole` and the right side's.
+The names of links and frames are those of naoqi_driver2. REP 120 (Coordinate Frames for Humanoid Robots)
+defines `base_link`, `torso`, `gaze`, `l_wrist`, `l_gripper`, `l_ankle`, `l_sole` and those on the right.
 Axes are those of REP 103: x forward, y left, z up; of optical frames z forward, x right, y down.
 """
 
@@ -19,7 +19,7 @@ from naoserver.capabilities import Vector
 ROOT: Final = "base_link"
 """The root of the tree: the torso's frame."""
 FOOTPRINT: Final = "base_footprint"
-"""The place on the floor between the soles, facing as the torso does."""
+"""The place on the floor between the soles, with the heading of the torso."""
 SOLES: Final = ("l_sole", "r_sole")
 LINKS: Final = {
     "torso": "torso",
@@ -53,9 +53,9 @@ CAMERA_FRAMES: Final = {
 """The beginning of the frames of each camera: `..._frame`, and `..._optical_frame` of its images."""
 
 _BONE: Final = 0.018
-"""Radius in m of the cylinders that are drawn between joints, beside the shapes of the facts."""
+"""Radius in m of the cylinders that are drawn between joints, in addition to the shapes of the facts."""
 _LEAST_MASS, _LEAST_INERTIA = 1e-5, 1e-8
-"""In kg and kg m2, of the fingers, whose mass the hand includes: simulators need some."""
+"""For the fingers, in kg and kg m2: their mass is included in the hand's, but simulators need some."""
 _OPTICAL: Final = (-math.pi / 2, 0.0, -math.pi / 2)
 _NOWHERE: Final = (0.0, 0.0, 0.0)
 
@@ -76,7 +76,7 @@ class Frame:
 
 
 def body_of(joints: Sequence[str]) -> Body | None:
-    """Return the body with these joints in this order; None of a robot that is none of ours."""
+    """Return the body with these joints in this order; None for an unknown robot."""
     return next((body for body in BODIES.values() if body.joint_names == tuple(joints)), None)
 
 
@@ -121,7 +121,7 @@ def _touch_frame(sensor: str) -> tuple[str, str]:
 def urdf(body: Body) -> str:
     """Return the URDF of a body: links with masses and shapes, joints with limits, fixed frames.
 
-    The shapes are the facts' simple ones of the links, and lines from joint to joint; there are no meshes.
+    The shapes are the simple ones in the facts of the links, and lines from joint to joint, without meshes.
     """
     robot = ET.Element("robot", name=f"nao_{body.name.lower()}")
     material = ET.SubElement(robot, "material", name="shell")

@@ -1,4 +1,4 @@
-"""Readings of the robot as messages of ROS: their fields, in SI units and the axes of REP 103.
+"""Readings of the robot as ROS messages: their fields, in SI units and the axes of REP 103.
 
 `Stamps` turns the robot's time into that of ROS. `BodyFrames` makes the tree of transforms (REP 105, 120):
 `odom`, `base_link` (the torso), the links, and `base_footprint` on the floor below.
@@ -53,19 +53,19 @@ _QUALITY: Final = 80
 
 
 class Stamps:
-    """The time of ROS: of a simulation the robot's, of a real robot the date."""
+    """The time of ROS: in a simulation the robot's time, for a real robot the date."""
 
     def __init__(self, *, simulated: bool) -> None:
         self.simulated: Final = simulated
         self._offset = 0  # ns
 
     def adjust(self, time: float, wall_time: float) -> None:
-        """Take the date in s since 1970 of a moment of the robot's time in s."""
+        """Take the date, in s since 1970, at a robot time in s."""
         if not self.simulated:
             self._offset = round((wall_time - time) * _NS)
 
     def ns(self, time: float) -> int:
-        """Return the time of ROS in ns of a robot's time in s."""
+        """Return the time of ROS in ns at a robot time in s."""
         return max(0, round(time * _NS) + self._offset)
 
     def stamp(self, time: float) -> Fields:
@@ -74,7 +74,7 @@ class Stamps:
         return {"sec": sec, "nanosec": nanosec}
 
     def robot_time(self, seconds: float) -> float:
-        """Return the robot's time in s of a time of ROS in s."""
+        """Return the robot time in s at a time of ROS in s."""
         return seconds - self._offset / _NS
 
     def header(self, time: float, frame: str = "") -> Fields:
@@ -83,7 +83,7 @@ class Stamps:
 
 
 def joint_state(header: Fields, names: Sequence[str], state: JointState) -> Fields:
-    """Return a sensor_msgs/msg/JointState; of hands 0 is closed and 1 open."""
+    """Return a sensor_msgs/msg/JointState; for hands, 0 is closed and 1 open."""
     return {
         "header": header,
         "name": list(names),
@@ -94,7 +94,7 @@ def joint_state(header: Fields, names: Sequence[str], state: JointState) -> Fiel
 
 
 def imu(header: Fields, reading: InertialReading) -> Fields:
-    """Return a sensor_msgs/msg/Imu; nothing measures the heading: 0, with a variance that says so."""
+    """Return a sensor_msgs/msg/Imu; the heading is not measured: it is 0, with a variance that shows this."""
     orientation = [_LEVEL_OF_TILT, 0.0, 0.0, 0.0, _LEVEL_OF_TILT, 0.0, 0.0, 0.0, math.pi**2]
     return {
         "header": header,
@@ -106,7 +106,7 @@ def imu(header: Fields, reading: InertialReading) -> Fields:
 
 
 def sonar(header: Fields, distance: float, limits: SonarLimits) -> Fields:
-    """Return a sensor_msgs/msg/Range; nothing in range is infinite (REP 117)."""
+    """Return a sensor_msgs/msg/Range; infinite if nothing is in range (REP 117)."""
     return {
         "header": header,
         "radiation_type": 0,  # ultrasound
@@ -118,7 +118,7 @@ def sonar(header: Fields, distance: float, limits: SonarLimits) -> Fields:
 
 
 def battery(header: Fields, reading: BatteryReading) -> Fields:
-    """Return a sensor_msgs/msg/BatteryState; what the robot does not measure is not a number."""
+    """Return a sensor_msgs/msg/BatteryState; values that the robot does not measure are nan."""
     unknown = dict.fromkeys(("voltage", "charge", "capacity", "design_capacity"), math.nan)
     full = reading.charge >= _FULL
     return {
@@ -266,7 +266,7 @@ def _status(name: str, level: int, message: str, values: Mapping[str, object]) -
 
 
 class BodyFrames:
-    """The transforms of a body as messages, which are made fast, for each reading of the joints."""
+    """The transforms of a body as messages, made quickly for each reading of the joints."""
 
     def __init__(self, types: Types, body: Body) -> None:
         self._joints: Final = body.joints
@@ -282,7 +282,7 @@ class BodyFrames:
         self._way: deque[tuple[float, EncodersData]] = deque(maxlen=_MOST_BETWEEN)
 
     def fixed(self, ns: int) -> Any:  # noqa: ANN401 - a message's class is made at run time
-        """Return the tf2_msgs/msg/TFMessage of what never moves."""
+        """Return the tf2_msgs/msg/TFMessage of the fixed frames."""
         return self.message([self._of_frame(frame, ns) for frame in self._fixed])
 
     def moving(self, ns: int, angles: Sequence[float]) -> list[Any]:
@@ -297,12 +297,12 @@ class BodyFrames:
     ) -> tuple[list[Any], Matrix]:
         """Return the transforms below odom and base_footprint, and the place of base_link in odom.
 
-        `tilt` is roll and pitch of the torso in rad; without odometry there is no odom but the floor below.
+        `tilt` is roll and pitch of the torso in rad; without odometry there is no odom, only the floor below.
         """
         by_name = {joint.name: angle for joint, angle in zip(self._joints, angles, strict=True)}
         torso = matrix_of((0.0, 0.0, 0.0, *tilt, 0.0))
         soles = [torso @ place_of(leg, by_name) for leg in ("LLeg", "RLeg")]
-        torso[2, 3] = -min(sole[2, 3] for sole in soles)  # the lower one stands on the floor
+        torso[2, 3] = -min(sole[2, 3] for sole in soles)  # the lower sole is on the floor
         x, y = (soles[0][:2, 3] + soles[1][:2, 3]) / 2
         footprint = np.linalg.inv(torso) @ matrix_of((float(x), float(y), 0.0, 0.0, 0.0, 0.0))
         found = [self._of_matrix(ROOT, FOOTPRINT, footprint, ns)]
@@ -314,7 +314,7 @@ class BodyFrames:
     def odometry(self, header: Fields, time: float, place: Matrix, data: EncodersData) -> Fields:
         """Return a nav_msgs/msg/Odometry of base_link: its velocity is that over the last 0.2 s."""
         way = self._way
-        if way and not way[-1][0] < time:  # the simulation began again
+        if way and not way[-1][0] < time:  # the simulation restarted
             way.clear()
         way.append((time, data))
         while len(way) > 2 and time - way[1][0] >= _SPEED_OVER:

@@ -1,4 +1,4 @@
-"""What the robot reports, as topics; what nobody listens to is neither asked of the robot nor published."""
+"""Reports of the robot as topics; without listeners, data is neither requested nor published."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ CAMERAS: Final = {
 
 _ONCE_A_SECOND: Final = 1.0
 _EVENTS: Final = 64
-"""Changes of the touch sensors that may wait."""
+"""Maximum changes of the touch sensors that wait."""
 
 P = TypeVar("P", bound=ObjectPrx)
 V = TypeVar("V")
@@ -48,12 +48,12 @@ class GatewayError(Exception):
 
 
 def require(communicator: Communicator, interface: type[P], identity: str) -> P:
-    """Return a checked proxy of what every robot server has; raises SystemException without one."""
+    """Return a checked proxy of a servant of every robot server; raises SystemException without it."""
     return interface.checkedCast(communicator.stringToProxy(identity))
 
 
 def find(communicator: Communicator, interface: type[P], identity: str) -> P | None:
-    """Return a checked proxy; None where the robot has no such servant."""
+    """Return a checked proxy; None if the robot has no such servant."""
     try:
         return require(communicator, interface, identity)
     except ObjectNotExistException:
@@ -61,17 +61,17 @@ def find(communicator: Communicator, interface: type[P], identity: str) -> P | N
 
 
 class Output(NamedTuple):
-    """A topic that is made of the samples of a stream."""
+    """A topic made from the samples of a stream."""
 
     type_name: str
     name: str
     frame: str
     fields: Callable[[Fields, Any], Fields]
-    """Returns the message's fields, of its header and of a sample's value."""
+    """Returns the message's fields from its header and a sample's value."""
 
 
 class _Topic:
-    """A topic, and whether somebody listened to it at the last look."""
+    """A topic, and whether it had listeners at the last check."""
 
     def __init__(self, publisher: Publisher) -> None:
         self.publish: Final = publisher.publish
@@ -80,7 +80,7 @@ class _Topic:
 
 
 class _Relay:
-    """Follows a stream of the robot while somebody listens to one of the topics that are made of it."""
+    """Follows a stream of the robot while one of the topics made from it has listeners."""
 
     def __init__(self, topics: Sequence[_Topic], follow: Callable[[], Subscription[Any]]) -> None:
         self._topics = topics
@@ -102,12 +102,12 @@ class _Relay:
 
 
 class Telemetry:
-    """Publishes what a robot server streams; `look` is to be called some times a second."""
+    """Publishes the streams of a robot server; `look` is to be called several times a second."""
 
     def __init__(self, node: Node, communicator: Communicator, stamps: Stamps) -> None:
-        """Announce topics for what the robot has.
+        """Announce topics for the robot's servants.
 
-        Raises GatewayError for a body that is not known, SystemException when the server is gone.
+        Raises GatewayError for an unknown body, SystemException when the server is gone.
         """
         self._node: Final = node
         self._communicator: Final = communicator
@@ -133,7 +133,7 @@ class Telemetry:
         )
 
     def look(self) -> None:
-        """Follow what somebody listens to, and nothing else."""
+        """Follow just the streams whose topics have listeners."""
         heard = {entity.name for entity in self._node.graph.entities("MS")}
         for relay in self._relays:
             relay.look(heard)
@@ -148,7 +148,7 @@ class Telemetry:
         return _Topic(self._node.create_publisher(type_name, name, qos))
 
     def _show(self, stream: StreamedCall[..., V], *outputs: Output) -> None:
-        """Publish topics of a stream."""
+        """Publish topics from a stream."""
         topics = [(self._topic(output.type_name, output.name), output) for output in outputs]
 
         def publish(sample: Sample[V]) -> None:
@@ -256,7 +256,7 @@ class Telemetry:
 
         def info(header: Fields, image: ImageData) -> Fields:
             nonlocal described
-            if described.width != image.description.width:  # somebody set another size
+            if described.width != image.description.width:  # a client has set another size
                 described = camera.getCameraDescription()
             return messages.camera_info(header, described)
 
@@ -270,6 +270,6 @@ class Telemetry:
 
 
 def _newest(stream: StreamedCall[[], V]) -> V:
-    """Return the newest value of a stream; only the first one takes a call."""
+    """Return the newest value of a stream; only the first one needs a call."""
     sample = stream.latest()
     return stream() if sample is None else sample.value

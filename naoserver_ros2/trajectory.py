@@ -1,8 +1,8 @@
-"""Joint trajectories: the action FollowJointTrajectory of control_msgs, as ros2_control's controller does it.
+"""Joint trajectories: the action FollowJointTrajectory of control_msgs, as in ros2_control's controller.
 
 A goal is checked before anything moves. While it runs, each sample of the joints' state leads to the next
-targets, so it goes by the robot's time: it waits while a simulation is paused, and what drives the joints
-ends with this process. Positions are interpolated by cubics where every point has velocities, else linearly.
+targets. It thus follows the robot's time, waits while a simulation is paused, and ends with this process.
+Positions are interpolated by cubics if every point has velocities, else linearly.
 """
 
 from __future__ import annotations
@@ -32,26 +32,26 @@ GOAL_TOLERANCE_VIOLATED: Final = -5
 
 _MOST_POINTS: Final = 10_000
 _LONGEST: Final = 3600.0
-"""Robot seconds until a trajectory begins, and that it takes."""
+"""Maximum robot seconds until a trajectory begins, and maximum duration."""
 _BEYOND: Final = 0.01
-"""What a position may lie beyond its joint's limits in rad: planners round."""
+"""Distance in rad by which a position may exceed its joint's limits: planners round."""
 _SETTLING: Final = 5.0
-"""Robot seconds in which the goal is to be reached where the request gives no time."""
+"""Robot seconds in which the goal is to be reached if the request gives no time."""
 _FEEDBACK: Final = 0.1
 """Robot seconds between two feedbacks."""
 _SILENCE: Final = 1.0
-"""Wall seconds after which a stream without samples is looked at: the simulation may be paused."""
+"""Wall seconds after which a stream without samples is checked: the simulation may be paused."""
 _LONGEST_STEP: Final = 0.1
-"""Robot seconds by which the setpoints are ahead at most."""
+"""Maximum robot seconds by which the setpoints are ahead."""
 _HURRY: Final = 1.5
-"""By how much the setpoints move faster than the trajectory, so that they do not fall behind."""
+"""Factor by which the setpoints are faster than the trajectory, so that they do not fall behind."""
 _SLOWEST: Final = 0.001
 
 Numbers = NDArray[np.float64]
 
 
 class TrajectoryError(Exception):
-    """A trajectory is refused or failed: with the action's error code and a text for people."""
+    """A trajectory was refused or failed; it has the action's error code and a text for people."""
 
     def __init__(self, code: int, text: str) -> None:
         super().__init__(text)
@@ -60,7 +60,7 @@ class TrajectoryError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """Positions in rad of some joints at increasing times in s, and how far from them they may be."""
+    """Positions in rad of some joints at increasing times in s, and tolerances."""
 
     joints: tuple[str, ...]
     times: tuple[float, ...]
@@ -69,15 +69,15 @@ class Trajectory:
     velocities: Numbers | None
     """In rad/s; None where a point has none."""
     start: float | None
-    """Time of ROS at which it begins; None for at once."""
+    """Time of ROS at which it begins; None for immediately."""
     path_tolerances: Mapping[str, float]
-    """By joint in rad, as far as there are some."""
+    """In rad, by joint, for those that have one."""
     goal_tolerances: Mapping[str, float]
     settling: float
     """Seconds after its end in which the goal tolerances are to be met."""
 
     def at(self, time: float) -> Numbers:
-        """Return the positions at a time in s since the start; beyond the ends, those there."""
+        """Return the positions at a time in s since the start; beyond the ends, those at the ends."""
         times, positions = self.times, self.positions
         index = bisect.bisect_right(times, time)
         if index in (0, len(times)):
@@ -93,7 +93,7 @@ class Trajectory:
         return np.asarray(before + share * (slow + share * (bend + share * twist)))
 
     def from_positions(self, positions: Sequence[float]) -> Trajectory:
-        """Return the trajectory with a way from where the joints rest to its first point."""
+        """Return the trajectory extended by a way from the joints' present positions to its first point."""
         if self.times[0] <= 0.0:
             return self
         velocities = (
@@ -181,7 +181,7 @@ def _rows(points: Sequence[Any], field: str, joints: Sequence[str]) -> Numbers:
 
 
 def _tolerances(field: str, given: Sequence[Any], joints: Sequence[str]) -> dict[str, float]:
-    """Return the tolerances in rad that bind: 0 is the default, which is none, and below 0 lifts it."""
+    """Return the effective tolerances in rad: 0 is the default, no limit; a negative one lifts the limit."""
     for tolerance in given:
         if tolerance.name not in joints:
             raise TrajectoryError(
@@ -197,10 +197,10 @@ def _seconds(moment: Any) -> float:  # noqa: ANN401 - a Time or a Duration
 
 
 class TrajectoryFollower:
-    """Execute trajectories on the joints of `body`; a newer one takes joints from an older one."""
+    """Execute trajectories on the joints of `body`; a newer one takes over joints from an older one."""
 
     def __init__(self, body: JointsPrx, robot_time: Callable[[float], float]) -> None:
-        """Follow trajectories; `robot_time` turns a time of ROS in s into the robot's."""
+        """Follow trajectories; `robot_time` converts a time of ROS in s to the robot's."""
         self._body = body
         self._robot_time: Final = robot_time
         self._names: Final = tuple(body.getJointNames())
@@ -269,18 +269,18 @@ class TrajectoryFollower:
                 raise TrajectoryError(code, strayed or missed)
 
     def _next(self, goal: ServerGoal, sample: Sample[JointState]) -> Sample[JointState]:
-        """Return the next sample, or the same one once the goal is cancelled while none comes."""
+        """Return the next sample, or the same one if the goal is cancelled before the next arrives."""
         while not goal.canceled:
             try:
                 return self._body.getJointState.wait(after=sample, timeout=_SILENCE)
             except TimeoutException:
-                continue  # paused; a server that is gone raises something else
+                continue  # paused; a lost server raises another exception
         return sample
 
     def _steer(
         self, trajectory: Trajectory, time: float, period: float, state: JointState, columns: Sequence[int]
     ) -> None:
-        """Send the setpoints to where they are to be at the next sample, as slowly as will do."""
+        """Send the setpoints to their targets at the next sample, no faster than necessary."""
         targets = trajectory.at(time + period)
         commands = np.array([state.commands[column] for column in columns])
         highest = np.array([self._limits[name].maxVelocity for name in trajectory.joints])
@@ -296,7 +296,7 @@ class TrajectoryFollower:
 
 
 def _worst(trajectory: Trajectory, desired: Numbers, actual: Numbers, tolerances: Mapping[str, float]) -> str:
-    """Return which joint is too far from where it should be; empty when none is."""
+    """Return the joint that is too far from its desired position; empty when none is."""
     for joint, wanted, found in zip(trajectory.joints, desired, actual, strict=True):
         if abs(found - wanted) > tolerances.get(joint, math.inf):
             most = tolerances[joint]

@@ -14,8 +14,8 @@ _GL: Final = "MUJOCO_GL"
 def main() -> NoReturn:
     """Run the command, or report the missing package."""
     hfsm_command.begin_loading()
-    # MuJoCo, while it is imported, would look for GLFW, which starts a process. The cameras need no windows,
-    # and make their GL contexts later as the variable says.
+    # On import, MuJoCo would look for GLFW, which starts a process. The cameras need no windows, and
+    # create their GL contexts later, according to the variable.
     chosen = os.environ.get(_GL, "")
     os.environ[_GL] = "disable"
     try:

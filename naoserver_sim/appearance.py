@@ -1,6 +1,6 @@
 """Appearance of the robot: shapes and materials from skin.toml, meshes from skin.obj, and lamps that shine.
 
-Nothing of it is ever touched.
+None of it takes part in contacts.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from naoserver.capabilities import Color, Vector
 from naoserver.expression import START
 
 VISUAL_GROUP: Final = 1
-"""The geoms of this group are what the cameras see of the robot."""
+"""The group of the geoms that the cameras see of the robot."""
 _GLASS: Final = (0.62, 0.65, 0.68)
 """The color of a lamp that is off."""
 _WHITE: Final = (0.52, 0.74, 0.80)
-"""The white of LEDs, which is cold; what shines by itself is added to it."""
+"""The white of LEDs, which is cold; emitted light is added to it."""
 _PALE: Final = 0.25
-"""Share of white in what a lamp shows: it dazzles."""
+"""Share of white in the color of a lamp, because it dazzles."""
 _EMISSION: Final = 0.7
 
 _PRIMITIVES: Final = {
@@ -39,14 +39,14 @@ _PRIMITIVES: Final = {
 
 
 class Look(NamedTuple):
-    """A color of a surface, and how much of it shines by itself."""
+    """A color of a surface, and the share of it that is emitted."""
 
     color: Color
     emission: float
 
 
 def look_of(light: Color) -> Look:
-    """Return how a lamp looks that shows a color."""
+    """Return the look of a lamp that shows a color."""
     brightness = max(light)
     red, green, blue = (
         glass * (1.0 - brightness) + white * ((1.0 - _PALE) * shown + _PALE * brightness)
@@ -84,7 +84,7 @@ class Shape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             yield self.link, True
 
     def shining(self, *, mirrored: bool) -> str:
-        """Return the group of lights that it shines with; empty when it does not."""
+        """Return the group of lights to which it belongs; empty if none."""
         sided = self.light and (self.twice or self.link.startswith("l_"))
         return f"{'Right' if mirrored else 'Left'}{self.light}" if sided else self.light
 
@@ -140,7 +140,7 @@ def add_appearance(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], *, 
 
 
 def _geometry(spec: mujoco.MjSpec, shape: Shape, *, mirrored: bool) -> dict[str, Any]:
-    """Return what MuJoCo is to know of a shape's form and place."""
+    """Return the attributes in MuJoCo of a shape's form and place."""
     mirror = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
     if shape.kind == "mesh":
         return {"meshname": _add_mesh(spec, shape.mesh, mirrored=mirrored)}
@@ -193,7 +193,7 @@ def lamp_material(light: str) -> str:
 
 
 class Lamps:
-    """Let the lamps of a model look as its lights are."""
+    """Show the robot's lights on the lamps of a model."""
 
     def __init__(self, mj: mujoco.MjModel, colors: Callable[[], Mapping[str, Color]]) -> None:
         self._mj = mj
@@ -205,7 +205,7 @@ class Lamps:
         self._shown: Mapping[str, Color] = dict(START)
 
     def show(self) -> None:
-        """Look as the lights are now; for the thread that draws."""
+        """Show the present lights; for the drawing thread."""
         colors = self._colors()
         if colors == self._shown:
             return

@@ -1,7 +1,7 @@
 """The body in the model: links, joints, motors, contact shapes, cameras and sensors, made from its facts.
 
-Units and frames are those of `naoserver.body`; gains and what touches what stand in scene.xml. What a person
-sees of the body is in `appearance.py`.
+Units and frames are those of `naoserver.body`; gains and collision classes are in scene.xml. The visible
+shapes of the body are in `appearance.py`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ SIDES: Final = ("left", "right")
 BUMPERS: Final = ("LFootBumperLeft", "LFootBumperRight", "RFootBumperLeft", "RFootBumperRight")
 _UNIT: Final = "inertial unit"
 
-# A bumper feels the forces of contacts that point into a space in front of its half of the toe. The half
-# sizes of that in m; how far it is in front of the toe, and how far it reaches below the sole: by less than
-# what rays of contacts with the floor fall on their way there.
+# A bumper feels the forces of contacts whose rays enter a box in front of its half of the toe. Half sizes of
+# the box in m; its distance from the toe; and its depth below the sole, which is less than the distance by
+# which rays of contacts with the floor descend on their way there.
 _BUMPER: Final = (0.006, 0.03, 0.0225)
 _BUMPER_AHEAD: Final = 0.0008
 _BUMPER_BELOW: Final = 0.0008
@@ -70,7 +70,7 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
 
 
 def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) -> None:
-    """Mount a camera that looks along x of its parent, pitched down by its tilt and turned left by `yaw`."""
+    """Mount a camera that looks along its parent's x axis, pitched by its tilt and turned left by `yaw`."""
     width, height = camera.sizes[0]
     half = math.tan(camera.horizontal_fov / 2)
     right = (math.sin(yaw), -math.cos(yaw), 0.0)
@@ -86,7 +86,7 @@ def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) ->
 def add_motor(spec: mujoco.MjSpec, joint: JointFacts, kind: str, lasting: float | None = None) -> None:
     """Add the motor of a joint, named as the joint: it pulls towards its setpoint with the gains of its kind.
 
-    `lasting` is the torque in N m that it may give for good; without one that is its greatest.
+    `lasting` is the continuous torque in N m; by default its maximum torque.
     """
     spec.add_actuator(
         spec.find_default(kind),
@@ -130,7 +130,7 @@ def _add_link(
 
 
 def _add_contact_shapes(spec: mujoco.MjSpec, links: Links) -> None:
-    """Add the shapes with which the links touch things; the feet stand on the box round their soles."""
+    """Add the contact shapes of the links; the feet stand on the boxes round their soles."""
     kind, geom = spec.find_default("link"), mujoco.mjtGeom
     height = H25.facts["dimensions"]["foot_height"]
     for shape in H25.facts["self_collision_shapes"]["shapes"]:
@@ -151,7 +151,7 @@ def _add_contact_shapes(spec: mujoco.MjSpec, links: Links) -> None:
             link.add_geom(kind, type=geom.mjGEOM_SPHERE, size=[size[0], 0, 0], pos=place)
         else:
             radius, length = size
-            # The facts give a cylinder; a capsule of the same radius and reach costs less.
+            # The facts give a cylinder; a capsule of the same radius and reach is cheaper to compute.
             half = max(length / 2 - radius, 0.001) * np.array(shape["axis"])
             ends = [*(place - half), *(place + half)]
             link.add_geom(kind, type=geom.mjGEOM_CAPSULE, size=[radius, 0, 0], fromto=ends)
@@ -163,14 +163,14 @@ def sole(side: str) -> str:
 
 
 def _pass_through(first: str, second: str) -> bool:
-    """Return whether two links pass through each other."""
+    """Return whether two links may pass through each other."""
     # The balls round the ankles reach into the other leg and into the thigh of a robot that merely crouches:
     # shins and soles keep the legs apart, the range of the knee keeps the ankle off the thigh.
     return not {"l_ankle", "r_ankle"}.isdisjoint((first, second)) or are_neighbors(first, second)
 
 
 def are_neighbors(first: str, second: str) -> bool:
-    """Return whether two links meet in joints at one point, or one carries the other there.
+    """Return whether two links meet at joints in one point, or one carries the other there.
 
     The shapes of neighbors overlap.
     """

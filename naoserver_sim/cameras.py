@@ -41,7 +41,7 @@ _MISSING: Final = (
 def create_context(width: int, height: int) -> mujoco.GLContext:
     """Make an offscreen GL context: EGL, or OSMesa where there is no EGL.
 
-    The environment variable MUJOCO_GL, set to one of these or to `disable`, leaves no choice.
+    The environment variable MUJOCO_GL, set to one of these or to `disable`, overrides the choice.
 
     Raises HardwareFailure that names the missing package.
     """
@@ -88,8 +88,8 @@ _VIRTUAL_TIMEOUT: Final = 60.0
 _QUEUE_LENGTH: Final = 16
 _MOST_GEOMS: Final = 400
 _SMALL: Final = (32, 24)
-# The passes that a camera image does without: they cost more than all the rest on a machine without a GPU.
-# Shadows are drawn in worlds whose light casts them.
+# The passes that camera images omit: without a GPU, they cost more than all others together.
+# Shadows are drawn only in worlds whose light casts them.
 _FLAGS_OFF: Final = ("REFLECTION", "FOG", "HAZE")
 
 
@@ -102,9 +102,9 @@ class _Request:
 
 
 class CameraRenderer:
-    """Render the newest snapshot as a camera sees it, the lamps as they shine now.
+    """Render the newest snapshot as seen by a camera, with the present lights.
 
-    With a `sensor` the pictures of its cameras are as imperfect as it makes them.
+    With a `sensor`, the pictures of its cameras have the imperfections that it adds.
 
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
     other. Without a GL library everything but `capture` works.
@@ -137,9 +137,9 @@ class CameraRenderer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start the thread, and wait until it has set GL up or failed to, 10 s at most, in virtual time 60 s.
+        """Start the thread, and wait until it has set up GL or failed: at most 10 s, in virtual time 60 s.
 
-        MuJoCo lets nothing else run meanwhile.
+        MuJoCo blocks all other threads meanwhile.
         """
         with self._lock:
             if self._thread is None and not self._closed:
@@ -162,7 +162,7 @@ class CameraRenderer:
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Return an image of the newest state.
 
-        Waits at most 1 s, and 10 s for GL when it was never used; in virtual time 60 s for each.
+        Waits at most 1 s, and 10 s for GL at its first use; in virtual time 60 s for each.
         Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
         """
         self._check(camera, width, height)
@@ -192,7 +192,7 @@ class CameraRenderer:
     def _run(self) -> None:
         try:
             scene = _Scene(self._mj)
-        except Exception as error:  # noqa: BLE001 - whatever it is, every caller of `capture` must hear of it
+        except Exception as error:  # noqa: BLE001 - reported to every caller of `capture`
             self._failure = f"the cameras are off: {error}"
             _log.warning("%s", self._failure)
             return
@@ -216,12 +216,12 @@ class CameraRenderer:
                 measure = partial(scene.brightness, camera)
                 pixels = sensor.develop(pixels, camera, snapshot.time, turning, measure)
             request.frame.set_result(Frame(camera, snapshot.time, request.width, request.height, pixels))
-        except Exception as error:  # noqa: BLE001 - it is the caller's to hear, whatever it is
+        except Exception as error:  # noqa: BLE001 - reported to the caller
             request.frame.set_exception(HardwareFailure(f"{request.camera}: rendering failed: {error}"))
 
 
 def put_cameras(mj: mujoco.MjModel, data: mujoco.MjData, qpos: NDArray[np.float64]) -> None:
-    """Work out where bodies, lights and cameras are at the positions of the joints."""
+    """Compute the places of bodies, lights and cameras at positions of the joints."""
     data.qpos[:] = qpos
     mujoco.mj_kinematics(mj, data)
     mujoco.mj_comPos(mj, data)
@@ -235,7 +235,7 @@ _spare: Final[dict[tuple[str, int, int], list[mujoco.GLContext]]] = {}
 
 @contextlib.contextmanager
 def _current_context(width: int, height: int) -> Iterator[None]:
-    """Use a GL context in the calling thread, perhaps one of a scene before. Raises HardwareFailure."""
+    """Use a GL context in the calling thread, perhaps that of an earlier scene. Raises HardwareFailure."""
     unused = _spare.get((os.environ.get(_CHOICE, "").lower(), width, height))
     try:
         context = unused.pop() if unused else create_context(width, height)
@@ -254,7 +254,7 @@ class _Scene:
     """MuJoCo's GL resources. Made, used and closed on one thread."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
-        """Set GL up. Raises HardwareFailure when there is none, and what MuJoCo raises when it is no use."""
+        """Set up GL. Raises HardwareFailure without GL, and exceptions of MuJoCo if it is unusable."""
         self._mj = mj
         with contextlib.ExitStack() as made:
             made.enter_context(_current_context(mj.vis.global_.offwidth, mj.vis.global_.offheight))
@@ -276,7 +276,7 @@ class _Scene:
         self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
 
     def render(self, qpos: NDArray[np.float64], camera: str, width: int, height: int) -> NDArray[np.uint8]:
-        """Return what a camera sees as (height, width, 3) bytes, row 0 on top."""
+        """Return the view of a camera as (height, width, 3) bytes, row 0 on top."""
         mj, data = self._mj, self._data
         put_cameras(mj, data, qpos)
         self._view.fixedcamid = mj.camera(camera).id
@@ -298,7 +298,7 @@ class _Scene:
         return velocity[:3]
 
     def brightness(self, camera: str, qpos: NDArray[np.float64]) -> float:
-        """Return the mean value of what a camera sees but the robot, whose lamps may have changed since."""
+        """Return the mean value of a view without the robot, whose lamps may have changed since."""
         self._options.geomgroup[VISUAL_GROUP] = 0
         try:
             return float(self.render(qpos, camera, *_SMALL).mean())
@@ -306,5 +306,5 @@ class _Scene:
             self._options.geomgroup[VISUAL_GROUP] = 1
 
     def close(self) -> None:
-        """Free what GL holds."""
+        """Free the resources of GL."""
         self._made.close()

@@ -1,4 +1,4 @@
-"""The command `naoserver-sim`: simulate a Nao and serve it, or several, each a process with its realm."""
+"""The command `naoserver-sim`: simulate and serve a Nao, or several, each in its own process and realm."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 MOST_ROBOTS: Final = 16
 _REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed", "--qi")
-"""Options with a value that each robot gets its own of."""
+"""Options with a value that is different for each robot."""
 _PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
 _POLL: Final = 0.1
 _END: Final = 5.0
-"""Wall seconds within which a robot ends after it was asked to."""
+"""Wall seconds for a robot's process to end on request."""
 
 
 def team_commands(
     options: Sequence[str], robots: int, settings: Settings, *, seed: int | None = None, qi: str | None = None
 ) -> list[list[str]]:
-    """Return the command of each robot: the options given for all, but for what is its own.
+    """Return the command of each robot: the given options, except those that differ between robots.
 
-    The first has the realm and the endpoints of `settings`; the second a 2 behind the realm and the ports
-    after them, and so on. All connect to the first, so that clients which connect there find every realm.
+    The first has the realm and the endpoints of `settings`; the second has the realm with a 2 appended and
+    the next ports, and so on. All connect to the first, so that clients connected to it find every realm.
     """
     shared = _without(options, _REPLACED)
     commands = []
@@ -64,7 +64,7 @@ def team_commands(
 
 
 def run_team(commands: Iterable[Sequence[str]], stop: threading.Event) -> None:
-    """Run commands until `stop` is set or one ends by itself, which raises RobotError; then end all."""
+    """Run commands until `stop` is set or one of them exits, which raises RobotError; then end all."""
     processes: list[subprocess.Popen[bytes]] = []
     try:
         for command in commands:
@@ -128,8 +128,8 @@ naoserver-sim --body H21                                   hands that do not mov
 naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
 
 naoserver-sim --realm two --listen tcp/127.0.0.1:7448      another robot beside one that runs"""
-# A thread that computes hands Python's lock over after this time; with Python's own 5 ms, serving would
-# delay control ticks that are 0.5 ms apart at 20 times real time.
+# After this time, a computing thread hands over Python's global lock; with the default of 5 ms, serving
+# would delay control ticks, which are 0.5 ms apart at 20 times real time.
 _SWITCH_INTERVAL: Final = 0.0005
 _CHECK_INTERVAL: Final = 0.5
 
@@ -214,7 +214,7 @@ def naoserver_sim(
         ) as robot,
     ):
         check_cameras(requested, robot.cameras)
-        robot.start()  # first: clients that find the server look for its servants, and not for long
+        robot.start()  # first: clients that find the server wait only briefly for its servants
         with initialize(settings) as communicator:
             adapter = communicator.createObjectAdapter("NaoServer")
             with serve(robot, adapter, options) as assembly, ExitStack() as also:
@@ -260,7 +260,7 @@ def parse_cameras(texts: Sequence[str]) -> dict[str, CameraOptions]:
 
 
 def check_cameras(requested: dict[str, CameraOptions], cameras: Sequence[CameraFacts]) -> None:
-    """Raise typer.BadParameter when a requested camera, size or rate is not among what there is."""
+    """Raise typer.BadParameter when a requested camera, size or rate does not exist."""
     known = {camera.name: dict(zip(camera.sizes, camera.rates, strict=True)) for camera in cameras}
     for name, options in requested.items():
         if name not in known:

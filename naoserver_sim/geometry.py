@@ -2,10 +2,10 @@
 
 `python -m naoserver_sim.geometry FILE` writes the links with their joints, their visible shapes in the links'
 frames, as JSON. Lengths in m, quaternions as (x, y, z, w), colors as red, green, blue from 0
-to 1; what has a `glow`, from 0 to 1, shines by itself. Sizes are halves: half axes of an ellipsoid, half
-sides of a box; radius and half length, along z, of a cylinder and of a capsule without its ends. The vertices
-of meshes are int16 in units of 0.1 mm and their indices uint16, both little-endian in base64; a shape that is
-`mirrored` is one with y turned round.
+to 1; shapes with a `glow`, from 0 to 1, emit light. Sizes are halves: half axes of an ellipsoid, half sides
+of a box; radius and half length, along z, of a cylinder and of a capsule without its ends. The vertices of
+meshes are int16 in units of 0.1 mm and their indices uint16, both little-endian in base64; a `mirrored`
+shape has its y coordinates negated.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from naoserver_sim.surroundings import WHITE
 from soccer_field.model import Field
 
 MESH_UNIT: Final = 1e-4
-"""Metres in a unit of a mesh's vertices."""
+"""Unit of a mesh's vertices in m."""
 _DIGITS: Final = 5
 _UPRIGHT: Final = (1.0, 0.0, 0.0, 0.0)
 _LIFT: Final = 0.001
-"""Metres by which lines lie above the floor."""
+"""Height of lines above the floor in m."""
 _KINDS: Final[dict[int, Literal["Plane", "Box", "Sphere", "Capsule"]]] = {
     mujoco.mjtGeom.mjGEOM_PLANE: "Plane",
     mujoco.mjtGeom.mjGEOM_BOX: "Box",
@@ -82,14 +82,14 @@ def describe_body() -> dict[str, Any]:
 
 
 def describe_world(model: Model) -> list[WorldShape]:
-    """Return all that can be seen in a model but the robot, and the lines of its field."""
+    """Return everything visible in a model except the robot, and the lines of its field."""
     mj, data = model.mj, mujoco.MjData(model.mj)
     mujoco.mj_kinematics(mj, data)
     objects = {int(mj.body(name).id): name for name in (*model.balls, *model.loose)}
     shapes = []
     for geom in range(mj.ngeom):
         body = int(mj.geom_bodyid[geom])
-        # The picture of a sign is a plane before its board.
+        # The picture of a sign is a plane in front of its board.
         picture = mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE and mj.geom(geom).name != "floor"
         if picture or mj.body_rootid[body] == model.base.body:
             continue
@@ -114,7 +114,7 @@ def describe_world(model: Model) -> list[WorldShape]:
 
 
 def _color(mj: mujoco.MjModel, geom: int) -> tuple[float, ...]:
-    """Return the color and the opacity of a geom; of one with a texture the color that it has on average."""
+    """Return the color and the opacity of a geom; for a texture, its average color."""
     material = int(mj.geom_matid[geom])
     if material < 0:
         return tuple(mj.geom_rgba[geom].tolist())

@@ -1,7 +1,7 @@
-"""What lens and sensor of a camera make of a rendered picture: blur, exposure, color casts and noise.
+"""The effects of a camera's lens and sensor on rendered pictures: blur, exposure, color casts and noise.
 
-Pictures are taken as encoded with a gamma of 2.2, so that a gain on their values is a gain on the light. The
-rolling shutter, distortion and vignette of the lens, and automatic white balance are left out.
+Pictures are assumed to be encoded with a gamma of 2.2, so that a gain on their values is a gain on the light.
+Rolling shutter, lens distortion, vignetting and automatic white balance are not modelled.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _EVERY: Final = 25
 _MEASUREMENTS: Final = 8
 """Past measurements on which the exposure depends."""
 _SPARE: Final = 8
-"""Older states that are kept, for a picture that is drawn late."""
+"""Older states that are kept for pictures that are drawn late."""
 _POOL: Final = 1 << 22
-"""Values of noise that are drawn, of which each picture takes some that follow each other."""
+"""Number of precomputed noise values, of which each picture takes a consecutive part."""
 _PERIODS: Final = np.array((11.0, 14.3))
 """Seconds of a slow change of red and of blue; assumed."""
 _SHIFTS: Final = ((1, 0), (0, 1), (-1, -1))
-"""Three of six neighbors; the others lie opposite. A pixel gets an eighth of the light of each."""
+"""Three of six neighbors; the others are opposite. A pixel gets an eighth of the light of each."""
 _ROUNDED: Final = np.float32(0.5)
-"""What the product with the gain, which is rounded down, loses on average."""
+"""Average loss by rounding down the product with the gain."""
 _HIGHEST: Final = 25
 """Limit of the noise of a value."""
 _LEVELS: Final = 4
@@ -50,12 +50,12 @@ class PictureNoise:
     ratio of signal to noise of at most 37 dB, with full pixels: shot noise of 255 / 70.8 / 2.2 = 1.6, which
     the gamma makes the same at each brightness. It is twice that in pixels filled to a quarter (assumed)."""
     exposure: float = 0.01
-    """Seconds of exposure, which blur what moves past a camera that turns; assumed."""
+    """Exposure time in s, during which the picture of a turning camera is blurred; assumed."""
     brightness: float = 118.0
     """Mean value that the exposure aims at; assumed."""
     least_gain: float = 0.6
     most_gain: float = 4.0
-    """Limits of the gain by which it gets there; assumed. In dim light the noise is amplified, too."""
+    """Limits of the gain that leads there; assumed. In dim light the noise is amplified, too."""
     adaptation: float = 0.5
     """Time constant in s with which it adapts; assumed."""
     cast: float = 0.02
@@ -67,9 +67,9 @@ class PictureNoise:
 class ImageSensor:
     """Make pictures of some cameras imperfect.
 
-    What becomes of a picture depends on the seed, the camera and the course of the simulation until then,
-    not on which pictures were taken before. `look` belongs to the thread of the physics, `develop` to that
-    of the cameras.
+    The result depends on the seed, the camera and the course of the simulation until then, not on earlier
+    pictures. `look` is called on the thread of the physics, `develop` on that of the
+    cameras.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class ImageSensor:
         self._phases = random.uniform(0.0, math.tau, (len(cameras), 2))
         # Replaced, never changed: the other thread reads it.
         self._past: tuple[tuple[int, NDArray[np.float64]], ...] = ((0, qpos.copy()),)
-        # Of each camera: the newest measurement, all that count, and the gain by them.
+        # For each camera: the newest measurement, all measurements that count, and the resulting gain.
         self._measured: dict[str, tuple[int, dict[int, float], float]] = dict.fromkeys(
             self._cameras, (-1, {}, 1.0)
         )
@@ -111,7 +111,7 @@ class ImageSensor:
         turning: NDArray[np.float64],
         measure: Callable[[NDArray[np.float64]], float],
     ) -> Picture:
-        """Return what the camera makes of a picture of `time` in s.
+        """Return a picture, taken at `time` in s, with the imperfections of the camera.
 
         `turning` is the camera's turning rate in rad/s about its axes right, up and backwards; `measure`
         returns the mean value that it sees at some positions of the joints.
@@ -156,7 +156,7 @@ class ImageSensor:
 
 @lru_cache(maxsize=1)
 def _noise_values(seed: int, cameras: int, white: float) -> NDArray[np.int8]:
-    """Return noise enough for several pictures, made once for robots of one seed."""
+    """Return enough noise for several pictures, computed once for robots of the same seed."""
     values = np.random.default_rng((seed, cameras)).standard_normal(_POOL, np.float32)
     values *= np.float32(white)
     values += _ROUNDED
@@ -164,7 +164,7 @@ def _noise_values(seed: int, cameras: int, white: float) -> NDArray[np.int8]:
 
 
 def _smeared(picture: Picture, path: NDArray[np.float64]) -> Picture:
-    """Return the mean of a picture over a path in pixels, to the right and down, along which it moved."""
+    """Return the mean of a picture along the path in pixels, to the right and down, on which it moved."""
     for level in range(1, _LEVELS + 1):
         dx, dy = np.rint(path / 2**level).astype(int).tolist()
         if dx or dy:
@@ -173,7 +173,7 @@ def _smeared(picture: Picture, path: NDArray[np.float64]) -> Picture:
 
 
 def _mixed(picture: Picture, dx: int, dy: int) -> Picture:
-    """Return the mean of each pixel and that `dx` to the right and `dy` down of it, if there is one."""
+    """Return the mean of each pixel and the pixel `dx` to its right and `dy` below it, if there is one."""
     height, width, _ = picture.shape
     if abs(dx) >= width or abs(dy) >= height:
         return picture
@@ -182,13 +182,13 @@ def _mixed(picture: Picture, dx: int, dy: int) -> Picture:
     here, there = flat[begin:end], flat[begin + step : end + step]
     mixed = np.empty_like(flat)
     mixed[:begin], mixed[end:] = flat[:begin], flat[end:]
-    # The mean of two bytes without a carry: half of where they differ, more than what they share.
+    # The mean of two bytes without a carry: the common bits plus half of the differing ones.
     mean = np.bitwise_and(here, there, out=mixed[begin:end])
     half = here ^ there
     half >>= 1
     mean += half
     result = mixed.reshape(picture.shape)
-    if dx:  # there, the pixels to the right of a row's last are the first of the next
+    if dx:  # there, the pixel to the right of a row's last one would be the first one of the next row
         beyond = slice(-dx, None) if dx > 0 else slice(None, -dx)
         result[:, beyond] = picture[:, beyond]
     return result

@@ -1,4 +1,4 @@
-"""The whole model, robot and world, compiled; and the robot put on its feet."""
+"""The whole model of robot and world, compiled; and the robot put on its feet."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WIDEST: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
 _SETTLING_TIME: Final = 1.0
 _GAP: Final = 0.0002
-"""Height in m from which the soles are let down on the floor."""
+"""Height in m from which the soles are lowered to the floor."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
             *(
                 (size, rate)
                 for size, rate in zip(camera.sizes, camera.rates, strict=True)
-                # Images of another shape are cut-outs of the sensor, not what its lens projects.
+                # Images of another aspect ratio would be crops of the sensor, without its full field of view.
                 if size[0] * first_height == size[1] * first_width and size[0] <= _WIDEST
             ),
             strict=True,
@@ -85,7 +85,7 @@ def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
 
 
 def build_model(world: World | None = None, *, skin: bool = True, body: Body = H25) -> Model:
-    """Compile a body, with its skin or as bare blocks, and a world, without one the default world."""
+    """Compile a body, with its skin or as bare blocks, and a world, by default the default world."""
     world = world or load_world(DEFAULT_WORLD)
     scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
     spec = mujoco.MjSpec.from_string(scene)
@@ -122,7 +122,7 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
     mujoco.mj_forward(mj, data)
     _put_on_soles(model, data)
     for device in (model.robot, *model.balls.values()):
-        # Reversed, so that of two joints with one motor the leader, which stands first, has the last word.
+        # Reversed, so that of two joints with one motor the leader, which is first, is written last.
         data.ctrl[device.motors[::-1]] = data.qpos[device.qpos[::-1]]
     mujoco.mj_step(mj, data, nstep=round(_SETTLING_TIME / mj.opt.timestep))
     data.time = 0.0
@@ -133,8 +133,8 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
 def build_standing(world: World, posture: str, *, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
     """Return a model, and the state in which its robot stands in one of the body's postures.
 
-    Both are the caller's own to change. Programs that simulate one robot after the other, as tests do, wait
-    for the compiler and for the robot to settle once.
+    The caller may change both. Programs that simulate one robot after the other, as tests do, wait only once
+    for the compiler and for the robot to settle.
     """
     model, data = _first_standing(world, posture, skin, body)
     own = replace(model, mj=copy.copy(model.mj))
@@ -150,7 +150,7 @@ def _first_standing(world: World, posture: str, skin: bool, body: Body) -> tuple
 
 
 def _put_on_soles(model: Model, data: mujoco.MjData) -> None:
-    """Move the base so that the soles lie level on the floor, the robot's starting place between them."""
+    """Move the base so that the soles are flat on the floor, with the robot's starting place between them."""
     mj, base = model.mj, model.base.qpos
     left, right = (data.geom(sole(side)) for side in ("left", "right"))
     level = np.zeros(4)

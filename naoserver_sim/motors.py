@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 
 
 class SetpointController:
-    """Move setpoints towards their targets, never faster than the command's and the motor's speed.
+    """Move setpoints towards their targets, never faster than the speeds of the command and of the motor.
 
-    Belongs to the thread of the physics. Positions are in rad of a hinge and m of a slide, speeds in rad/s
-    and m/s, and motors are given by their indices.
+    For the thread of the physics only. Positions are in rad for a hinge and m for a slide, speeds in rad/s
+    and m/s; motors are given by their indices.
     """
 
     def __init__(self, initial: Array, lower: Array, upper: Array, max_speeds: Array) -> None:
@@ -29,7 +29,7 @@ class SetpointController:
         self._speeds = np.zeros_like(self._setpoints)
         self._moving = False
         self.commands = np.zeros(len(self._setpoints), dtype=np.int64)
-        """Number of commands of each motor."""
+        """Number of commands to each motor."""
 
     @property
     def setpoints(self) -> Array:
@@ -48,7 +48,7 @@ class SetpointController:
         self.move(motors, np.copysign(np.inf, velocities), np.abs(velocities))
 
     def place(self, motors: NDArray[np.intp], positions: Array, out: Array) -> None:
-        """Set the setpoints of some motors at once, where they stay; fill `out`."""
+        """Set the setpoints of some motors to fixed positions at once; fill `out`."""
         self._setpoints[motors] = np.clip(positions, self._lower[motors], self._upper[motors])
         self._targets[motors] = self._setpoints[motors]
         out[:] = self._setpoints
@@ -65,19 +65,19 @@ class SetpointController:
 
 
 AMBIENT: Final = 25.0
-"""Temperature of the air, and of motors that do nothing, in degrees Celsius."""
+"""Temperature of the air, and of idle motors, in degrees Celsius."""
 _TIME_CONSTANT: Final = 300.0
-"""Seconds in which a motor comes 63 % nearer to the temperature that its torque gives it; assumed."""
+"""Seconds in which a motor gets 63 % nearer to the temperature that its torque leads to; assumed."""
 TOO_HOT: Final = 95.0
-"""Temperature at which it gives none; assumed."""
+"""Temperature at which a motor gives no torque; assumed."""
 
 
 class Motors:
     """Stiffness and temperature of every motor of a model; `tick` belongs to the thread of the physics.
 
-    A motor's greatest torque and its gains are in proportion to its stiffness, as NAOqi's limit of the
-    current makes them. A motor warms by the square of its torque, as by the current in its winding: with
-    the torque that its data sheet lets it give for good it comes to `HOT`. From there on it gives less.
+    A motor's maximum torque and its gains are proportional to its stiffness, which in NAOqi limits the
+    current. A motor warms by the square of its torque, as by the current in its winding: the continuous
+    torque of its data sheet heats it to `HOT`, above which it gives less torque.
     """
 
     def __init__(self, mj: mujoco.MjModel) -> None:
@@ -89,21 +89,21 @@ class Motors:
         self.stiffnesses: Array = np.ones(mj.nu)
         self.temperatures: Array = np.full(mj.nu, AMBIENT)
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
-        """The motors that hold nothing."""
+        """The limp motors."""
         self._wanted = self.stiffnesses.copy()
         self._rates = np.zeros(mj.nu)
         self._changing = False
         self._derated = False
 
     def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
-        """Let some motors change to a stiffness within some seconds, from now on."""
+        """Change some motors to stiffnesses within some seconds, from now on."""
         self._wanted[motors] = stiffnesses
         change = np.abs(self._wanted[motors] - self.stiffnesses[motors])
         self._rates[motors] = change / seconds if seconds > 0.0 else np.inf
         self._changing = True
 
     def tick(self, seconds: float, torques: Array) -> None:
-        """Advance by some seconds in which the motors gave some torques in N m."""
+        """Advance by some seconds, during which the motors gave `torques` in N m."""
         warmer = AMBIENT + self._heating * torques * torques - self.temperatures
         self.temperatures += warmer * (seconds / _TIME_CONSTANT)
         if self._changing:

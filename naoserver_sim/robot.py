@@ -1,4 +1,4 @@
-"""The simulated robot behind the `Robot` protocol, in real time at any pace or stepped by its caller."""
+"""The simulated robot behind the `Robot` protocol, running at any pace or stepped by its caller."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class SimulatedDevice:
         self._order(self._simulator.motors.stiffen, *self._given(stiffnesses), seconds)
 
     def place(self, positions: Mapping[str, float]) -> None:
-        """Put some joints somewhere at once, where they rest: a test's way to set a scene.
+        """Put some joints at positions at once, where they rest: for tests, to set a scene.
 
         Raises KeyError when a joint is unknown, RobotError unless the robot follows a virtual clock.
         """
@@ -90,7 +90,7 @@ class SimulatedDevice:
         )
 
     def _given(self, values: Mapping[str, float]) -> tuple[list[int], NDArray[np.float64]]:
-        """Return where the named joints stand, the leader of two with one motor last, and their values."""
+        """Return indices and values of the named joints, the leader of two with one motor last."""
         places = sorted((self._places[name] for name in values), reverse=True)
         return places, np.array([values[self.joints[place].name] for place in places])
 
@@ -101,12 +101,12 @@ class SimulatedDevice:
 class SimulatedRobot(SimulatedDevice):
     """A Nao in MuJoCo, standing in StandInit in a world; without one in the default world, with two balls.
 
-    `speed` is in simulated seconds a wall second, `math.inf` as fast as the processor goes. With `clock`, a
-    virtual one, nothing runs by itself: the robot follows that clock, in the thread of the caller that reads
-    or commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
+    `speed` is in simulated seconds per wall second; `math.inf` is as fast as possible. With `clock`, a
+    virtual one, there are no threads: the robot follows that clock in the thread of the caller that reads or
+    commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
 
     `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
-    `noise` senses and pictures are as imperfect as those of a real robot, by the seed's random numbers.
+    `noise`, senses and pictures are as imperfect as those of a real robot, with random numbers from the seed.
     """
 
     postures: OwnPostures | None = None
@@ -164,7 +164,7 @@ class SimulatedRobot(SimulatedDevice):
         )
 
     def _reading(self, snapshot: Snapshot) -> JointReading:
-        """Return what a snapshot has of the joints; with noise, at the resolution of encoders."""
+        """Return the reading of the joints in a snapshot; with noise, at the resolution of encoders."""
         reading = super()._reading(snapshot)
         return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
 
@@ -182,7 +182,7 @@ class SimulatedRobot(SimulatedDevice):
         return mujoco.MjData(self._model.mj)
 
     def camera_pose(self, camera: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return where a camera is in the world in m, and its axes as columns: right, up, backwards.
+        """Return a camera's position in the world in m, and its axes as columns: right, up, backwards.
 
         Raises KeyError when there is no such camera.
         """
@@ -192,13 +192,13 @@ class SimulatedRobot(SimulatedDevice):
         return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
     def start(self) -> None:
-        """Start the threads of cameras and physics; under a virtual clock there are none."""
+        """Start the threads of cameras and physics; with a virtual clock there are none."""
         if isinstance(self._simulator, PacedSimulator):
             self._renderer.start()
         self._simulator.start()
 
     def check(self) -> None:
-        """Raise RobotError when the physics has stopped by an error."""
+        """Raise RobotError when an error has stopped the physics."""
         if isinstance(self._simulator, PacedSimulator) and self._simulator.failure is not None:
             raise RobotError(f"the physics stopped: {self._simulator.failure}") from self._simulator.failure
 

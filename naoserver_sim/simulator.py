@@ -1,4 +1,4 @@
-"""The physics: the model stepped on a thread at its pace, or after a virtual clock; clock and pace."""
+"""The physics: stepping the model on a thread at some pace, or by a virtual clock; its clock and pace."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The state at the end of a control tick. Its arrays are never written to again."""
+    """The state at the end of a control tick. Its arrays are never modified."""
 
     time: float
     """Simulated seconds since the start."""
@@ -50,19 +50,19 @@ class Snapshot:
 class Simulator:
     """Step a model control tick by control tick.
 
-    `advance` steps it in the caller's thread: two simulators of the same model that get the same orders
-    before the same ticks go through the same states, bit by bit. Subclasses decide how time passes.
-    All attributes belong to the thread of the physics; other threads read `newest` and give orders.
+    `advance` steps it in the caller's thread: two simulators of the same model with the same orders before
+    the same ticks go through the same states, bit by bit. Subclasses decide how time passes.
+    All attributes are for the thread of the physics only; other threads read `newest` and give orders.
     """
 
     def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController) -> None:
-        # MuJoCo's own way is to write a file into the current directory.
+        # By default, MuJoCo writes a file into the current directory.
         mujoco.set_mju_user_warning(_log.warning)
         self.mj: Final = mj
         self.data: Final = data
         self.setpoints: Final = setpoints
         self.motors: Final = Motors(mj)
-        # What is to be done at the next tick; appending and popping is atomic.
+        # Actions for the next tick; appending and popping are atomic.
         self._orders: deque[Callable[[], None]] = deque()
         self.parts: Final[list[Callable[[float], None]]] = []
         """Controllers of motors: called at each tick, with its seconds, before the physics moves."""
@@ -81,16 +81,16 @@ class Simulator:
         return self._snapshot
 
     def catch_up(self) -> None:
-        """Step the physics up to the clock's time, unless a thread does: for readers of what it changes."""
+        """Step the physics up to the clock's time, unless a thread does so; to be called before reading."""
 
     def order(self, action: Callable[[], None]) -> None:
-        """Let the thread of the physics do something at the next control tick."""
+        """Run an action in the thread of the physics at the next control tick."""
         self._orders.append(action)
 
     def put(
         self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array
     ) -> None:
-        """Put some joints somewhere, at rest, where their motors hold them."""
+        """Put some joints at positions, at rest, held by their motors."""
         self.data.qpos[qpos] = positions
         self.data.qvel[dofs] = 0.0
         self.setpoints.place(motors, positions, self.data.ctrl)
@@ -102,7 +102,7 @@ class Simulator:
             while self._orders:
                 self._orders.popleft()()
             motors.tick(self.tick_period, data.actuator_force)
-            if motors.limp.size:  # the setpoint of a limp motor goes along with its joint
+            if motors.limp.size:  # the setpoint of a limp motor follows its joint
                 setpoints.place(motors.limp, data.actuator_length[motors.limp], data.ctrl)
             setpoints.tick(self.tick_period, data.ctrl)
             for part in self.parts:
@@ -116,7 +116,7 @@ class Simulator:
         self._snapshot = self._take_snapshot()
 
     def _step(self) -> None:
-        """Step the physics for a tick. The sensors measure in its last step alone: nobody looks before."""
+        """Step the physics for a tick. Sensors measure only in its last step: nobody reads them before."""
         self._option.disableflags |= _SENSORS
         mujoco.mj_step(self.mj, self.data, nstep=STEPS_PER_TICK - 1)
         self._option.disableflags &= ~_SENSORS
@@ -136,10 +136,10 @@ class Simulator:
 
 
 class PacedSimulator(Simulator):
-    """Step the model on a thread at its pace.
+    """Step the model on a thread at some pace.
 
-    Nobody waits for anybody: orders are emptied at each control tick, and readers take the newest snapshot,
-    an object that is replaced and never changed.
+    No thread waits for another: orders are executed at each control tick, and readers take the newest
+    snapshot, an object that is replaced and never changed.
     """
 
     def __init__(
@@ -168,7 +168,7 @@ class PacedSimulator(Simulator):
         return self._pacer.lag
 
     def order(self, action: Callable[[], None]) -> None:
-        """Let the thread of the physics do something at the next control tick. Ignored after `close`."""
+        """Run an action in the thread of the physics at the next control tick. Ignored after `close`."""
         if not self._ending.is_set():
             super().order(action)
 
@@ -195,7 +195,7 @@ class PacedSimulator(Simulator):
                     pacer.record(self._snapshot.time)
                 else:
                     self._ending.wait(pacer.wait_time(self._snapshot.time))
-        except Exception as error:  # noqa: BLE001 - whatever it is, readers must hear of it: see `failure`
+        except Exception as error:  # noqa: BLE001 - readers must learn of it: see `failure`
             self.failure = error
             _log.exception("the physics stopped at %.3f s", self._snapshot.time)
 
@@ -223,23 +223,23 @@ class VirtualSimulator(Simulator):
                 self.advance(ticks)
 
     def order(self, action: Callable[[], None]) -> None:
-        """Do something at the first control tick after the clock's time."""
+        """Run an action at the first control tick after the clock's time."""
         with self._lock:
             self.catch_up()
             super().order(action)
 
     def at_once(self, action: Callable[[], None]) -> None:
-        """Do something now, between two ticks, and publish the state after it."""
+        """Run an action now, between two ticks, and publish the state after it."""
         with self._lock:
             self.catch_up()
             action()
             self._snapshot = self._take_snapshot()
 
     def start(self) -> None:
-        """Do nothing: the clock makes the time pass."""
+        """Do nothing: time passes by the clock."""
 
     def close(self) -> None:
-        """Let the clock run on without the model."""
+        """Detach the model from the clock."""
         with self._lock:
             self._closed = True
 
@@ -276,7 +276,7 @@ class SimulationClock:
         return event.is_set()
 
     def _nap(self, left: float) -> float:
-        """Return how long to sleep on the wall before looking at the time again."""
+        """Return the wall seconds to sleep before checking the time again."""
         return min(max(left / max(self.rate, 1e-3), _SHORTEST), _LONGEST)
 
 
@@ -284,11 +284,11 @@ WINDOW = 1.0
 """Wall seconds over which the real-time factor and the lag are measured."""
 SAMPLE_INTERVAL = 0.05
 MAX_LAG = 0.25
-"""Wall seconds of lag after which the schedule is moved: lost time is not caught up in a burst."""
+"""Wall seconds of lag after which the schedule is shifted: lost time is not made up for in a burst."""
 SHORTEST_WAIT = 0.001
-"""Shorter waits cost more than they bring: at a high speed several ticks are due at once instead."""
+"""Shortest wait in s: shorter ones are not worth it, so at a high speed several ticks are due at once."""
 _SLOW, _KEPT = 0.9, 0.97
-"""Shares of the speed below which the computer does not keep up, and above which it does again."""
+"""Shares of the speed below which the computer does not keep up, and above which it keeps up again."""
 _SLIPS = "the computer does not keep up with speed %g: robot time slips, it runs at %.3g"
 
 
@@ -302,7 +302,7 @@ class Pacer:
     """Pace simulated time against the steady wall clock.
 
     The schedule is a straight line from an anchor, so that waits of a wrong length do not add up to a drift.
-    `speed` is in simulated seconds a wall second; `math.inf` is as fast as the processor goes.
+    `speed` is in simulated seconds per wall second; `math.inf` is as fast as possible.
     """
 
     def __init__(self, speed: float, wall: Callable[[], float] = time.monotonic) -> None:
@@ -320,12 +320,12 @@ class Pacer:
         self.real_time_factor = 0.0
         """Simulated seconds in a wall second, over the last second."""
         self.lag = 0.0
-        """The longest wall time by which a tick of the last second came after its schedule, in s."""
+        """The longest delay in wall s of a tick against its schedule within the last second."""
         self.slips = 0
         """Number of shifts of the schedule because the computer did not keep up."""
 
     def start(self, simulated: float, period: float) -> None:
-        """Let the schedule begin now, at the given simulated time, with a tick each `period` s of it."""
+        """Begin the schedule now, at the given simulated time, with a tick every `period` s of it."""
         self._period = period
         self._anchor_wall = self._wall()
         self._anchor_simulated = simulated
@@ -351,7 +351,7 @@ class Pacer:
         return max(SHORTEST_WAIT, -self._late(simulated))
 
     def record(self, simulated: float) -> None:
-        """Note the simulated time that was reached, for the real-time factor and the lag."""
+        """Record the simulated time reached, for the real-time factor and the lag."""
         wall = self._wall()
         if wall - self._samples[-1].wall < SAMPLE_INTERVAL:
             return

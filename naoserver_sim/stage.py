@@ -20,15 +20,15 @@ from naoserver_sim.simulator import Simulator, Snapshot
 from naoserver_sim.surroundings import about_z
 
 _FARTHEST: Final = 50.0
-"""Metres from the origin within which things are placed."""
+"""Largest distance in m from the origin at which objects can be placed."""
 _STRONGEST: Final = 1000.0
-"""N with which the robot is pushed at most: a hundred times what it withstands."""
+"""Largest force in N of a push: a hundred times what the robot withstands."""
 _MOST_PUSHES: Final = 16
-"""Pushes that act at the same time."""
+"""Maximum number of simultaneous pushes."""
 _LONGEST: Final = 60.0
-"""Seconds for which it is pushed or pressed at most."""
+"""Longest duration of a push or press in s."""
 _SHALLOW: Final = 0.005
-"""Metres that a placed object may reach into another, which then pushes it out."""
+"""Depth in m to which a placed object may overlap another, which then pushes it out."""
 _IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -40,11 +40,11 @@ class _Push:
 
 
 class SimulatedStage:
-    """Report where everything is, move it, push the robot.
+    """Report the places of everything, move objects, push the robot.
 
-    Implements `naoserver.capabilities.Stage`. Its methods may be called from any thread; what they change is
-    changed at the next control tick, by the thread of the physics. `press` presses touch sensors; `moved` is
-    called by that thread when the robot was put somewhere, and what it did has ended.
+    Implements `naoserver.capabilities.Stage`. Its methods may be called from any thread; their changes take
+    effect at the next control tick, in the thread of the physics. `press` presses touch sensors; `moved` is
+    called by that thread when the robot was placed, which ends its actions.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class SimulatedStage:
             self._place_loose(name, position)
 
     def place_robot(self, x: float, y: float, heading: float) -> None:
-        """Put the robot on its feet, its motors stiff. Raises InvalidCommand when something is there."""
+        """Put the robot on its feet, its motors stiff. Raises InvalidCommand when the place is occupied."""
         _require(-_FARTHEST, _FARTHEST, "m", x=x, y=y)
         _require(-math.tau, math.tau, "rad", heading=heading)
         qpos = self._start_qpos.copy()
@@ -140,22 +140,22 @@ class SimulatedStage:
         self._press(sensor, seconds)
 
     def tick(self, seconds: float) -> None:
-        """Push what is to be pushed during the next tick; belongs to the thread of the physics."""
+        """Apply the pushes for the next tick; for the thread of the physics only."""
         if not self._pushes:
             return
         applied = self._data.xfrc_applied[self._model.base.body]
         applied[:3] = 0.0
         self._pushes = [push for push in self._pushes if push.left > 0.0]
         for push in self._pushes:
-            # One that ends within the tick is weaker for all of it: its impulse is as asked for.
+            # A push that ends within the tick is weaker for the whole tick, which gives the same impulse.
             applied[:3] += push.force * min(1.0, push.left / seconds)
             push.left -= seconds
         np.clip(applied[:3], -_STRONGEST, _STRONGEST, out=applied[:3])
 
-    # -- where things are put ----------------------------------------------------------------------------
+    # -- places ------------------------------------------------------------------------------------------
 
     def _carried_at(self, snapshot: Snapshot, name: str) -> Vector:
-        """Return where a ball is that is carried round the robot's start by pan, distance and height."""
+        """Return the place of a ball that is carried round the robot's start by pan, distance and height."""
         pan, distance, height = snapshot.qpos[self._model.balls[name].qpos].tolist()
         start = self._model.world.robot
         angle = start.heading + pan
@@ -203,7 +203,7 @@ class SimulatedStage:
         self._moved()
 
     def _require_free(self, field: str, qpos: Array, bodies: set[int]) -> None:
-        """Raise InvalidCommand when some bodies reach into another, were everything as `qpos` says."""
+        """Raise InvalidCommand if, at `qpos`, some bodies would overlap others."""
         mj, data = self._model.mj, mujoco.MjData(self._model.mj)
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(mj, data)

@@ -1,7 +1,7 @@
 """A world in the model: floor or soccer field, walls, boxes, balls, signs, and the spectator's camera.
 
-The light, the chequered floor, and the classes that say what touches what stand in scene.xml. Signs are
-boards with a picture on them: landmarks with a number, and faces.
+The light, the chequered floor and the collision classes are in scene.xml. Signs are boards with a picture on
+them: landmarks with a number, and faces.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ _SHINE: Final = 0.5
 _SUN_DISTANCE: Final = 12.0
 """Metres from the origin to where the shadows of sunlight are computed: more than any floor reaches."""
 _LAMP_CUTOFF: Final = 80.0
-"""Degrees from its direction to which a lamp shines."""
+"""Angle in degrees from its direction up to which a lamp shines."""
 _SHADOW_PIXELS: Final = 1024
-"""Side of the map of shadows: on a floor of 12 m a pixel is 12 mm."""
+"""Side of the shadow map in pixels: on a floor of 12 m a pixel is 12 mm."""
 
 
 def add_surroundings(spec: mujoco.MjSpec, world: World) -> None:
-    """Add what stands firm."""
+    """Add everything that does not move."""
     firm, field = spec.find_default("firm"), world.field
     half = (_FLOOR_HALF, _FLOOR_HALF)
     if field is not None:
@@ -90,7 +90,7 @@ def _set_light(spec: mujoco.MjSpec, light: Light, reach: float) -> None:
     if light.position is not None:
         source.type, source.pos = mujoco.mjtLightType.mjLIGHT_SPOT, light.position
         source.cutoff, source.exponent = _LAMP_CUTOFF, 0.0
-    # The sky shines by itself; it is as bright as what the light falls on.
+    # The sky emits light; it is as bright as a lit surface.
     sky, shining = spec.texture("sky"), np.minimum((light.ambient + light.brightness) * color, 1.0)
     sky.rgb1, sky.rgb2 = sky.rgb1 * shining, sky.rgb2 * shining
     if light.shadows:
@@ -100,7 +100,7 @@ def _set_light(spec: mujoco.MjSpec, light: Light, reach: float) -> None:
 
 
 def add_movables(spec: mujoco.MjSpec, world: World) -> None:
-    """Add what moves, and the spectator: after the robot, which stands first in all arrays."""
+    """Add everything that moves, and the spectator: after the robot, which is first in all arrays."""
     start = spec.worldbody.add_body(
         name="start", pos=[*world.robot.position, 0.0], quat=about_z(world.robot.heading)
     )
@@ -151,9 +151,9 @@ def _add_box(spec: mujoco.MjSpec, box: Box) -> None:
 # -- a soccer field ------------------------------------------------------------------------------------------
 
 _METRE: Final = 100
-"""Pixels in a metre of the texture at most."""
+"""Maximum pixels per metre of the texture."""
 _LARGEST: Final = 1536
-"""Pixels along the longer side of the texture at most."""
+"""Maximum pixels along the longer side of the texture."""
 _NET: Final = (0.80, 0.82, 0.84, 0.35)
 _NET_THICKNESS: Final = 0.01
 WHITE: Final = (0.96, 0.96, 0.96)
@@ -167,14 +167,14 @@ def draw_field(field: Field) -> NDArray[np.uint8]:
     """
     size = (field.length + 2 * field.border, field.width + 2 * field.border)
     scale = min(_METRE, _LARGEST / max(size))
-    # It is drawn once for x and y above zero: everything is there four times, mirrored.
+    # Only the quarter with x and y above zero is drawn: the others are its mirror images.
     width, height = (round(scale * side / 2) for side in size)
     x, y = np.meshgrid((np.arange(width) + 0.5) / scale, (np.arange(height) + 0.5) / scale)
-    # The share of a pixel that is white: how far it lies within a line, in pixels.
+    # The white share of each pixel: its depth within a line, in pixels.
     white = np.zeros((height, width))
 
     def paint(distance: NDArray[np.float64]) -> None:
-        """Paint where a distance in m to what is to be white is negative."""
+        """Paint where the distance in m to the edge of a white area is negative."""
         np.maximum(white, np.clip(0.5 - distance * scale, 0.0, 1.0), out=white)
 
     for (at_x, at_y), (half_x, half_y) in field.lines():
@@ -231,8 +231,8 @@ def draw_landmark(number: int) -> Picture:
 
 
 def draw_face() -> Picture:
-    """Return a face before a wall, RGB: skin, two dark eyes, brows, a nose and a mouth."""
-    from PIL import Image, ImageDraw  # they take long to load, and few worlds have such a picture
+    """Return a face in front of a wall, RGB: skin, two dark eyes, brows, a nose and a mouth."""
+    from PIL import Image, ImageDraw  # slow to load, and few worlds have such a picture
 
     image = Image.new("RGB", (_PIXELS, _PIXELS), (150, 165, 175))
     draw = ImageDraw.Draw(image)
@@ -257,10 +257,10 @@ def add_picture(spec: mujoco.MjSpec, name: str, picture: Picture) -> None:
 
 
 def add_sign(spec: mujoco.MjSpec, sign: Sign, name: str) -> None:
-    """Add a board that faces where its heading points, and its picture."""
+    """Add a board that faces in the direction of its heading, and its picture."""
     picture = draw_face() if sign.landmark is None else draw_landmark(sign.landmark)
     add_picture(spec, name, picture)
-    # Local axes: x to the right of who looks at it, y up, z towards him.
+    # Local axes: x to the viewer's right, y up, z towards the viewer.
     facing, up = (math.cos(sign.heading), math.sin(sign.heading), 0.0), (0.0, 0.0, 1.0)
     turned = np.column_stack([np.cross(up, facing), up, facing])
     quat = np.zeros(4)

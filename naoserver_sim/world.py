@@ -1,4 +1,4 @@
-"""A world as its file describes it: balls, boxes, walls, a soccer field, light, and where the robot starts.
+"""A world as described by its file: balls, boxes, walls, a soccer field, light, and the robot's start.
 
 A world is a TOML file, such as those of `naoserver_sim/worlds`; docs/how-to/worlds.md lists its keys. Its
 frame: x and y on the floor, z up. Lengths in m, masses in kg, angles in rad,
@@ -25,7 +25,7 @@ BALL_RADIUS: Final = 0.06
 """Radius in m of a carried ball."""
 _MOST_THINGS: Final = 100
 _LOWEST: Final = 0.1
-"""Sine of the angle by which light goes down at least."""
+"""Sine of the smallest angle at which light falls downwards."""
 
 Place = Annotated[float, Meta(ge=-50.0, le=50.0)]
 Mass = Annotated[float, Meta(ge=0.001, le=100.0)]
@@ -45,7 +45,7 @@ class Start(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class CarriedBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A ball that a mechanism carries round where the robot starts: pan, then distance, then height."""
+    """A ball that a mechanism carries round the robot's start: by pan, then distance, then height."""
 
     name: Annotated[str, Meta(pattern=r"^Ball[A-Z]\w{0,27}\Z")]
     color: Color
@@ -60,7 +60,7 @@ class CarriedBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
 
     @property
     def joints(self) -> tuple[JointFacts, JointFacts, JointFacts]:
-        """The joints in the order of `start`; the forces are those of a mechanism that lacks none."""
+        """The joints in the order of `start`; the mechanism has ample force."""
         return (
             JointFacts(f"{self.name}Pan", -math.pi, math.pi, 2.0, 100.0),
             JointFacts(f"{self.name}X", 0.15, 3.0, 1.5, 100.0),
@@ -79,7 +79,7 @@ class LooseBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Box(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A box on the floor; with a mass it can be pushed, without it stands firm."""
+    """A box on the floor; with a mass it can be pushed, without one it is fixed."""
 
     name: Name
     position: tuple[Place, Place]
@@ -109,25 +109,25 @@ class Sign(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     position: tuple[Place, Place]
     height: Annotated[float, Meta(ge=0.03, le=5.0)] = 0.5
-    """Of its middle, above the floor."""
+    """Height of its middle above the floor."""
     heading: Angle = math.pi
-    """Where it faces."""
+    """The direction in which it faces."""
     size: Annotated[float, Meta(ge=0.03, le=5.0)] = 0.2
     landmark: Annotated[int, Meta(ge=0, le=249)] | None = None
-    """The number on it; a face without one."""
+    """The number on it; None for a face."""
 
 
 class Light(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The light of a world: sunlight, or a lamp, and light from everywhere."""
 
     direction: tuple[Component, Component, Component] = (-0.3, -0.25, -1.0)
-    """Where the light goes: downwards. Any length."""
+    """Direction of the light: downwards. Any length."""
     position: tuple[Place, Place, Height] | None = None
-    """Where a lamp is, which shines up to 80 degrees from the direction; without one it is sunlight."""
+    """Position of a lamp, which shines up to 80 degrees from the direction; None for sunlight."""
     brightness: Brightness = 0.7
-    """Share of white that a white surface shows which the light meets at a right angle."""
+    """Brightness of a white surface at a right angle to the light, as a share of white."""
     ambient: Brightness = 0.4
-    """The same for the light that comes from everywhere."""
+    """The same for the ambient light, from all directions."""
     color: Color = (1.0, 1.0, 1.0)
     """Color of both."""
     shadows: bool = False
@@ -138,7 +138,7 @@ class Light(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A world: what its file says."""
+    """A world: the contents of its file."""
 
     description: str = ""
     robot: Start = Start()
@@ -149,23 +149,23 @@ class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     signs: tuple[Sign, ...] = ()
     field: Field | None = None
     light: Light | None = None
-    """Without one the light is that of scene.xml."""
+    """None for the light of scene.xml."""
 
     @property
     def loose(self) -> tuple[str, ...]:
-        """The names of what can be pushed about: balls that roll, and boxes with a mass."""
+        """The names of objects that can be pushed: balls that roll, and boxes with a mass."""
         boxes = [box.name for box in self.boxes if box.mass is not None]
         return (*(ball.name for ball in self.balls), *boxes)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all that has one."""
+        """The names of all objects that have one."""
         named: tuple[CarriedBall | LooseBall | Box, ...] = (*self.carried_balls, *self.balls, *self.boxes)
         return tuple(thing.name for thing in named)
 
 
 def bundled_worlds() -> tuple[str, ...]:
-    """Return the names of the worlds that come along."""
+    """Return the names of the bundled worlds."""
     folder = resources.files("naoserver_sim") / "worlds"
     names = [Path(entry.name) for entry in folder.iterdir()]
     return tuple(sorted(name.stem for name in names if name.suffix == ".toml"))
@@ -174,7 +174,7 @@ def bundled_worlds() -> tuple[str, ...]:
 def load_world(name: str) -> World:
     """Return a world by its name, if it is bundled, or else from the file of that name.
 
-    Raises RobotError that names the file, the line and what is wrong.
+    Raises RobotError that names the file, the line and the problem.
     """
     if name in bundled_worlds():
         text = (resources.files("naoserver_sim") / "worlds" / f"{name}.toml").read_text(encoding="utf-8")
@@ -188,7 +188,7 @@ def load_world(name: str) -> World:
 
 
 def parse_world(text: str, source: str) -> World:
-    """Return the world that a text describes. Raises RobotError that names `source` and what is wrong."""
+    """Return the world that a text describes. Raises RobotError that names `source` and the problem."""
     world = parse_toml(text, World, source, RobotError)
     names = world.names
     for name in names:
@@ -200,7 +200,7 @@ def parse_world(text: str, source: str) -> World:
 
 
 def scattered(world: World, random: np.random.Generator) -> World:
-    """Return the world with its carried balls in random places where the robot's head can follow them."""
+    """Return the world with its carried balls at random places within reach of the robot's head."""
     balls = tuple(
         msgspec.structs.replace(
             ball,
@@ -212,4 +212,4 @@ def scattered(world: World, random: np.random.Generator) -> World:
 
 
 DEFAULT_WORLD: Final = "balls"
-"""The world of a robot for which none is chosen."""
+"""The world if none is chosen."""

@@ -1,6 +1,6 @@
-"""A robot without physics: it moves as commanded, with a short lag, and sees the balls it carries round.
+"""A robot without physics: it moves as commanded, with a short lag, and sees balls that move with it.
 
-It computes its state when it is asked, exactly, from the time that has passed: no threads, and the same
+It computes its state on request, exactly, from the time that has passed: without threads, and with the same
 answers on a `VirtualClock` as on a wall clock. Its cameras draw balls as discs, by the
 projection of a pinhole camera.
 """
@@ -57,7 +57,7 @@ def focal_length(camera: CameraFacts, width: int) -> float:
 
 
 def project(camera: CameraFacts, pan: float, tilt: float, ball: Ball) -> Point:
-    """Return where a ball's centre is in the camera's frame in m: ahead, to the left, up.
+    """Return the centre of a ball in the camera's frame in m: ahead, to the left, up.
 
     The head turns by `pan` about the vertical, then by `tilt` about its own y axis.
     """
@@ -73,7 +73,7 @@ def paint(
     balls: Iterable[tuple[Point, tuple[int, int, int]]],
     ball_radius: float = RADIUS,
 ) -> NDArray[np.uint8]:
-    """Return an RGB image of `size`, width and height, of balls, each with its place and its color.
+    """Return an RGB image of balls, each with its place and its color; `size` is width and height.
 
     A place is in the camera's frame, as `project` returns it. Nearer balls hide those behind them.
     """
@@ -104,7 +104,7 @@ _HALF: Final = FootReading(*[_WEIGHT / 8] * 4)
 
 
 class FakeSenses:
-    """Feel what it is to stand still, with nothing near, until `feel`. Implements Senses."""
+    """Feel like a robot that stands still, with nothing near, until `feel`. Implements Senses."""
 
     sonar_range = (0.25, 2.55)
     sonar_cone = math.radians(60.0)
@@ -131,7 +131,7 @@ class FakeSenses:
         return self._reading.inertial
 
     def feel(self, **feelings: Any) -> None:  # noqa: ANN401 - fields of SenseReading
-        """Let some senses, fields of `SenseReading`, feel something from now on: to set a scene."""
+        """Set what some senses, fields of `SenseReading`, feel from now on: to set a scene."""
         with self._lock:
             self._reading = replace(self._reading, **feelings)
 
@@ -180,7 +180,7 @@ class FakeWalker:
             self._closed = True
 
     def _go_on(self) -> None:
-        """Move to now: with a constant velocity in its own frame it goes along a part of a circle."""
+        """Move up to now: a constant velocity in its own frame leads along an arc of a circle."""
         before, velocity, now = self._odometry, self._velocity, self._clock.now()
         seconds = max(0.0, now - before.time)
         turned = velocity.turn * seconds
@@ -203,7 +203,7 @@ _WARM: Final = 38.0  # degrees Celsius: a motor that holds without effort
 
 
 class _Motion(NamedTuple):
-    """A joint from `time` on: its setpoint moves at `rate` until `end`."""
+    """The motion of a joint from `time` on: its setpoint moves at `rate` until `end`."""
 
     time: float
     setpoint: float
@@ -250,7 +250,7 @@ class FakeDevice:
         self._time = clock.now()
         self._motions: dict[str, _Motion] = {}
         self._reading: JointReading | None = None
-        """What was read last, None once something was commanded."""
+        """The newest reading; None after a command."""
         self.place({joint.name: posture.get(joint.name, 0.0) for joint in joints})
 
     def read(self) -> JointReading:
@@ -263,7 +263,7 @@ class FakeDevice:
     def _read(self) -> JointReading:
         self._go_on()
         motions, now = self._motions.values(), self._time
-        # Lists, as they are made faster than what a generator yields.
+        # Lists, because they are faster than generators.
         behind = [motion.setpoint - motion.position for motion in motions]
         return JointReading(
             time=now,
@@ -287,7 +287,7 @@ class FakeDevice:
         self._command({name: (math.copysign(math.inf, v), abs(v)) for name, v in velocities.items()})
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
-        """Change how strongly some motors hold; a limp one stays where it is."""
+        """Change how strongly some motors hold; the joint of a limp motor stays where it is."""
         with self._lock:
             self._go_on()
             self._reading = None
@@ -296,7 +296,7 @@ class FakeDevice:
                 self._stiffnesses[name] = Ramp(before, value, self._time, seconds)
 
     def place(self, positions: Mapping[str, float]) -> None:
-        """Put some joints somewhere at once, where they rest: a test's way to set a scene."""
+        """Put some joints at positions at once, where they rest: for tests, to set a scene."""
         with self._lock:
             now, self._reading = self._clock.now(), None
             for name, position in positions.items():
@@ -310,7 +310,7 @@ class FakeDevice:
             self._closed = True
 
     def _go_on(self) -> None:
-        """Let every joint come to where it is now; the setpoint of a limp motor is where its joint is."""
+        """Move every joint up to now; the setpoint of a limp motor is the position of its joint."""
         if self._closed:
             return
         now = self._time = self._clock.now()
@@ -321,7 +321,7 @@ class FakeDevice:
         self._motions = {name: motion.at(now) for name, motion in self._motions.items()}
 
     def _command(self, commands: Mapping[str, tuple[float, float]]) -> None:
-        """Move setpoints to ends at speeds, all from the same moment on."""
+        """Move setpoints to ends at speeds, all starting at the same moment."""
         with self._lock:
             now = self._clock.now()
             if self._closed:
@@ -381,11 +381,11 @@ class FakeRobot(FakeDevice):
         self.walker: Final = FakeWalker(self.clock)
 
     def state(self) -> BodyState:
-        """Return that it stands upright: it cannot fall."""
+        """Return the state of a robot that stands upright: it cannot fall."""
         return BodyState(torso_tilt=0.0, fallen=False, real_time_factor=self.clock.rate, lag=0.0)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Draw what a camera sees: each ball as a disc of its colour on a grey ground."""
+        """Draw the view of a camera: each ball as a disc of its colour on a grey background."""
         facts = next((facts for facts in self.cameras if facts.name == camera), None)
         if facts is None:
             raise HardwareFailure(f"there is no camera {camera!r}")
@@ -402,7 +402,7 @@ class FakeRobot(FakeDevice):
         return Frame(camera, reading.time, width, height, paint(facts, (width, height), balls))
 
     def start(self) -> None:
-        """Do nothing: it computes its state when it is asked."""
+        """Do nothing: the robot computes its state on request."""
 
     def close(self) -> None:
         super().close()

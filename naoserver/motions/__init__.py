@@ -1,1 +1,1 @@
-"""Motions made of key frames, and the ways from posture to posture that are made of them."""
+"""Motions made of key frames, and the ways from posture to posture that consist of them."""

@@ -1,16 +1,16 @@
-"""A motion as key frames, where each joint is to be when, and its file: TOML with a table for each frame.
+"""A motion as key frames, the targets of joints at times, and its file: TOML with a table for each frame.
 
     description = "Wave with the right hand"
-    start = "Stand"           # the posture in which it begins; without it, it begins in any
-    end = "Stand"             # the posture in which it ends; without it, the one in which it began
+    start = "Stand"           # the posture in which it begins; by default any
+    end = "Stand"             # the posture in which it ends; by default the one in which it began
 
     [[frame]]
-    time = 0.8                # seconds after the beginning, or `after`: seconds after the frame before
+    time = 0.8                # seconds after the beginning; or `after`: seconds after the previous frame
     posture = "StandInit"     # every joint that is not given is as in this posture
-    interpolation = "linear"  # how the joints come here: "smooth" (from rest to rest) unless said
-    hold = ["HeadPitch"]      # joints that stay where they are up to here
+    interpolation = "linear"  # how the joints get here; by default "smooth" (from rest to rest)
+    hold = ["HeadPitch"]      # joints that do not move until this time
     RShoulderPitch = -1.2     # angles in rad; of a hand from 0, closed, to 1, open
-    ElbowRoll = -0.5          # a name without L or R stands for both sides: the left angle and its mirror
+    ElbowRoll = -0.5          # a name without L or R means both sides: the left angle and its mirror image
 
 A joint that a frame does not give is on its way to the next frame that gives it. `LHipYawPitch` and
 `RHipYawPitch` have one motor: `HipYawPitch` commands both.
@@ -45,7 +45,7 @@ class Interpolation(StrEnum):
     LINEAR = "linear"
 
     def ease(self, part: float) -> float:
-        """Return how much of the way is done, from 0 to 1, when a part of the time has passed."""
+        """Return the completed fraction of the way when a fraction of the time has passed."""
         if self is Interpolation.LINEAR:
             return part
         return part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
@@ -63,13 +63,13 @@ class Key:
     time: float
     """In s, above 0."""
     angle: float | None
-    """In rad; of a hand from 0 to 1; None where it was when the motion began."""
+    """In rad; of a hand from 0 to 1; None: where it was when the motion began."""
     interpolation: Interpolation = Interpolation.SMOOTH
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion of some joints. A joint goes from key to key, first of all from where it is."""
+    """A motion of some joints. Each joint goes from where it is to its first key, then from key to key."""
 
     name: str
     keys: Mapping[str, tuple[Key, ...]]
@@ -81,7 +81,7 @@ class Motion:
     """The posture in which it ends; empty when it ends in the one in which it began."""
 
     def of(self, joints: Collection[str]) -> Motion:
-        """Return it without the joints that a body lacks. Raises RobotError when it moves no other."""
+        """Return the motion without joints that a body lacks. Raises RobotError when it moves no others."""
         keys = {joint: keys for joint, keys in self.keys.items() if joint in joints}
         if not keys:
             raise RobotError(f"{self.name} moves only joints that the robot lacks: {', '.join(self.keys)}")
@@ -93,7 +93,7 @@ class Motion:
         return max(keys[-1].time for keys in self.keys.values())
 
     def at(self, time: float, begin: Mapping[str, float]) -> dict[str, float]:
-        """Return the angles at a time after the beginning, at which the joints were at `begin`."""
+        """Return the angles at a time after the beginning; `begin` are the angles at the beginning."""
         return {joint: self._angle(joint, time, begin[joint]) for joint in self.keys}
 
     def _angle(self, joint: str, time: float, begin: float) -> float:
@@ -127,7 +127,7 @@ class MotionError(RobotError):
 
 
 def _names() -> Iterator[tuple[str, dict[str, float]]]:
-    """Yield each name that a frame may give with its joints: 1, or -1 for one that is mirrored."""
+    """Yield each name that a frame may give, with its joints: 1, or -1 for a mirrored joint."""
     for joint in _JOINTS:
         if joint[1:] != _SAME_MOTOR:
             yield joint, {joint: 1.0}
@@ -158,7 +158,7 @@ class _Frame(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     @property
     def given(self) -> Iterator[tuple[str, float]]:
-        """The angles by name, as they stand in the file."""
+        """The angles by name, as in the file."""
         for name in _NAMES:
             angle = getattr(self, name)
             if angle is not None:
@@ -166,7 +166,7 @@ class _Frame(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 def _angle(joints: Mapping[str, float]) -> object:
-    """Return the type of an angle: one that is in the range of all joints that it commands."""
+    """Return the type of an angle that is in the range of all joints that it commands."""
     ends = [(sign * _JOINTS[name].lower, sign * _JOINTS[name].upper) for name, sign in joints.items()]
     lower, upper = max(map(min, ends)), min(map(max, ends))
     meta = Meta(ge=lower, le=upper, description=f"write a number from {lower:g} to {upper:g}")

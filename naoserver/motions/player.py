@@ -1,8 +1,8 @@
 """Ways of the whole body, to a posture or into a motion, and the player that moves it along them.
 
-A route is asked for its next leg after each: the next one follows from how the body lies, sits or stands
-then. So a getting up that failed is tried again, and a fall on the way is made good. The player goes by the
-robot's clock, through the safety layer, one route at a time.
+After each leg, the player asks the route for the next one, which depends on how the body lies, sits or stands
+then. A failed attempt to get up is thus repeated, and the robot recovers from a fall on the way. The player
+follows the robot's clock, commands through the safety layer, and plays one route at a time.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nea
 from naoserver.robot import LIMP, JointReading
 
 _FRACTION: Final = 0.3
-"""Highest speed of a change of posture as a fraction of the joints': of full pace."""
+"""Highest speed of a change of posture at full pace, as a fraction of the joints' full speed."""
 _SLOWEST: Final = 0.01
-"""Smallest fraction of the full pace: a smaller one counts as this, so that every way ends."""
+"""Smallest fraction of the full pace; smaller ones are raised to it, so that every way ends."""
 _SHORTEST: Final = 0.4
-"""Seconds that a change of posture takes at least."""
+"""Minimum duration of a change of posture in s."""
 _SAME: Final = 0.02
 """Angle in rad within which a joint's setpoint needs no separate leg."""
 _TRIES: Final = 3
@@ -38,7 +38,7 @@ _TRIES: Final = 3
 
 
 class RouteError(InvalidCommand):
-    """There is no way on; the message says why."""
+    """The route cannot be continued; the message says why."""
 
     def __init__(self, message: str) -> None:
         super().__init__("name", message)
@@ -74,7 +74,7 @@ class PostureRoute:
             raise RouteError(f"it is still {stance} after {_TRIES} motions")
         if stance in _SIDES:
             self._tries[stance] += 1
-            # The arms of that posture tip the body onto its belly or its back: either will do.
+            # The arms in that posture tip the body onto its belly or its back: either will do.
             leg = change_posture(_OFF_THE_SIDE[self._tries[stance] % 2], commands, self._fraction)
             return dataclasses.replace(leg, end="")
         bridge = self._first_bridge(stance, wanted)
@@ -113,7 +113,7 @@ class MotionRoute:
         self._prepared = not motion.start
 
     def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
-        """Return the next leg. Raises RouteError when the motion cannot begin as the body is."""
+        """Return the next leg. Raises RouteError when the motion cannot begin in the body's situation."""
         start = self._motion.start
         if not self._prepared:
             self._prepared = True
@@ -174,7 +174,7 @@ _STIFFENING: Final = 0.4
 _STIFF: Final = 0.99
 _FASTEST: Final = {joint.name: joint.max_velocity for joint in H25.joints}
 _SETTLING: Final = 0.3
-"""Seconds after a leg until it is looked where it has led."""
+"""Seconds after a leg before the body's situation is checked."""
 
 
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
@@ -193,7 +193,7 @@ class _Action:
     begin: Mapping[str, float] | None = None
     """Setpoints at the beginning of the leg."""
     since: float = 0.0
-    """Robot time at which the leg begins, or the route is asked for it."""
+    """Robot time at which the leg begins, or at which the route is asked for it."""
 
     @property
     def owner(self) -> str:
@@ -204,9 +204,9 @@ class _Action:
 class MotionPlayer:
     """Move the joints of `body` along routes; `tick` is due every PERIOD of robot time while one is `busy`.
 
-    `situation` returns how the body is; `on_begin` is called when an action begins to move. While one moves,
-    its joints are claimed: other commands to them are refused. Stopping one of them stops the action. It runs
-    to its end when its client is lost, as a position command does. Safe to use from any thread.
+    `situation` returns the body's situation; `on_begin` is called when an action begins. A running action
+    claims its joints: other commands to them are refused, and stopping one of them stops the action. If its
+    client is lost, the action still runs to its end, as a position command does. Thread-safe.
     """
 
     def __init__(
@@ -216,7 +216,7 @@ class MotionPlayer:
         self._names = [joint.name for joint in body.joints]
         self.robot_time: Final = body.events.robot_time
         self.situation: Final = situation
-        """Return how the body is. Raises RobotError when that is unknown."""
+        """Return the body's situation. Raises RobotError when it is unknown."""
         self._on_begin = on_begin
         self._lock = threading.RLock()
         self._action: _Action | None = None
@@ -229,14 +229,14 @@ class MotionPlayer:
         return self._action is not None
 
     def progress(self, kind: str) -> ActionState:
-        """Return how the newest action of a kind goes; `progress` is that of its present leg."""
+        """Return the state of the newest action of a kind; `progress` is that of its present leg."""
         return replace(self._progress.get(kind, _IDLE), time=self.robot_time())
 
     def begin(self, kind: str, name: str, route: Route, *, pace: float = 1.0, client: str = "") -> None:
-        """Begin an action instead of the one that moves.
+        """Begin an action in place of the running one.
 
         Stiffens the body first when a motor is limp. Raises InvalidCommand when something else moves the
-        joints, CommandRefused when the client may not command, RobotError when there is no way to go.
+        joints, CommandRefused when the client may not command, RobotError when no route is possible.
         """
         with self._lock:
             self._body.gate.require(client)
@@ -258,7 +258,7 @@ class MotionPlayer:
             self._on_begin()
 
     def stop(self, kind: str = "", message: str = "stopped") -> None:
-        """Stop the action that moves, of a kind or any, and hold its joints where they are."""
+        """Stop the running action, of a kind or any, and hold its joints where they are."""
         with self._lock:
             action = self._action
             if action is None or (kind and action.kind != kind):
@@ -283,7 +283,7 @@ class MotionPlayer:
         self._body.hold(_joints(action.leg))
 
     def close(self) -> None:
-        """Stop, and begin nothing any more."""
+        """Stop, and begin no further actions."""
         with self._lock:
             self._closed = True
         self.stop(message="the server ends")
@@ -300,7 +300,7 @@ class MotionPlayer:
                 self._finish(ActionStatus.Done)
             return
         if time < 0.0:
-            return  # the motors become stiff
+            return  # the motors are still becoming stiff
         reading = self._body.read()
         part = min(1.0, max(0.0, time * action.pace / leg.duration))
         self._progress[action.kind] = replace(self.progress(action.kind), progress=part)
@@ -346,7 +346,7 @@ class MotionPlayer:
         self._progress[action.kind] = replace(before, status=status, message=message, progress=part)
 
     def _check(self, leg: Motion, reading: JointReading) -> None:
-        """Raise RobotError when a motor has gone limp, or the body lies in a leg from feet to feet."""
+        """Raise RobotError if a motor has gone limp, or the body lies during a leg from feet to feet."""
         ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
         if ends and ends <= _UPRIGHT and stance_of(self.situation()) not in _UPRIGHT:
             raise RobotError("the robot has fallen")

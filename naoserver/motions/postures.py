@@ -1,7 +1,7 @@
-"""The postures of the body, and which of them it is in.
+"""The postures of the body, and recognition of the present one.
 
-The angles are NAOqi's (`naoserver.body`). Postures belong together in stances: within a stance the body goes
-from one to another without losing its hold, from stance to stance it takes a motion.
+The angles are NAOqi's (`naoserver.body`). Postures are grouped into stances: within a stance the body goes
+from one posture to another without losing its hold; from stance to stance it needs a motion.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _NAMES: Final = {
 
 
 _OWN: Final = {
-    # With its knees as high as in NAOqi's posture the torso leans back, and holds only by its hands.
+    # With its knees as high as in NAOqi's posture the torso leans back, and only its hands support it.
     "SIT": {
         "ShoulderRoll": 0.4,
         "HipYawPitch": -0.6,
@@ -52,7 +52,7 @@ _OWN: Final = {
         "AnkleRoll": 0.0,
     },
 }
-"""Angles that differ from NAOqi's, of the left side; those of the right mirror them."""
+"""Angles of the left side that differ from NAOqi's; those of the right mirror them."""
 
 
 def _angles(section: str) -> Mapping[str, float]:
@@ -72,7 +72,7 @@ def _angles(section: str) -> Mapping[str, float]:
 POSTURES: Final[Mapping[str, Mapping[str, float]]] = {
     name: _angles(section) for name, (section, _) in _NAMES.items()
 }
-"""An angle in rad for each joint, within its range, of each posture."""
+"""For each posture, an angle in rad of each joint, within its range."""
 
 STANCES: Final[Mapping[str, Stance]] = {name: of for name, (_, of) in _NAMES.items()}
 """The stance of each posture."""
@@ -95,7 +95,7 @@ class Situation:
 
 
 def situation_of(robot: Robot) -> Situation:
-    """Return how a robot's body is; of one without an inertial unit, that it is upright.
+    """Return the situation of a robot's body; upright if the robot has no inertial unit.
 
     Raises RobotError when such a robot lies, since its pose is unknown.
     """
@@ -108,7 +108,7 @@ def situation_of(robot: Robot) -> Situation:
 
 
 def stance_of(situation: Situation) -> Stance:
-    """Return on what the body rests, by its tilt and, upright, by the pitch joints of its legs."""
+    """Return the stance, by the body's tilt and, if it is upright, by the pitch joints of its legs."""
     x, y, z = situation.up
     if z < math.cos(FALLEN_TILT):
         if abs(x) >= abs(y):

@@ -1,4 +1,4 @@
-"""Servants of the whole body, all joints in one call and in one stream, and of the head."""
+"""Servants of the whole body, with all joints in one call and one stream, and of the head."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from naoserver.servants.shared import (
 from zenoh_ice import Current
 
 _LONGEST_CHANGE: Final = 60.0
-"""Seconds that a change of stiffness may take."""
+"""Longest duration of a change of stiffness in s."""
 
 
 class JointsI(Joints):

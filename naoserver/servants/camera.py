@@ -58,12 +58,12 @@ class RateMeter:
 class CameraI(Camera):
     """Serve one camera of a robot.
 
-    No image is taken while nobody asks, listens or has started streaming with startCameraStreaming. A call
-    returns the newest image if it is younger than one period, else it takes one.
+    No image is taken while nobody calls, listens or has started streaming with startCameraStreaming. A call
+    returns the newest image if that is younger than one period, else it takes a new one.
     """
 
     def __init__(self, robot: Robot, facts: CameraFacts, options: CameraOptions, events: EventLog) -> None:
-        """Serve the camera `facts` of `robot`; raises RobotError when `options` ask for what it cannot do."""
+        """Serve the camera `facts` of `robot`; raises RobotError for options that it does not support."""
         if problem := _problem(facts, options):
             raise RobotError(problem)
         self.facts = facts
@@ -72,12 +72,12 @@ class CameraI(Camera):
         self._events = events
         self._settings = options  # replaced as a whole, so that it may be read without a lock
         self._streaming: set[str] = set()
-        """The clients that have started streaming. One operation on it at a time, so it needs no lock."""
+        """The clients that have started streaming. Each operation on the set is atomic: it needs no lock."""
         self._newest: Frame | None = None
         self._taken_at: NDArray[np.float64] | None = None
-        """`_situation` when the newest image was taken."""
+        """`_situation` at the time of the newest image."""
         self._place: tuple[NDArray[np.float64] | None, Matrix] = (None, np.eye(4))
-        """A situation, and the camera's place then; points of one image have one."""
+        """A situation and the camera's place in it: cached, because all points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
 
@@ -165,7 +165,7 @@ class CameraI(Camera):
 
     @property
     def wanted(self) -> bool:
-        """Whether images are to be taken without being asked for."""
+        """Whether images are to be taken without calls."""
         return bool(self._streaming) or self.getImageDataPublisher.listening
 
     @property
@@ -183,7 +183,7 @@ class CameraI(Camera):
         self._streaming.discard(client)
 
     def publish(self) -> bool:
-        """Take an image and send it to the listeners; returns whether there was one."""
+        """Take an image and send it to the listeners; return whether there was one."""
         try:
             with self._taking:
                 frame = self._take()
@@ -211,7 +211,7 @@ class CameraI(Camera):
 
     def _take(self) -> Frame:
         settings = self._settings
-        self._newest = None  # not kept when the next fails
+        self._newest = None  # not kept if the next capture fails
         before = self._situation()
         frame = self._newest = self._robot.capture(self.facts.name, settings.width, settings.height)
         self._taken_at = _between(before, self._situation(), frame.time)
@@ -237,7 +237,7 @@ class CameraI(Camera):
 
 
 def _between(before: NDArray[np.float64], after: NDArray[np.float64], time: float) -> NDArray[np.float64]:
-    """Return the situation at a time between two, each of which begins with its own."""
+    """Return the situation at a time between two situations, whose first numbers are their times."""
     share = (time - float(before[0])) / max(float(after[0] - before[0]), 1e-6)
     return np.asarray(before + min(max(share, 0.0), 1.0) * (after - before), np.float64)
 

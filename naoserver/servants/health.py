@@ -33,7 +33,7 @@ class ClockI(ClockServant):
 
 
 class HealthI(Health):
-    """Report how the robot and its server are, in calls and as a stream."""
+    """Report the health of the robot and its server, in calls and as a stream."""
 
     def __init__(self, robot: Robot, events: EventLog, cameras: Sequence[CameraI]) -> None:
         self._robot = robot
@@ -51,7 +51,7 @@ class HealthI(Health):
         self.report_now()
 
     def report_now(self) -> None:
-        """Send a report at once: something happened that cannot wait for the next one."""
+        """Send a report at once, for an event that cannot wait for the next one."""
         if self.getHealthPublisher.listening:
             report = self._report()
             self.getHealthPublisher.publish(report, time=report.time)
@@ -76,7 +76,7 @@ class HealthI(Health):
 class SafetyI(Safety):
     """Stop the robot for everybody, or hold it for one client."""
 
-    ice_concurrent = True  # a stop waits for nobody
+    ice_concurrent = True  # a stop waits for no other call
 
     def __init__(self, gate: Gate) -> None:
         self._gate = gate
@@ -104,12 +104,12 @@ class SafetyI(Safety):
         return self._gate.state()
 
     def publish(self) -> None:
-        """Publish who may command the robot."""
+        """Publish the present right to command the robot."""
         if self.getSafetyStatePublisher.listening:
             state = self._gate.state()
             self.getSafetyStatePublisher.publish(state, time=state.time)
 
     def drop_client(self, client: str) -> None:
-        """Give the lease of a lost client back."""
+        """Give back the lease of a lost client."""
         if self._gate.release(client):
             self.publish()

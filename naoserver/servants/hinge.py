@@ -145,7 +145,7 @@ class NeckSpeedI(Pose3DMotors):
 
 
 def _motor_params(device: GuardedDevice, axes: tuple[tuple[Axis, str], ...]) -> Pose3DMotorsParams:
-    """Return the limits of some axes, 0 of the others, and the highest speeds that each of them takes."""
+    """Return the limits and highest speeds of some axes; 0 for the others."""
     limits = dict.fromkeys(Pose3DMotorsParams.__struct_fields__, 0.0)
     for axis, joint in axes:
         facts = device.facts(joint)

@@ -18,13 +18,13 @@ from zenoh_ice import Current
 
 _FASTEST: Final = 2.0
 MOTION: Final = "motion"
-"""The player's kind of the actions of `Motions`."""
+"""The player's kind for actions of `Motions`."""
 POSTURE: Final = "posture"
-"""The player's kind of the actions of `Postures`."""
+"""The player's kind for actions of `Postures`."""
 _OWNER: Final = "the way into a posture"
 """The claim on the joints while a robot goes its own way."""
 _PERIOD: Final = 0.05
-"""Wall seconds between two checks whether such a way is at its end."""
+"""Wall seconds between two checks whether such a way has ended."""
 
 
 class MotionsI(Motions):
@@ -56,7 +56,7 @@ class MotionsI(Motions):
 
 
 class PosturesI(Postures):
-    """Common part of both kinds."""
+    """Common part of both kinds of postures."""
 
     def __init__(self) -> None:
         self.stream: Final = action_stream(self.progress, self.getPostureStatePublisher)
@@ -68,7 +68,7 @@ class PosturesI(Postures):
 
     @abstractmethod
     def progress(self) -> ActionState:
-        """Return how the way to the newest posture goes."""
+        """Return the progress of the way to the newest posture."""
 
     @abstractmethod
     def go(self, name: str, fraction: float, client: str) -> None:
@@ -100,7 +100,7 @@ class KeyFramePosturesI(PosturesI):
         return self._player.progress(POSTURE)
 
     def go(self, name: str, fraction: float, client: str) -> None:
-        """Begin to go to a posture, getting up on the way where the body lies."""
+        """Begin to go to a posture, getting up on the way if the body lies."""
         route = PostureRoute(name, load_motions().values(), fraction)
         self._player.begin(POSTURE, name, route, client=client)
 
@@ -112,10 +112,10 @@ class KeyFramePosturesI(PosturesI):
 
 
 class OwnPosturesI(PosturesI):
-    """Pass postures on to a robot that knows the way itself, through the gate in front of its `body`.
+    """Pass postures on to a robot that knows the way itself, through the gate of its `body`.
 
-    On the way it claims all joints: stopping one of them ends it. It must be watched, so that they are
-    free at its end.
+    On the way it claims all joints: stopping one of them ends the way. `watch` must be called
+    regularly, so that the joints are freed at its end.
     """
 
     def __init__(self, postures: OwnPostures, body: GuardedDevice) -> None:
@@ -169,11 +169,11 @@ class OwnPosturesI(PosturesI):
         return self._postures.current()
 
     def watch(self) -> float | None:
-        """Free the joints at the end of the way; return in how many wall seconds to look again."""
+        """Free the joints at the end of the way; return the wall seconds until the next check."""
         return _PERIOD if self._look().moving else None
 
     def drop_client(self, client: str) -> None:
-        """Do nothing: the way that a client began runs to its end, as a position command does."""
+        """Do nothing: the way runs to its end, as a position command does."""
 
     def close(self) -> None:
         """Stop on the way, and refuse further ones."""

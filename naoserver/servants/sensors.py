@@ -1,4 +1,4 @@
-"""Servants of the sensors but joints and cameras: each reports a part of what the senses read."""
+"""Servants of the sensors except joints and cameras: each reports a part of the readings of the senses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PLACES: Final = {
 
 
 class InertialUnitI(nao.InertialUnit):
-    """Report how the torso is accelerated, turned and tilted, in calls and as a stream."""
+    """Report acceleration, rotation and tilt of the torso, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
         self.stream: Final = StateStream(senses.read, self.getInertialReadingPublisher, _inertial)
@@ -29,7 +29,7 @@ class InertialUnitI(nao.InertialUnit):
 
 
 class FootPressureI(nao.FootPressure):
-    """Report what presses on the soles, in calls and as a stream."""
+    """Report the forces on the soles, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
         self.stream: Final = StateStream(senses.read, self.getFeetReadingPublisher, _feet)

@@ -14,9 +14,9 @@ from naoserver.errors import CommandRefused, InvalidCommand
 from zenoh_ice import Publisher
 
 _REMINDER: Final = 0.5
-"""Robot seconds after which a state is sent again that has not changed."""
+"""Robot seconds after which an unchanged state is sent again."""
 MOST_QUOTED: Final = 64
-"""Characters of a client's text that an error repeats."""
+"""Maximum characters of a client's text in an error."""
 
 
 class Timed(Protocol):
@@ -32,10 +32,10 @@ V = TypeVar("V")
 
 
 class StateStream(Generic[R, V]):
-    """The stream of a servant: what `read` returns, or a part of it, converted to the interface's type.
+    """The stream of a servant: the result of `read`, or a part of it, converted to the interface's type.
 
-    Streams of equal `read` share one reading. With `news`, which returns what counts as a change, a reading
-    is sent only when that has changed, or after half a second, for new listeners.
+    Streams with the same `read` share one reading. With `news`, a reading is sent only when the result of
+    `news` for it has changed, or after half a second, for new listeners.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ def action_stream(
 
 
 def to_time(seconds: float) -> Time:
-    """Return a point in robot time as the interface has it."""
+    """Return a point in robot time as the interface's type."""
     whole, micro = divmod(round(seconds * 1_000_000), 1_000_000)
     return Time(seconds=whole, useconds=micro)
 
@@ -105,7 +105,7 @@ def require_positive(upper: float, **values: float) -> None:
 
 
 def require_known(kind: str, name: str, known: Iterable[str]) -> None:
-    """Raise InvalidValueException, listing what there is of a kind, unless `name` is known."""
+    """Raise InvalidValueException, listing the known names of a kind, unless `name` is one of them."""
     if name not in (names := list(known)):
         message = f"there is no {kind} {name[:MOST_QUOTED]!r}; there are {', '.join(names)}"
         raise InvalidValueException(message, "name")

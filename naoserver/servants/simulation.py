@@ -1,4 +1,4 @@
-"""Servants that only a simulation has: of the scene around the robot, and of the ground truth."""
+"""Servants that only a simulation has: the scene around the robot, and the ground truth."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from zenoh_ice import Current
 
 
 class SceneI(nao.Scene):
-    """Set the scene of a simulation: no command of the robot, so that no lease and no stop holds it.
+    """Set the scene of a simulation: this is no command of the robot, so no lease and no stop prevents it.
 
-    Only a push is one, and passes the gate. `end_motion` ends what the robot does, so that a robot that is
-    moved does not continue there.
+    Only a push counts as a command, and passes the gate. `end_motion` ends all motion of the robot, so that
+    it does not continue after being placed.
     """
 
     def __init__(self, stage: Stage, gate: Gate, end_motion: Callable[[], None]) -> None:

@@ -1,4 +1,4 @@
-"""Servants of the walk: JdeRobot's `Motors` in m/s and rad/s both ways, its odometry, and to a place."""
+"""Servants of the walk: JdeRobot's `Motors` in m/s and rad/s both ways, odometry, and walks to a place."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from naoserver.walk import WalkGuard, WalkTo, Way
 from zenoh_ice import Current
 
 _FARTHEST: Final = 100.0
-"""Distance in m along x and y of a place to walk to."""
+"""Largest distance in m along x and y of a place to walk to."""
 
 
 class MotorsI(Motors):
-    """Walk at velocities that must be renewed, each by itself."""
+    """Walk at velocities, each of which must be renewed."""
 
     def __init__(self, walk: WalkGuard) -> None:
         self._walk = walk
@@ -80,7 +80,7 @@ class WalkI(Walk):
 
 
 class EncodersI(Encoders):
-    """Report where the robot believes to be, in calls and as a stream."""
+    """Report where the robot believes it is, in calls and as a stream."""
 
     def __init__(self, walk: WalkGuard) -> None:
         self.stream: Final = StateStream(walk.read, self.getEncodersDataPublisher, _data)

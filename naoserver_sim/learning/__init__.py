@@ -1,9 +1,9 @@
-"""Environments of Gymnasium in which a simulated Nao learns, in one process and without servers.
+"""Gymnasium environments in which a simulated Nao learns, in one process and without servers.
 
 Importing this package registers them: `gymnasium.make("naoserver_sim.learning:Nao/Walk-v0")` does both.
 
-`environment` holds what all have in common: a robot on a virtual clock, the same episode for the same seed;
-`tasks` what each is about.
+`environment` has the common part: a robot on a virtual clock, and the same episode for the same seed;
+`tasks` has the environments themselves.
 """
 
 from __future__ import annotations

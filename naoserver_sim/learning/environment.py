@@ -23,11 +23,11 @@ Array = NDArray[np.float32]
 PERIOD: Final = 0.02
 """Simulated seconds of a step: 50 Hz, the cycle of NAOqi's motion."""
 _MOST: Final = 10.0
-"""Bound of every number of an observation, which are scaled to be about 1; larger ones are clipped."""
+"""Bound of the numbers of an observation, which are scaled to about 1; larger ones are clipped."""
 _RENDERED: Final = ("CameraOutside", 320, 240)
 _SETTLING: Final = 0.2
 _FRACTION: Final = 0.5
-"""Largest fraction of the joints' full speeds: with it the body stands firm."""
+"""Largest fraction of the joints' full speeds at which the body stands firmly."""
 _WEIGHT: Final = 53.0  # of the body in N
 _FARTHEST: Final = 2.5  # m, m/s or rad/s that an option asks for: observations show no more
 _SEEDS: Final = 2**31
@@ -39,19 +39,19 @@ class Options(TypedDict, total=False):
     render_mode: str | None
     """`rgb_array`, or None not to render."""
     noise: bool
-    """Whether the senses are as imperfect and late as a real robot's; True."""
+    """Whether the senses are as imperfect and late as a real robot's; by default True."""
     body: str
-    """`H25`, or `H21`, whose hands do not move and are no part of any action."""
+    """`H25`, the default, or `H21`, whose hands do not move and are not part of any action."""
     world: str
-    """The name or the file of a world (docs/how-to/worlds.md); `empty`."""
+    """The name or the file of a world (docs/how-to/worlds.md); by default `empty`."""
 
 
 class NaoEnvironment(gymnasium.Env[Array, Array]):
-    """A robot that does what each action says for PERIOD of simulated time.
+    """A robot that executes each action for PERIOD of simulated time.
 
     Each episode has its own robot: after `reset(seed=n)` the same actions lead to the same observations and
-    rewards, bit by bit, whatever was before. Actions move those of the joints `moved` that the body has;
-    observations are their angles and speeds, and `more` numbers. `option` is that of `reset`.
+    rewards, bit by bit, whatever happened before. Actions move those of the joints `moved` that the body has;
+    observations are their angles and speeds, and `more` numbers. `option` is the option of `reset`.
     """
 
     moved: ClassVar[Sequence[str]]
@@ -88,9 +88,9 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode; return its first observation, and the same info as `step`.
+        """Begin an episode; return its first observation, and the same kind of info as `step`.
 
-        Raises ValueError for an option that the environment does not have, or a value that it cannot take.
+        Raises ValueError for an unknown option, or an invalid value.
         """
         if unknown := (options or {}).keys() - {self.option}:
             raise ValueError(f"reset has no option {sorted(unknown)[0]!r}; it has {self.option!r}")
@@ -111,9 +111,9 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         return self._observe(), self._info()
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Do what an action says for a step.
+        """Execute an action for one step.
 
-        Returns the observation after it, the reward, whether the episode has ended, False, and more to know.
+        Returns the observation after it, the reward, whether the episode has ended, False, and further info.
         Raises ValueError unless every number of the action is finite; larger ones are clipped.
         """
         robot, values = self.robot, np.asarray(action, np.float64)
@@ -126,25 +126,25 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         return self._observe(), float(reward), bool(ended), False, self._info()
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return what a spectator sees, (240, 320, 3) bytes; None without the render mode `rgb_array`."""
+        """Return a spectator's view, (240, 320, 3) bytes; None without the render mode `rgb_array`."""
         if self.render_mode is None:
             return None
         return self.robot.capture(*_RENDERED).pixels
 
     def close(self) -> None:
-        """Let the robot go; `reset` begins with another."""
+        """Release the robot; `reset` makes another one."""
         if self._robot is not None:
             self._robot.close()
             self._robot = None
 
-    # -- what each environment says for itself ----------------------------------------------------------
+    # -- specific to each environment -------------------------------------------------------------------
 
     @abstractmethod
     def _begin(self, options: Mapping[str, Any]) -> None:
-        """Prepare the robot, which stands, for the episode."""
+        """Prepare the standing robot for the episode."""
 
     def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
-        """Command the robot by an action within -1 and 1: here the speeds of the joints."""
+        """Command the robot by an action of numbers from -1 to 1: by default the speeds of the joints."""
         speeds = zip(self._moved, action.tolist(), strict=True)
         robot.command_velocities(
             {joint.name: _FRACTION * joint.max_velocity * part for joint, part in speeds}
@@ -152,17 +152,17 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 
     @abstractmethod
     def _judge(self) -> tuple[float, bool]:
-        """Return the reward of the last step, and whether the episode has ended by it."""
+        """Return the reward of the last step, and whether it has ended the episode."""
 
     @abstractmethod
     def _features(self) -> Sequence[float]:
         """Return the observation, in numbers of about 1."""
 
     def _info(self) -> dict[str, Any]:
-        """Return the `info` of a step, which no robot could measure."""
+        """Return the `info` of a step, which a robot could not measure."""
         return {"time": self._truth.time, "torso": self._truth.torso.position}
 
-    # -- what they share --------------------------------------------------------------------------------
+    # -- common -----------------------------------------------------------------------------------------
 
     @property
     def fallen(self) -> bool:
@@ -187,7 +187,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         return np.clip(np.array(self._features(), np.float32), -_MOST, _MOST)
 
     def _balance(self) -> list[float]:
-        """Return what the body feels of its balance: up (3), turning (3), loads of the soles (2)."""
+        """Return the sensed balance of the body: up (3), turning rate (3), loads of the soles (2)."""
         inertial, left, right = self._senses.inertial, self._senses.left_foot, self._senses.right_foot
         return [*inertial.up, *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
 

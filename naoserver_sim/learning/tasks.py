@@ -20,11 +20,11 @@ from naoserver_sim.walk.kinematics import LEG_MOTORS
 Array = NDArray[np.float64]
 
 _REACH: Final = 0.6
-"""Radians by which an action moves a joint from the stance at most."""
+"""Largest angle in rad by which an action moves a joint from the stance."""
 _STRIDE: Final = 0.5
 """Duration of two steps in s; the observation contains the phase: a clock to step by."""
 _FASTEST: Final = (0.25, 0.1, 0.6)
-"""The highest velocity forwards, to the left and of the turn that is drawn, in m/s and rad/s."""
+"""The highest random velocity forwards, to the left and of the turn, in m/s and rad/s."""
 _TOLERANCE: Final = 0.1
 """Error of the velocity in m/s at which 37 % of its reward is left; of the turn 4 times that in rad/s."""
 _ON_FEET: Final = 0.2
@@ -35,17 +35,17 @@ _LOWEST: Final = 0.2
 
 
 class WalkEnvironment(NaoEnvironment):
-    """Keep to a velocity on the floor, by the angles of the legs.
+    """Keep a velocity on the floor, by the angles of the legs.
 
     Action (11): the motors of the legs in the order of `LEG_MOTORS`, up to 0.6 rad to either side of the
-    stance in which it begins. Observation (46): the velocity that is wanted (3); up, turning rate and loads
+    stance in which it begins. Observation (46): the requested velocity (3); up, turning rate and loads
     of the soles (8); angles about the stance (11) and speeds (11) of the motors; the last action (11); sine
     and cosine of a clock to step by (2).
 
-    Reward of a step: 0.2 for being on its feet, up to 1 the closer the torso moves to the velocity, as the
-    mean over the last half second, for it sways from step to step, less the jerk of the action. A fall ends
-    the episode and costs 10. `reset(options={"velocity": (forward, left, turn)})` gives the velocity in m/s
-    and rad/s; without it one is drawn.
+    Reward of a step: 0.2 for being on its feet, plus up to 1 the closer the torso's velocity is to the
+    requested one (averaged over the last half second, because it sways), minus the jerk of the action. A fall
+    ends the episode and costs 10. `reset(options={"velocity": (forward, left, turn)})` gives the velocity in
+    m/s and rad/s; by default it is random.
     """
 
     moved, more, option = LEG_MOTORS, 24, "velocity"
@@ -95,7 +95,7 @@ class WalkEnvironment(NaoEnvironment):
 
 
 def velocity_of(truth: Truth) -> Array:
-    """Return how the torso moves over the floor, in its own frame: forwards, to the left, and turning."""
+    """Return the velocity of the torso over the floor, in its own frame: forwards, to the left, turn."""
     heading = truth.torso.heading
     cosine, sine = math.cos(heading), math.sin(heading)
     vx, vy, _ = truth.velocity
@@ -105,23 +105,23 @@ def velocity_of(truth: Truth) -> Array:
 ARM: Final = ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw")
 """The joints of the arm from the shoulder down."""
 _THERE: Final = 0.02
-"""Distance in m at which the hand is there."""
+"""Distance in m within which the hand has arrived."""
 _REWARD: Final = 1.0
 _SCALE: Final = 5.0
-"""Factor for lengths in m, which are then about 1."""
+"""Factor that scales lengths in m to about 1."""
 
 
 class ReachEnvironment(NaoEnvironment):
     """Bring the middle of the left hand within 2 cm of a place that it can reach, and keep it there.
 
     Action (5; 4 of an H21): the speeds of the joints in `ARM`, up to half their full ones. Observation (24;
-    22): angles and speeds of these joints; where the hand is (3), and from there to the place (3), in the
-    torso's frame; up, turning rate and loads of the soles (8). Where the hand is follows from the angles of
-    the joints.
+    22): angles and speeds of these joints; the position of the hand (3), and the vector from there to the
+    place (3), in the torso's frame; up, turning rate and loads of the soles (8). The position of the hand is
+    computed from the angles of the joints.
 
-    Reward of a step: minus the distance in m, and 1 while the hand is there. A fall ends the episode and
-    costs 10. `reset(options={"place": (x, y, z)})` gives the place in m; without it the one is drawn at which
-    the hand is when the joints are anywhere in the middle 80 % of their ranges.
+    Reward of a step: minus the distance in m, plus 1 while the hand is there. A fall ends the episode and
+    costs 10. `reset(options={"place": (x, y, z)})` gives the place in m; by default it is the place of the
+    hand at random angles in the middle 80 % of the joints' ranges.
     """
 
     moved, more, option = ARM, 14, "place"
@@ -160,7 +160,7 @@ class ReachEnvironment(NaoEnvironment):
 
 
 def hand_at(angles: Sequence[float]) -> Array:
-    """Return where the left hand is in m in the torso's frame, by angles of `ARM`; an H21 lacks the last."""
+    """Return the position of the left hand in m in the torso's frame at angles of `ARM` (4 of an H21)."""
     return place_of("LArm", dict(zip(ARM, angles, strict=False)))[:3, 3]
 
 
@@ -171,13 +171,13 @@ MOTORS: Final = tuple(
 )
 """The moved joints: all motors but those of the hands."""
 _PUSH: Final = 60.0
-"""N with which it is thrown over, for `_PUSHED` s."""
+"""Force in N that throws the robot over, for `_PUSHED` s."""
 _PUSHED: Final = 0.3
 _FALLING: Final = 3.0
 """Seconds after the push until it lies still."""
 _STIFFENING: Final = 0.2
 _STANDING: Final = 0.30
-"""Height of the torso in m at which it stands, knees bent; it is 0.33 m high with straight legs."""
+"""Height of the torso in m from which the robot stands, knees bent; it is 0.33 m with straight legs."""
 _UPRIGHT: Final = math.cos(math.radians(15))
 _HELD: Final = 1.0
 """Seconds for which it has to stand."""
@@ -188,13 +188,13 @@ _DIRECTIONS: Final = {"belly": 0.0, "back": math.pi}
 class StandUpEnvironment(NaoEnvironment):
     """Get up from where it fell, and stand for a second.
 
-    The robot is thrown over in a direction that is drawn, lets its motors go as it does in a fall, and lies
-    as it fell when the episode begins. `reset(options={"side": "belly"})`, or "back", gives the direction.
+    Before the episode, the robot is thrown over in a random direction and falls with limp motors, as it does
+    in any fall. `reset(options={"side": "belly"})`, or "back", gives the direction.
 
     Action (23; 21 of an H21): the speeds of those of `MOTORS` that it has, up to half their full ones.
     Observation (54; 50): angles and speeds of these; up, turning rate and loads of the soles (8). Reward of a
-    step: how high the torso is and how upright, up to 1 each second; 50 when it has stood for a second, which
-    ends the episode.
+    step: for the height of the torso and for being upright, up to 1 each second; 50 after standing for a
+    second, which ends the episode.
     """
 
     moved, more, option = MOTORS, 8, "side"

@@ -28,22 +28,22 @@ class SenseNoise:
     """Imperfections of the sensors: standard deviations unless said otherwise."""
 
     acceleration: float = 0.15
-    """White noise of the accelerometer in m/s2: B-Human's filter reckons with a variance of 0.0222."""
+    """White noise of the accelerometer in m/s2: B-Human's filter assumes a variance of 0.0222."""
     acceleration_offset: float = 0.1
-    """Offset of each axis in m/s2: the 1 % that the documentation gives, of gravity."""
+    """Offset of each axis in m/s2: 1 % of gravity, according to the documentation."""
     turning: float = 0.005
     """White noise of the gyrometer in rad/s: B-Human's 0.03 deg/s per root of a hertz, at 100 Hz."""
     turning_offset: float = 0.005
-    """Offset of each axis in rad/s: what a calibration leaves; assumed."""
+    """Offset of each axis in rad/s, after calibration; assumed."""
     tilt: float = 0.003
     """White noise of roll and pitch in rad; assumed."""
     tilt_offset: float = 0.01
-    """Offset of each in rad: how the unit is mounted; assumed."""
+    """Offset of each in rad, by the mounting of the unit; assumed."""
     pressure: float = 0.2
-    """White noise of a foot's sensor that carries something in N; assumed."""
+    """White noise of a loaded sensor of a foot in N; assumed."""
     pressure_gain: float = 0.1
-    """Error of the gain of each of a foot's sensors; assumed, after the documentation, which says that their
-    sum is not accurate enough to have a meaning."""
+    """Error of the gain of each of a foot's sensors; assumed, because according to the documentation their
+    sum is too inaccurate to be meaningful."""
     most_pressure: float = 25.0
     """The largest reading of a foot's sensor in N: the end of its range."""
     sonar_near: float = 0.01
@@ -87,16 +87,16 @@ Four = tuple[float, float, float, float]
 
 
 def load(foot: Sequence[float]) -> float:
-    """Return what presses on a sole at right angles in N, of a foot as `SensorLayout.feet` has it."""
+    """Return the perpendicular force on a sole in N; `foot` is as in `SensorLayout.feet`."""
     pressing = -(foot[0] * foot[18] + foot[1] * foot[19] + foot[2] * foot[20])
     return pressing if pressing > 0.0 else 0.0
 
 
 class SoleSensors:
-    """The sensors of one sole: together they carry the load, each the more the nearer its center is.
+    """The sensors of one sole, which share the load: the nearer its center, the more a sensor carries.
 
-    The load is shared bilinearly, so that the sum of the four is the load and their center of pressure is
-    that of the foot wherever it lies between them; beyond them the outermost carry all.
+    The load is shared bilinearly, so that the sum of the four is the load, and their center of pressure is
+    that of the foot if it lies between them; beyond them, the outermost sensors carry everything.
     """
 
     def __init__(self, side: str) -> None:
@@ -108,7 +108,7 @@ class SoleSensors:
         self._rear_ends = places["RearLeft"][1], places["RearRight"][1]
 
     def pressures(self, foot: Sequence[float]) -> Four:
-        """Return what the sensors carry in N, of a foot as `SensorLayout.feet` has it."""
+        """Return the loads of the sensors in N; `foot` is as in `SensorLayout.feet`."""
         carried = load(foot)
         if carried == 0.0:
             return 0.0, 0.0, 0.0, 0.0
@@ -140,12 +140,12 @@ _FOOT: Final = 21
 
 
 class Sample(NamedTuple):
-    """The measurements of one control tick, never written to again."""
+    """The measurements of one control tick, never modified."""
 
     time: float
     """Robot time in s at which they were taken."""
     values: Sequence[float]
-    """MuJoCo's `sensordata`; a list, whose numbers are read faster than those of an array."""
+    """MuJoCo's `sensordata`; a list, because its items are read faster than those of an array."""
     errors: Sequence[float] | None
     """Noise added to them, by channel; None without noise."""
     inertial: InertialReading
@@ -155,7 +155,7 @@ class Sample(NamedTuple):
 class SensorRecord:
     """Keep the newest raw measurements, and convert them to readings.
 
-    `look` belongs to the thread of the physics; `newest` may be read by any thread.
+    `look` is for the thread of the physics only; any thread may read `newest`.
     """
 
     def __init__(
@@ -179,11 +179,11 @@ class SensorRecord:
         self._errors = None if noise is None else Errors(noise, random or np.random.default_rng())
         self._samples: deque[Sample] = deque(maxlen=1 + (noise.delay if noise else 0))
         self.newest: Sample
-        """The newest measurements that have come through: late when there is noise."""
+        """The newest available measurements: with noise, they are delayed."""
         self.look(0.0)
 
     def look(self, time: float) -> None:
-        """Take the measurements at the end of a control tick."""
+        """Record the measurements at the end of a control tick."""
         errors: list[float] | None = None if self._errors is None else self._errors.next().tolist()
         values: list[float] = self._data.sensordata.tolist()
         self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))

@@ -1,7 +1,7 @@
-"""The senses of the simulated robot as the server asks for them: also its sonar, battery, falls and touch.
+"""The senses of the simulated robot for the server; with its sonar, battery, fall manager and touch.
 
-The sonar casts rays in two cones against what surrounds the robot. Sound that meets the floor at a flat angle
-is reflected away from the robot, so it hears no echo of it; the robot's own body is not seen either.
+The sonar casts rays in two cones against the robot's surroundings. Sound that meets the floor at a flat angle
+is reflected away from the robot, so it gives no echo; neither does the robot's own body.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ up to V4. That of V5 and V6 promises no more than 0.2 m to 0.8 m, and calls larg
 PERIOD: Final = 0.1
 """Seconds between two measurements."""
 _WIDE_RAYS: Final = 256
-"""Rays of a cone, 3.3 degrees apart. Small things are not overlooked: there is an extra ray to each thing."""
+"""Rays of a cone, 3.3 degrees apart. An extra ray to each object ensures that small ones are not missed."""
 _NARROW_RAYS: Final = 64
 _NARROW: Final = math.radians(6)
 """Full angle of the cone in which the nearest echo is measured again."""
 _SURROUNDINGS: Final = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """The groups of geoms that give an echo: not those of the robot."""
 _GRAZING: Final = math.cos(math.radians(45))
-"""Cosine of the angle to its normal from which on a plane reflects the sound away."""
+"""Cosine of the angle to its normal beyond which a plane reflects the sound away."""
 
 
 class Sonar:
-    """Measure the nearest echo of the left and the right transducer. Safe to use from any thread."""
+    """Measure the nearest echo of the left and the right transducer. Thread-safe."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         facts = H25.facts["sonar"]
@@ -64,7 +64,7 @@ class Sonar:
 
     @cached_property
     def _data(self) -> mujoco.MjData:
-        return mujoco.MjData(self._mj)  # at the first measurement, as most robots in tests hear nothing
+        return mujoco.MjData(self._mj)  # at the first measurement, because most robots in tests never measure
 
     def measure(self, qpos: Array) -> SonarReading:
         """Return the distances in a state; infinite where nothing is in range."""
@@ -131,20 +131,20 @@ VOLTAGE: Final = 21.6
 ENERGY: Final = 62.6 * 3600.0
 """Capacity in J: 2.9 Ah at 21.6 V, the battery of NAO6."""
 ELECTRONICS: Final = 40.0
-"""Draw in W of what does not move. With the motors of a robot that stands it empties the battery in 90
-minutes, the endurance in normal use that the data sheet gives."""
+"""Power in W of everything except the motors. Together with the motors of a standing robot, it empties the
+battery in 90 minutes, the endurance in normal use in the data sheet."""
 _WARMTH: Final = 1.5
 """Kelvin by which a current of 1 A, permanently, warms the battery, times the current again."""
 _TIME_CONSTANT: Final = 1800.0
-"""Seconds in which it gains 63 % of that."""
+"""Seconds in which it reaches 63 % of that."""
 
 
 class Battery:
-    """Empty as the motors work; `draw` belongs to the thread of the physics.
+    """Discharge as the motors work; `draw` is for the thread of the physics only.
 
-    A motor takes its mechanical power and what its winding loses. Of a motor whose no-load speed is w and
-    whose stall torque is T, at the voltage for which these hold, the winding loses w/T times the square of
-    the torque; power that the load gives back is lost.
+    A motor takes its mechanical power plus the loss in its winding. With no-load speed w and stall torque T,
+    at the voltage for which these hold, the loss is w/T times the square of the torque. Power that the load
+    gives back is lost.
     """
 
     def __init__(self, robot: DeviceIndex, body: Body) -> None:
@@ -163,7 +163,7 @@ class Battery:
         """The newest reading."""
 
     def draw(self, seconds: float, torques: Array, velocities: Array) -> None:
-        """Advance by some seconds, by the torques of the motors and the velocities of the joints."""
+        """Advance by some seconds with torques of the motors and velocities of the joints."""
         torque = torques[self._motors]
         power = torque * velocities[self._dofs] + self._losses * torque * torque
         watts = ELECTRONICS + float(np.maximum(power, 0.0).sum())
@@ -179,7 +179,7 @@ _log = logging.getLogger(__name__)
 FALLING_TILT: Final = math.radians(35)
 """Tilt of the torso beyond which a fall cannot be stopped."""
 FALLING_RATE: Final = 0.8
-"""Rate in rad/s at which a tilt grows in a fall, not in a motion that bends or lies down."""
+"""Rate in rad/s at which the tilt grows in a fall, but not in a motion that bends or lies down."""
 LIMP_WITHIN: Final = 0.1
 """Seconds in which the motors let go."""
 _UPRIGHT: Final = math.radians(15)
@@ -187,13 +187,13 @@ _UPRIGHT: Final = math.radians(15)
 _STANDING_LOAD: Final = 25.0
 """Least load on the soles in N with which it stands: half its weight."""
 _HEELS: Final = 15.0
-"""Load on the soles in N below which it is off its feet: heels that lie on the floor carry less."""
+"""Load on the soles in N below which it is off its feet: the heels of a lying robot carry less."""
 _STANDING_TIME: Final = 0.5
-"""Seconds for which it has to stand to be watched, and to be off its feet to be so no more."""
+"""Seconds on its feet after which falls are watched for, and off its feet after which they are not."""
 
 
 class FallManager:
-    """Watch the tilt and the feet at each tick, and let go once in a fall; in the thread of the physics."""
+    """Watch tilt and feet at each tick, and go limp once per fall; in the thread of the physics."""
 
     def __init__(self, let_go: Callable[[float], None]) -> None:
         self._let_go = let_go
@@ -206,7 +206,7 @@ class FallManager:
         """Falls noticed so far."""
 
     def look(self, time: float, seconds: float, tilt: float, load: float) -> None:
-        """Check the torso's tilt in rad and the load on the soles in N, `seconds` after the last look."""
+        """Check the torso's tilt in rad and the load on the soles in N, `seconds` after the last check."""
         rate, self._tilt = (tilt - self._tilt) / seconds, tilt
         on_feet = load >= _STANDING_LOAD
         self._off_feet = 0.0 if load >= _HEELS else self._off_feet + seconds
@@ -228,7 +228,7 @@ _SWITCHES_AT: Final = 1.0
 
 
 class Touch:
-    """Report which of some sensors are pressed at a time. Safe to use from any thread."""
+    """Report which of some sensors are pressed at a time. Thread-safe."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self._names = names
@@ -257,14 +257,14 @@ class Touch:
 _NEAR: Final = 0.8
 """Distance in m up to which the sonar is precise."""
 _FALLS_EVERY: Final = 2
-"""Control ticks between two looks of the fall manager: 50 Hz, the cycle of NAOqi's motion."""
+"""Control ticks between two checks of the fall manager: 50 Hz, the cycle of NAOqi's motion."""
 
 
 class SimulatedSenses:
-    """Feel what a Nao feels.
+    """Simulate the senses of a Nao.
 
-    Implements `naoserver.capabilities.Senses`. With `noise` every sense is as imperfect as that says, drawn
-    from `random`: the same numbers at the same ticks from the same seed.
+    Implements `naoserver.capabilities.Senses`. `noise` has the imperfections of the senses, with numbers
+    from `random`: the same seed gives the same numbers at the same ticks.
     """
 
     sonar_range = RANGE
@@ -328,7 +328,7 @@ class SimulatedSenses:
         self._touch.press(sensor, self._simulator.newest().time, seconds)
 
     def look(self, time: float) -> None:
-        """Record the measurements at the end of a control tick; belongs to the thread of the physics."""
+        """Record the measurements at the end of a control tick; for the thread of the physics only."""
         self.record.look(time)
         self._ticks += 1
         period = self._simulator.tick_period
@@ -345,7 +345,7 @@ class SimulatedSenses:
         self._simulator.motors.stiffen(self._motors, np.zeros(len(self._motors)), seconds)
 
     def _listen(self) -> SonarReading:
-        """Return what the sonar measured last: worked out once, when it is asked for."""
+        """Return the newest measurement of the sonar: computed once, on request."""
         qpos, errors = self._ping
         echo = self._echo
         if echo is None or echo[0] is not qpos:

@@ -1,1 +1,1 @@
-"""The walk of the simulated robot: where the feet go, what the legs do for it, and where it has got to."""
+"""The walk of the simulated robot: its gait, the kinematics of the legs, and its odometry."""

@@ -2,8 +2,8 @@
 
 The gait is of the family of rUNSWift's Walk2014 (Hengst, "rUNSWift Walk2014 Report", UNSW 2014): the centre
 of mass is not planned, the body rocks from foot to foot by the rhythm in which the feet are lifted, and the
-moment at which a foot comes down decides when the next step begins. Feet are given in the torso's frame, so
-that the foot that carries moves backwards under the body as the body moves on.
+next step begins at the moment when a foot touches down. Feet are given in the torso's frame, so that the
+support foot moves backwards under the body as the body moves on.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ RIGHT: Final = 1
 
 # The rhythm and the reach of the steps.
 PERIOD: Final = 0.25
-"""Seconds that a step is planned to last."""
+"""Planned duration of a step in s."""
 LIFT: Final = 0.013
 """Height in m to which a foot is lifted."""
 EARLIEST_TOUCH: Final = 0.5
@@ -30,13 +30,13 @@ LATEST_TOUCH: Final = 1.6
 LOWERING: Final = 0.3
 """Part of the period within which a foot that touched early comes down."""
 _TOUCH_LOAD: Final = 3.0
-"""Load in N by which a foot touches the floor."""
+"""Load in N from which a foot counts as touching the floor."""
 FORWARD_CHANGE: Final = 0.012
-"""Most by which the length of a step changes from one to the next in m."""
+"""Largest change of the length of a step from one to the next in m."""
 _LEFT_CHANGE: Final = 0.02
-"""Most by which its width changes in m."""
+"""Largest change of its width in m."""
 _TURN_CHANGE: Final = 0.12
-"""Most by which its turn changes in rad."""
+"""Largest change of its turn in rad."""
 _SLOWING: Final = 2.0
 """Further amount by which a step may become smaller."""
 
@@ -52,15 +52,15 @@ class FootOffset:
 
 
 AT_REST: Final = FootOffset()
-"""A foot that stands beside the other one."""
+"""A foot next to the other one."""
 
 
 class Gait:
-    """Walk in steps; `tick` it at the pace of control."""
+    """Walk in steps; `tick` is due at each control tick."""
 
     def __init__(self) -> None:
         self.walking = False
-        """Whether it makes steps; false when both feet stand at rest."""
+        """Whether it makes steps; false when both feet are at rest."""
         self.swing = RIGHT
         """The foot that is in the air."""
         self.steps = 0
@@ -75,7 +75,7 @@ class Gait:
 
     @property
     def support(self) -> int:
-        """The foot that carries."""
+        """The support foot."""
         return 1 - self.swing
 
     def tick(self, seconds: float, velocity: WalkVelocity, loads: tuple[float, float]) -> bool:
@@ -99,14 +99,14 @@ class Gait:
         return ended
 
     def stop(self, left_lift: float = 0.0, right_lift: float = 0.0) -> None:
-        """End at once: both feet stand where they are at rest, or come down there."""
+        """End at once: both feet are at their places at rest, or come down there."""
         self.walking = False
         self.phase = 0.0
         self._step = AT_REST
         self.feet = [FootOffset(lift=left_lift), FootOffset(lift=right_lift)]
 
     def _wanted(self, velocity: WalkVelocity) -> FootOffset:
-        # Sideways and about, every other step only brings the feet together again.
+        # Sideways and when turning, every other step only brings the feet together again.
         return FootOffset(velocity.forward * PERIOD, 2 * velocity.left * PERIOD, 2 * velocity.turn * PERIOD)
 
     def _has_ended(self, load: float) -> bool:
@@ -114,7 +114,7 @@ class Gait:
         return late or (self.phase >= EARLIEST_TOUCH and load > _TOUCH_LOAD)
 
     def _rests(self, wanted: FootOffset) -> bool:
-        """Return whether nothing is wanted and the feet are as good as together."""
+        """Return whether no motion is wanted and the feet are practically together."""
         if wanted != AT_REST:
             return False
         return all(abs(foot.x) < 0.004 and abs(foot.y) < 0.004 and abs(foot.yaw) < 0.02 for foot in self.feet)
@@ -135,7 +135,7 @@ class Gait:
         swing, support, phase = self.swing, self.support, self.phase
         eased = 0.5 * (1.0 - math.cos(math.pi * phase))
         begun_swing, begun_support = self._from[swing], self._from[support]
-        # A foot that touched before it was expected is stretched to the height that the floor has there.
+        # A foot that touched early is extended down to the actual height of the floor.
         lowered = LIFT * phase / LOWERING
         half = self._step.x / 2
         outwards = 1.0 if swing == LEFT else -1.0
@@ -164,9 +164,9 @@ class Gait:
 
 
 def _nearer(value: float, wanted: float, most: float) -> float:
-    """Return a value that is nearer to what is wanted by `most`, or more where that is nearer to 0."""
+    """Return a value nearer to the wanted one by at most `most`, or by more if that leads towards 0."""
     if value * wanted < 0.0:
-        wanted = 0.0  # to stand still comes before the way back
+        wanted = 0.0  # standing still precedes the way back
     if abs(wanted) < abs(value):
         most *= _SLOWING
     return value + max(-most, min(most, wanted - value))

@@ -1,8 +1,8 @@
 """Forward and inverse kinematics of the legs, in closed form.
 
 Frames are the torso's: x forward, y left, z up. One motor turns both HipYawPitch joints, so that eleven
-motors serve twelve wishes: the soles come to lie where and as level as they are wanted, and of their yaws
-the difference is met; what both have in common is shared between the feet.
+motors control twelve values: positions, roll and pitch of the soles are exact, and so is the difference
+of their yaws; the error of their common yaw is shared between the feet.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class FootPose:
 
 
 class Legs:
-    """Solve for both legs; begins from where the last solution was."""
+    """Solve for both legs, starting from the last solution."""
 
     def __init__(self) -> None:
         size = H25.facts["dimensions"]
@@ -61,12 +61,12 @@ class Legs:
         self._foot_height = float(size["foot_height"])
         hip = H25.joints[H25.joint_names.index(LEG_MOTORS[0])]
         self._hip_range = hip.lower, hip.upper
-        # Where the last solution was: the next one is near.
+        # The last solution: the next one is near.
         self._hip_yaw = 0.0
         self._slope = _USUAL_SLOPE
 
     def solve(self, left: FootPose, right: FootPose) -> list[float]:
-        """Return the angles of `LEG_MOTORS` in rad; a foot out of reach is brought as near as it goes."""
+        """Return the angles of `LEG_MOTORS` in rad; a foot out of reach comes as near as possible."""
         aim_left, aim_right = self._aim(left), self._aim(right)
 
         def legs(hip_yaw: float) -> tuple[list[float], list[float], float]:
@@ -93,9 +93,9 @@ class Legs:
         return [hip_yaw, *one, *other]
 
     def sole(self, side: float, angles: Sequence[float]) -> Vector:
-        """Return where the point of a sole below its ankle is in m, by the six angles of its `LEG_JOINTS`.
+        """Return the point of a sole below its ankle in m, at the six angles of its `LEG_JOINTS`.
 
-        `side` is 1 of the left leg, -1 of the right.
+        `side` is 1 for the left leg, -1 for the right.
         """
         hip_yaw, hip_roll, hip_pitch, knee_pitch, ankle_pitch, ankle_roll = angles
         knee, ankle = hip_pitch + knee_pitch, hip_pitch + knee_pitch + ankle_pitch
@@ -122,7 +122,7 @@ class Legs:
         return ankle, (cy * cp, sy * cp, -sp), up
 
     def _leg(self, side: float, hip_yaw: float, aim: _Aim) -> tuple[list[float], float]:
-        """Return the angles below HipYawPitch, and the sine of the yaw that is off, of the `side` 1 or -1."""
+        """Return the angles below HipYawPitch, and the sine of the error in yaw, for the `side` 1 or -1."""
         hip = _about_diagonal(side, hip_yaw)
         (x, y, z), forward, up = aim
         along, aside, above = _turned_back(hip, (x, y - side * self._hip_y, z - self._hip_z))

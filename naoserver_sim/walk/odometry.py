@@ -1,8 +1,8 @@
 """The robot's odometry, from its joints and its inertial unit.
 
-The soles that carry stand still on the floor, so that the torso moves by as much as they move below it, the
-other way; each sole counts by the load on it. The heading is the turning rate added up, for soles slip when
-they turn; the reading of a gyrometer while the robot stands still is its offset.
+Loaded soles do not move on the floor, so the torso moves by the opposite of their motion below it; each sole
+counts by its load. The heading is the integrated turning rate, because soles slip when they turn; the reading
+of a gyrometer while the robot stands still is its offset.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from naoserver_sim.walk.kinematics import Legs
 _LEFT: Final = 1.0
 _RIGHT: Final = -1.0
 _STILL: Final = 0.1
-"""Turning rate in rad/s about any axis below which a robot that rests stands still."""
+"""Turning rate in rad/s about each axis below which a resting robot stands still."""
 _LATE: Final = 5
 """Largest delay of the sensors in ticks."""
 _LONGEST: Final = 500
@@ -25,7 +25,7 @@ _LONGEST: Final = 500
 
 
 class Odometer:
-    """Add up where the torso is on the floor, in the frame in which it began."""
+    """Integrate the place of the torso on the floor, in the frame of its start."""
 
     def __init__(self, legs: Legs) -> None:
         self._legs = legs
@@ -37,7 +37,7 @@ class Odometer:
         """x and y in m, and the heading in rad within (-pi, pi]."""
 
     def lose_footing(self) -> None:
-        """Count no movement of the soles until the sensors show their new places."""
+        """Ignore movements of the soles until the sensors show their new places."""
         self._unsure = _LATE
 
     def tick(
@@ -52,7 +52,7 @@ class Odometer:
         """Advance by some seconds, at the end of which the sensors have these readings.
 
         `joints` are the angles of `LEG_JOINTS` in rad, `loads` those of the soles in N, left and right.
-        `resting` says that the legs have no part in a walk.
+        `resting` means that the legs are not walking.
         """
         x, y, heading = self.pose
         rate = _yaw_rate(inertial)
@@ -77,7 +77,7 @@ class Odometer:
 
 
 def _yaw_rate(inertial: InertialReading) -> float:
-    """Return how fast the heading turns, of the rates about the axes of a torso that tilts."""
+    """Return the rate of the heading, from the rates about the axes of a tilted torso."""
     _, about_y, about_z = inertial.angular_velocity
     upright = max(math.cos(inertial.pitch), 0.1)  # a torso that lies has no heading
     return (about_y * math.sin(inertial.roll) + about_z * math.cos(inertial.roll)) / upright

@@ -1,4 +1,4 @@
-"""Arms and head while it walks: how the arms swing, and how the feet follow the weight of both."""
+"""Arms and head in the walk: the swing of the arms, and the shift of the feet by the weight of both."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LEGS: Final = ("Hip", "Knee", "Ankle")
 
 
 class Trim:
-    """Report how far arms and head move the center of mass, in the torso's frame."""
+    """Report the shift of the center of mass by arms and head, in the torso's frame."""
 
     def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, body: Body) -> None:
         self._data = data
@@ -45,18 +45,18 @@ class Trim:
         return self._x, self._y
 
     def begin(self) -> None:
-        """Begin with where arms and head are now."""
+        """Begin with the present positions of arms and head."""
         self.tick(_SMOOTHING)
 
     def tick(self, seconds: float) -> None:
-        """Advance by some seconds, at the end of which arms and head are where they are."""
+        """Advance by some seconds to the present positions of arms and head."""
         x, y = self._measure(self._data)
         part = min(seconds / _SMOOTHING, 1.0)
         self._x += (x - self._usual[0] - self._x) * part
         self._y += (y - self._usual[1] - self._y) * part
 
     def _measure(self, data: mujoco.MjData) -> tuple[float, float]:
-        """Return what arms and head add to the center of mass along the torso's x and y axes."""
+        """Return the contribution of arms and head to the center of mass along the torso's x and y axes."""
         center = self._shares @ data.xipos[self._bodies] - self._share * data.xpos[self._torso]
         axes = data.xmat[self._torso]
         return float(center @ axes[0::3]), float(center @ axes[1::3])
@@ -75,7 +75,7 @@ _HANGING: Final = 1.4
 _ABOUT: Final = 0.5
 """Distance in rad from it up to which an arm counts as hanging."""
 _SWING: Final = 3.0
-"""Radians of a shoulder for a metre of the foot on the same side."""
+"""Radians of a shoulder per metre of the foot on the same side."""
 _PARTS: Final = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 
@@ -93,19 +93,19 @@ class ArmSwing:
         self.begin()
 
     def begin(self) -> None:
-        """Let the arms that hang swing from now on."""
+        """Swing the hanging arms from now on."""
         self._begun = self._commands()
         self._rests = self._setpoints.setpoints[self._motors[:, 0]]
         self._swinging = np.abs(self._rests - _HANGING) <= _ABOUT
 
     def tick(self, feet: Sequence[FootOffset], out: NDArray[np.float64]) -> None:
-        """Put the shoulders where the feet, left and right, have them; fill the setpoints in `out`."""
+        """Fill the setpoints of the shoulders in `out`, according to the left and the right foot."""
         self._swinging &= self._commands() == self._begun
         # An arm that swings forwards pitches up, which is negative: back when its foot is ahead.
         angles = self._rests + [_SWING * foot.x for foot in feet]
         self._setpoints.place(self._motors[self._swinging, 0], angles[self._swinging], out)
 
     def _commands(self) -> NDArray[np.int64]:
-        """Return how many commands the joints of each arm have had."""
+        """Return the numbers of commands to the joints of each arm."""
         counted: NDArray[np.int64] = self._setpoints.commands[self._motors].sum(axis=1)
         return counted

@@ -1,4 +1,4 @@
-"""The walk of the simulated robot: begun and ended by commands, a part of every control tick."""
+"""The walk of the simulated robot: begun and ended by commands, computed at every control tick."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
 from naoserver_sim.walk.odometry import Odometer
 from naoserver_sim.walk.upper_body import ArmSwing, Trim
 
-# How the body is held while it walks, and how it is kept upright.
+# The stance of the body in the walk, and the feedback that keeps it upright.
 _HIP_HEIGHT: Final = 0.230
 """Height in m of the hips above the soles."""
 _HIP_DEPTH: Final = 0.085
@@ -43,7 +43,7 @@ _SMOOTHING: Final = 0.6
 
 
 class WalkController:
-    """Say at each tick of control where the legs are to be; no physics, no threads."""
+    """Compute the angles of the legs at each control tick; without physics, without threads."""
 
     def __init__(self) -> None:
         self.gait: Final = Gait()
@@ -54,7 +54,7 @@ class WalkController:
         """Stand on both feet at once, as before the first step."""
         self.gait.stop()
         self._rate = (0.0, 0.0)
-        self._part = [0.0, 0.0]  # of the feedback that each foot gets: the one that carries, without a jump
+        self._part = [0.0, 0.0]  # of the feedback for each foot: for the support foot, without a jump
 
     def stance(self, shift: tuple[float, float]) -> list[float]:
         """Return the angles of `LEG_MOTORS` with which a step begins and ends; `shift` is that of `tick`."""
@@ -71,7 +71,7 @@ class WalkController:
         """Return the angles of `LEG_MOTORS`.
 
         `turning` is the torso's turning rate in rad/s, `loads` are those of the soles in N, left and right;
-        `shift` is by how much in m the center of mass is further forwards and to the left than usual.
+        `shift` is the displacement in m of the center of mass forwards and to the left of its usual place.
         """
         gait, keep = self.gait, _SMOOTHING
         roll = keep * self._rate[0] + (1.0 - keep) * turning[0]
@@ -91,7 +91,7 @@ class WalkController:
         return angles
 
     def _foot(self, foot: int, offset: FootOffset, shift: tuple[float, float]) -> FootPose:
-        """Return where a foot is to be in the frame of a torso that leans forwards."""
+        """Return the target of a foot in the frame of a torso that leans forwards."""
         x = offset.x + _FORWARD_OF_HIP + shift[0]
         y = offset.y + (_HIP_WIDTH if foot == LEFT else -_HIP_WIDTH) + shift[1]
         z = offset.lift - _HIP_HEIGHT - _HIP_DEPTH
@@ -102,22 +102,22 @@ LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind."""
 _STILL: Final = WalkVelocity()
 _SLOWEST: Final = 1e-3
-"""Velocity in m/s and rad/s below which there is nothing to walk for."""
+"""Velocity in m/s and rad/s below which it does not walk."""
 
-# What a commanded velocity is multiplied by: the feet follow late and slip, so that the robot walks a little
-# slower than commanded. Measured by benchmarks/bench_walk.py.
+# Factors of commanded velocities: the feet lag and slip, so the robot walks a little slower than commanded.
+# Measured by benchmarks/bench_walk.py.
 _FORWARD_GAIN: Final = 1.16
 _LEFT_GAIN: Final = 1.17
 _TURN_GAIN: Final = 1.14
 
 _PACE: Final = 1.0
-"""Speed in rad/s at which the legs come from where they are into the stance of the walk."""
+"""Speed in rad/s at which the legs move into the stance of the walk."""
 _CLOSE: Final = 0.01
-"""Distance in rad from the stance at which there is nothing to come from."""
+"""Distance in rad from the stance within which the legs need not move there first."""
 _SETTLING: Final = 0.3
 """Seconds for which it stands before the walk counts as ended."""
 _TILT: Final = math.radians(50)
-"""Tilt of the torso from which on it falls, and walks no more."""
+"""Tilt of the torso beyond which it is falling, and stops walking."""
 _WEIGHT: Final = 25.0
 """Least load on the soles in N with which it stands on its feet: half its weight."""
 _FIRM: Final = 0.5
@@ -135,8 +135,8 @@ class SimulatedWalker:
     """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
 
     Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
-    `abandon` belong to the thread of the physics. With `noise` the odometry has the angles of the legs as
-    their encoders report them.
+    `abandon` are for the thread of the physics only. With `noise`, the odometry uses the angles of the legs
+    as reported by their encoders.
     """
 
     limits = LIMITS
@@ -189,7 +189,7 @@ class SimulatedWalker:
         return Odometry(self._simulator.newest().time, *self._odometer.pose)
 
     def tick(self, seconds: float) -> None:
-        """Set the setpoints of legs and arms while it walks, and follow where it gets to."""
+        """Set the setpoints of legs and arms while it walks, and update the odometry."""
         sensors = self._sensors
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
@@ -213,7 +213,7 @@ class SimulatedWalker:
             self._step(seconds)
 
     def abandon(self) -> None:
-        """End the walk at once, the legs where they are: it fell, or was put elsewhere."""
+        """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
         self._controller.reset()
         self._odometer.lose_footing()
         self._commanded = self._velocity = _STILL
@@ -221,7 +221,7 @@ class SimulatedWalker:
 
     def _take(self, velocity: WalkVelocity) -> None:
         if velocity is self._newest:
-            self._commanded = velocity  # also when a walk was ended since it was commanded
+            self._commanded = velocity  # even if a walk was ended since then
         self._velocity = WalkVelocity(
             velocity.forward * _FORWARD_GAIN, velocity.left * _LEFT_GAIN, velocity.turn * _TURN_GAIN
         )
