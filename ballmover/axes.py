@@ -1,7 +1,7 @@
-"""The axes that carry a ball, and where they put it.
+"""The axes that carry a ball, and the point at which they place it.
 
-A ball hangs on three axes whose first is vertical and passes through the origin of the world, the place where
-the robot's feet stand at the start (x forward, y left, z up, in m):
+A ball hangs on three axes, the first of which is vertical and passes through the origin of the world, where
+the robot's feet are at the start (x forward, y left, z up, in m):
 
 - pan: angle in rad round that vertical axis, 0 straight ahead of the robot, positive to its left;
 - distance: horizontal distance in m from the vertical axis;
@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # a file of waypoints is read without them
 
 __all__ = ["AxisLimits", "AxisPosition", "Point"]
 
-_TOLERANCE = 1e-6  # limits travel as 32-bit floats
+_TOLERANCE = 1e-6  # limits are sent as 32-bit floats
 
 
 class Point(NamedTuple):
@@ -52,7 +52,7 @@ class AxisPosition:
     def from_point(cls, point: Point, near_pan: float = 0.0) -> AxisPosition:
         """Return the axes that put a ball at a point.
 
-        Of the pans that do, a whole turn apart, it is the one nearest to `near_pan`.
+        Several pans, whole turns apart, are possible; the one nearest to `near_pan` is used.
         """
         pan = math.atan2(point.y, point.x)
         pan += math.tau * round((near_pan - pan) / math.tau)
@@ -60,7 +60,7 @@ class AxisPosition:
 
     @property
     def point(self) -> Point:
-        """Return where these axes put the ball."""
+        """Return the point at which these axes place the ball."""
         return Point(self.distance * math.cos(self.pan), self.distance * math.sin(self.pan), self.height)
 
 
@@ -99,7 +99,7 @@ class AxisLimits:
         return (self.min_pan + self.max_pan) / 2
 
     def violation(self, position: AxisPosition) -> str | None:
-        """Return why the axes cannot stand so, or None when they can."""
+        """Return why the axes cannot have a position, or None when they can."""
         return (
             self.violated_distance(position.distance)
             or _outside("height above the ground", position.height, self.min_height, self.max_height, "m")
@@ -107,7 +107,7 @@ class AxisLimits:
         )
 
     def violated_distance(self, distance: float) -> str | None:
-        """Return why the ball cannot be so far from the vertical axis, or None when it can."""
+        """Return why the ball cannot be at a distance from the vertical axis, or None when it can."""
         return _outside(
             "distance from the vertical axis", distance, self.min_distance, self.max_distance, "m"
         )

@@ -1,4 +1,4 @@
-"""A ball of the simulated world, as its servants show it."""
+"""A ball of the simulated world, through its servants."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _CALL_LIMIT: Final = 800  # ms; a server that hangs is reported within a second
 
 
 class Ball:
-    """Command the axes of a ball and read where they stand.
+    """Command the axes of a ball and read their positions.
 
-    Every method talks to the server and raises the exceptions of zenoh_ice.
+    Every method calls the server and raises the exceptions of zenoh_ice.
     """
 
     def __init__(self, color: Color, motors: Pose3DMotorsPrx, encoders: Pose3DEncodersPrx) -> None:
@@ -29,7 +29,7 @@ class Ball:
 
     @classmethod
     def connect(cls, communicator: Communicator, color: Color) -> Ball:
-        """Return the ball of a color; of green the identities are BallGreenMotors and BallGreenEncoders."""
+        """Return the ball of a color; for green, the identities are BallGreenMotors and BallGreenEncoders."""
         identity = f"Ball{color.capitalize()}"
         motors = Pose3DMotorsPrx.checkedCast(communicator.stringToProxy(f"{identity}Motors"))
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy(f"{identity}Encoders"))
@@ -52,6 +52,6 @@ class Ball:
         )
 
     def position(self) -> AxisPosition:
-        """Return where the axes stand."""
+        """Return the present position of the axes."""
         data = self._encoders.getPose3DEncodersData()
         return AxisPosition(pan=data.pan, distance=data.x, height=data.z)

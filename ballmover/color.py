@@ -8,7 +8,7 @@ __all__ = ["Color"]
 
 
 class Color(StrEnum):
-    """The color of a ball, by which it is known."""
+    """The color of a ball, which identifies it."""
 
     GREEN = "green"
     RED = "red"

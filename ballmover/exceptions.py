@@ -1,4 +1,4 @@
-"""Errors while a ball is carried along waypoints."""
+"""Errors of carrying a ball along waypoints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Carry a ball along a route with setpoints, and wait at each stop until it is there."""
+"""Carry a ball along a route with setpoints, and wait at each stop until it has arrived."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PERIOD: Final = 0.02
 """Time between setpoints in s of the component's clock, unless that runs much faster than the wall's."""
 
 _LEAST_WALL_PERIOD: Final = 0.005  # s of wall time between setpoints, however fast a simulation runs
-_RETRY_PERIOD: Final = 0.2  # s of wall time between looks whether a lost server is back
+_RETRY_PERIOD: Final = 0.2  # s of wall time between checks whether a lost server is back
 _LOST: Final = (ConnectionLostException, ObjectNotExistException, TimeoutException)
 
 _logger = logging.getLogger(__name__)
@@ -36,13 +36,13 @@ class Carrier(Protocol):
 
     @property
     def limits(self) -> AxisLimits:
-        """Return how far and how fast the axes move."""
+        """Return the range and the speed of the axes."""
 
     def command(self, target: AxisPosition) -> None:
         """Send the axes to a position."""
 
     def position(self) -> AxisPosition:
-        """Return where the axes stand."""
+        """Return the present position of the axes."""
 
 
 class Reporter(Protocol):
@@ -52,20 +52,20 @@ class Reporter(Protocol):
         """Receive the start towards a stop."""
 
     def moved(self, target: Point, fraction: float) -> None:
-        """Hear the newest setpoint and which fraction of the line it has covered."""
+        """Receive the newest setpoint and the fraction of the line that it has covered."""
 
     def arrived(self, stop: Stop, error: float) -> None:
-        """Hear that the ball is at a stop, with an error in m."""
+        """Receive the arrival at a stop, with an error in m."""
 
     def lost(self, reason: str) -> None:
-        """Hear that the server does not answer."""
+        """Receive the loss of the server, which does not answer."""
 
     def returned(self) -> None:
-        """Hear that the server is back."""
+        """Receive the return of the server."""
 
 
 class _TimeRestartedError(Exception):
-    """The simulation restarted, so the ball is not where it was."""
+    """The simulation restarted, so the ball has moved."""
 
 
 class _StopRequestedError(Exception):
@@ -76,8 +76,8 @@ class Mover:
     """Carry a ball along a route, until `ending` is set.
 
     Times are those of `clock`. `tolerance` is the greatest distance in m between the ball, by its encoders,
-    and a waypoint at which it counts as arrived; `limit` is how long in s it may take to get so near once the
-    last setpoint is sent.
+    and a waypoint at which it counts as arrived; `limit` is the time in s within which it has to arrive after
+    the last setpoint is sent.
     """
 
     def __init__(
@@ -107,8 +107,8 @@ class Mover:
         """Carry the ball to the last stop or, with `loop`, round and round, until `ending` is set.
 
         If the server goes offline, wait for it; then move on to the same stop.
-        However the run is broken off, the ball is stopped. Raises NotArrivedException, and what the servants
-        raise.
+        The ball is stopped, however the run ends. Raises NotArrivedException, and the exceptions of the
+        servants.
         """
         try:
             while True:
@@ -162,7 +162,7 @@ class Mover:
             self._reporter.moved(target.point, fraction)
 
     def _settle(self, stop: Stop) -> None:
-        """Hold the stop's setpoint until the encoders say that the ball is there."""
+        """Hold the stop's setpoint until the ball has arrived, according to the encoders."""
         deadline = self._clock.now() + self._limit
         while True:
             error = self._ball.position().point.distance_to(stop.waypoint.point)
@@ -186,7 +186,7 @@ class Mover:
             self._ball.command(stop.axes)
 
     def _tick(self) -> None:
-        """Wait until the next setpoint is due; one that is overdue is sent at once, missed ones are not."""
+        """Wait until the next setpoint is due; an overdue one is sent at once, missed ones are skipped."""
         period = max(PERIOD, _LEAST_WALL_PERIOD * self._clock.rate)
         due = self._last_tick + period
         if self._clock.wait(self._ending, due - self._clock.now()):

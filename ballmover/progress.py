@@ -1,4 +1,4 @@
-"""Show how a ball gets on: a bar on a terminal, the log elsewhere."""
+"""Show the progress of a ball: as a bar on a terminal, elsewhere in the log."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _logger = logging.getLogger(__name__)
 class Progress:
     """Draw the ball's goals as a bar if stdout is a terminal, or log them at level debug.
 
-    The loss of its server is a warning in the log, or stands above the bar. A context manager: at the end it
-    removes the bar and restores the terminal.
+    The loss of its server is a warning in the log, or shown above the bar. As a context manager, it removes
+    the bar at the end and restores the terminal.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Progress:
 
     def _warn(self, text: str) -> None:
         if self._live.is_started and self._errors.is_terminal:
-            # On a terminal that shows the bar only the bar's own console writes above it.
+            # On a terminal with the bar, only the bar's own console can write above it.
             self._console.print(Text(text))
         else:
             _logger.warning("%s", text)

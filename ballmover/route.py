@@ -13,7 +13,7 @@ from .waypoints import Waypoint
 
 __all__ = ["Approach", "Line", "Move", "Route", "Stop"]
 
-_SPEED_TOLERANCE: Final = 1.001  # limits travel as 32-bit floats
+_SPEED_TOLERANCE: Final = 1.001  # limits are sent as 32-bit floats
 _FULL_TURN_TOLERANCE: Final = 1e-6  # rad
 _ON_AXIS: Final = 1e-3  # m from the vertical axis, where the pan has no meaning
 
@@ -22,10 +22,10 @@ class Move(Protocol):
     """A movement of the axes from one position to another."""
 
     def duration(self, speed: float) -> float:
-        """Return how long the movement takes in s at a speed of the ball in m/s."""
+        """Return the duration of the movement in s at a speed of the ball in m/s."""
 
     def at(self, fraction: float) -> AxisPosition:
-        """Return where the axes stand after a fraction of the movement, 0 to 1."""
+        """Return the position of the axes after a fraction of the movement, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +36,11 @@ class Line:
     end: Point
 
     def duration(self, speed: float) -> float:
-        """Return how long the line takes in s at a speed of the ball in m/s."""
+        """Return the duration of the line in s at a speed of the ball in m/s."""
         return self.start.point.distance_to(self.end) / speed
 
     def at(self, fraction: float) -> AxisPosition:
-        """Return where the axes stand after a fraction of the line, 0 to 1.
+        """Return the position of the axes after a fraction of the line, 0 to 1.
 
         The pan does not jump: along a line it changes by less than half a turn.
         """
@@ -49,7 +49,7 @@ class Line:
         return AxisPosition.from_point(point, near_pan=self.start.pan)
 
     def least_distance(self) -> float:
-        """Return how near in m the line comes to the vertical axis."""
+        """Return the smallest distance in m of the line from the vertical axis."""
         (x, y, _), (dx, dy) = self.start.point, self._run()
         length_squared = dx * dx + dy * dy
         if length_squared == 0.0:
@@ -95,7 +95,7 @@ class Approach:
     limits: AxisLimits
 
     def duration(self, speed: float) -> float:
-        """Return how long the movement takes in s when the ball stays below a speed in m/s."""
+        """Return the duration of the movement in s when the ball stays below a speed in m/s."""
         pan = abs(self.end.pan - self.start.pan)
         distance = abs(self.end.distance - self.start.distance)
         height = abs(self.end.height - self.start.height)
@@ -107,7 +107,7 @@ class Approach:
         )
 
     def at(self, fraction: float) -> AxisPosition:
-        """Return where the axes stand after a fraction of the movement, 0 to 1."""
+        """Return the position of the axes after a fraction of the movement, 0 to 1."""
         a, b = self.start, self.end
         return AxisPosition(
             a.pan + fraction * (b.pan - a.pan),
@@ -164,7 +164,7 @@ def _next_stop(previous: Stop, waypoint: Waypoint, limits: AxisLimits, speed: fl
     line = Line(previous.axes, waypoint.point)
     axes = line.at(1.0)
     came_from = f"{waypoint} cannot be reached on a straight line from {previous.waypoint.point}"
-    # The waypoint itself first: what a line does on its way matters only when its end is good.
+    # The waypoint itself first: the course of a line matters only if its end is valid.
     alone = AxisPosition.from_point(waypoint.point, near_pan=limits.middle_pan)
     _check_position(alone, waypoint, limits)
     if reason := limits.violation(axes):

@@ -22,15 +22,15 @@ from .workers import join_all
 
 _STATUS: Final = QoS(durability="transient_local", depth=1)
 _FEEDBACK: Final = QoS(depth=100)
-_LATE: Final = 60.0  # s after its sender gave up in which an accepted goal is cancelled
-_MOST_GOALS: Final = 16  # that a server carries out at a time
+_LATE: Final = 60.0  # s for which a goal is still cancelled if accepted after its sender gave up
+_MOST_GOALS: Final = 16  # that a server executes at a time
 _MOST_ENDED: Final = 64  # goals whose results it keeps
 
 _logger = logging.getLogger(__name__)
 
 
 class Status(IntEnum):
-    """Where a goal is, by the numbers of action_msgs/msg/GoalStatus."""
+    """State of a goal, with the numbers of action_msgs/msg/GoalStatus."""
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -42,7 +42,7 @@ class Status(IntEnum):
 
 
 class Canceled(Exception):
-    """Raised by what carries out a goal that was cancelled; it may give a result."""
+    """Raised by the executing function of a cancelled goal; it may have a result."""
 
     def __init__(self, result: object = None) -> None:
         super().__init__("the goal was cancelled")
@@ -50,7 +50,7 @@ class Canceled(Exception):
 
 
 class Aborted(Exception):
-    """Raised by what carries out a goal and cannot; it may give a result."""
+    """Raised by the executing function of a goal that fails; it may have a result."""
 
     def __init__(self, message: str = "", result: object = None) -> None:
         super().__init__(message)
@@ -80,11 +80,11 @@ class ActionClient:
 
     @property
     def ready(self) -> bool:
-        """Return whether a server is there."""
+        """Return whether a server is present."""
         return self._send.ready and self._result.ready
 
     def wait(self, timeout: float) -> None:
-        """Wait until a server is there; raises CallTimeoutError."""
+        """Wait until a server is present; raises CallTimeoutError."""
         if not self.node.graph.wait(lambda: self.ready, timeout):
             raise CallTimeoutError(f"{self.name}: no server within {timeout:g} s")
 
@@ -120,12 +120,12 @@ class ActionClient:
         return any(bytes(each.goal_id.uuid) == goal.id for each in answer.goals_canceling)
 
     def forget(self, goal: Goal) -> None:
-        """Route nothing more to a goal."""
+        """Stop routing messages to a goal."""
         with self._lock:
             self._goals.pop(goal.id, None)
 
     def close(self) -> None:
-        """Withdraw the client; goals go on, and their results fail here."""
+        """Withdraw the client; goals continue, but waits for their results fail."""
         parts: tuple[Client | Subscription, ...] = (
             self._feedback,
             self._status,
@@ -164,7 +164,7 @@ class Goal:
     def __init__(self, client: ActionClient, goal_id: bytes) -> None:
         self._client: Final = client
         self.id: Final = goal_id
-        """16 bytes that name it."""
+        """Its id: 16 bytes."""
         self.status = Status.ACCEPTED
         self.feedback: Any = None
         """The newest feedback; None before the first."""
@@ -172,7 +172,7 @@ class Goal:
 
     @property
     def done(self) -> bool:
-        """Return whether it has ended, well or not."""
+        """Return whether it has ended, successfully or not."""
         return self._future.done()
 
     def result(self, timeout: float) -> Any:  # noqa: ANN401
@@ -207,7 +207,7 @@ class Goal:
 
 
 class ServerGoal:
-    """A goal as what carries it out sees it."""
+    """A goal from the point of view of the function that executes it."""
 
     def __init__(self, server: ActionServer, goal_id: bytes, request: object, stamp: object) -> None:
         self._server: Final = server
@@ -220,11 +220,11 @@ class ServerGoal:
 
     @property
     def canceled(self) -> bool:
-        """Return whether it is to be cancelled: clean up, and raise Canceled."""
+        """Return whether it is to be cancelled: in that case clean up, and raise Canceled."""
         return self._canceled.is_set()
 
     def wait(self, seconds: float) -> bool:
-        """Wait some time, or until it is to be cancelled; return whether it is."""
+        """Wait for some seconds, or until it is to be cancelled; return whether it is."""
         return self._canceled.wait(seconds)
 
     def publish_feedback(self, feedback: object = None, /, **fields: object) -> None:
@@ -232,15 +232,15 @@ class ServerGoal:
         self._server.publish_feedback(self, feedback, fields)
 
     def cancel(self) -> None:
-        """Ask what carries it out to stop."""
+        """Ask the executing function to stop."""
         self._canceled.set()
 
 
 class ActionServer:
-    """Carries out the goals of an action, each in its own thread.
+    """Executes the goals of an action, each in its own thread.
 
     `execute(goal)` returns the result, a message or a mapping of its fields; it raises Canceled once it has
-    stopped a goal that was cancelled, and Aborted where it cannot carry one out.
+    stopped a cancelled goal, and Aborted if it fails.
     """
 
     def __init__(
@@ -251,7 +251,7 @@ class ActionServer:
         execute: Callable[[ServerGoal], object],
         accept: Callable[[Any], bool] | None = None,
     ) -> None:
-        """Serve an action; `accept` is given each goal and says whether it is carried out."""
+        """Serve an action; `accept` gets each goal and returns whether it is to be executed."""
         self.node: Final = node
         self.name: Final = node.resolve(name)
         self.type_name: Final = type_name
@@ -341,7 +341,7 @@ class ActionServer:
         self._set(goal, status)
 
     def _on_cancel(self, request: Any) -> object:  # noqa: ANN401
-        """Cancel the goal of an id and those up to a time; all where neither is given."""
+        """Cancel the goal with an id, and those up to a time; all if neither is given."""
         info = request.goal_info
         wanted, stamp = bytes(info.goal_id.uuid), (info.stamp.sec, info.stamp.nanosec)
         with self._lock:
@@ -364,7 +364,7 @@ class ActionServer:
 
     def _set(self, goal: ServerGoal, status: Status) -> None:
         with self._lock:
-            if goal.status >= status:  # it is cancelled before it begins, or has ended meanwhile
+            if goal.status >= status:  # cancelled before it began, or ended meanwhile
                 return
             goal.status = status
             listed = [{"goal_info": _info(each), "status": int(each.status)} for each in self._goals.values()]

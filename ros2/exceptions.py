@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class RosError(Exception):
-    """The root of what this package raises."""
+    """The root of the exceptions of this package."""
 
 
 class TypeUnknownError(RosError):
@@ -12,7 +12,7 @@ class TypeUnknownError(RosError):
 
 
 class DefinitionError(RosError):
-    """The text of a message, service or action cannot be read, or contradicts one that is known."""
+    """The definition of a message, service or action is malformed, or contradicts a known one."""
 
 
 class MessageError(RosError):
@@ -20,7 +20,7 @@ class MessageError(RosError):
 
 
 class InvalidNameError(RosError):
-    """A name is none that ROS allows."""
+    """ROS does not allow a name."""
 
 
 class CallError(RosError):
@@ -28,7 +28,7 @@ class CallError(RosError):
 
 
 class CallTimeoutError(CallError):
-    """Nothing came within the limit."""
+    """Nothing arrived within the time limit."""
 
 
 class GoalRejectedError(CallError):

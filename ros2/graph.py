@@ -1,4 +1,4 @@
-"""The graph: which nodes are there, and what each publishes, reads, serves and calls."""
+"""The graph: the nodes that exist, and the topics and services that each uses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _logger = logging.getLogger(__name__)
 
 
 class Graph:
-    """What the liveliness tokens of a domain say."""
+    """The graph of a domain, according to its liveliness tokens."""
 
     def __init__(self, session: zenoh.Session, domain: int) -> None:
         """Read all tokens, and follow their changes."""
@@ -33,7 +33,7 @@ class Graph:
         self._subscriber.undeclare()
 
     def wait(self, holds: Callable[[], bool], timeout: float) -> bool:
-        """Wait until something holds of the graph; return whether it does within `timeout` s."""
+        """Wait until a condition on the graph holds; return whether it does within `timeout` s."""
         with self._changed:
             return self._changed.wait_for(holds, timeout)
 

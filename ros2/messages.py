@@ -1,7 +1,7 @@
 """Messages, services and actions by their ROS names: values, checks, CDR and type hashes.
 
 `rosbags` knows the messages of each distribution, and reads and writes CDR; the parts of services and actions
-are built here as the design of rosidl says (design.ros2.org, articles 200 to 230).
+are built here according to the design of rosidl (design.ros2.org, articles 200 to 230).
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ DISTRIBUTIONS: Final = {
     "jazzy": Stores.ROS2_JAZZY,
     "kilted": Stores.ROS2_KILTED,
 }
-"""Distributions of ROS 2 that rmw_zenoh was released for, and of which rosbags has the messages."""
+"""Distributions of ROS 2 for which rmw_zenoh was released, and whose messages rosbags has."""
 
 LARGEST_MESSAGE: Final = 64 << 20
-"""Bytes of CDR that are decoded at most."""
+"""Maximum bytes of CDR that are decoded."""
 _LONGEST_SEQUENCE: Final = 1 << 26
 _LARGEST_DEFINITION: Final = 1 << 18  # characters
 
-_HASHLESS: Final = "TypeHashNotSupported"  # what Humble writes in its place
+_HASHLESS: Final = "TypeHashNotSupported"  # Humble's substitute for a hash
 _NAME: Final = re.compile(r"([a-z][a-z0-9_]*)/(msg|srv|action)/([A-Za-z][A-Za-z0-9_]*)")
 _PARTS: Final = "Request|Response|Event|Goal|Result|Feedback|FeedbackMessage|SendGoal|GetResult"
 _PART: Final = re.compile(rf"_({_PARTS})(_.*)?$")
 _DEFAULTS: Final = {("geometry_msgs/msg/Quaternion", "w"): 1.0}
-"""Values of fields that are not given, where a definition says so and rosbags does not."""
-_PLACEHOLDER: Final = "structure_needs_at_least_one_member"  # what IDL has in an empty struct
+"""Default values that definitions have, but rosbags lacks."""
+_PLACEHOLDER: Final = "structure_needs_at_least_one_member"  # the member of an empty struct in IDL
 _INTEGERS: Final = {
     name: (int(np.iinfo(name).min), int(np.iinfo(name).max))
     for name in ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
-} | {"byte": (-128, 127)}  # as rosbags has it
+} | {"byte": (-128, 127)}  # as in rosbags
 _ARRAYS: Final = {"byte": "int8", "bool": "bool_"}  # names in NumPy that differ
 
-# What rosbags raises for values that do not fit.
+# Exceptions of rosbags for values that do not fit.
 _MISFITS: Final = (
     struct.error,
     AssertionError,
@@ -67,7 +67,7 @@ _UUID: Final = "unique_identifier_msgs/UUID goal_id\n"
 
 
 class Types:
-    """The types of one distribution, and those that were added.
+    """The types of one distribution, and added ones.
 
     `types["geometry_msgs/msg/Twist"]` is the dataclass of its messages. Services have the parts `_Request`
     and `_Response`, actions `_Goal`, `_Result` and `_Feedback`: `types["std_srvs/srv/Trigger_Request"]`.
@@ -115,7 +115,7 @@ class Types:
     def add(self, name: str, text: str) -> None:
         """Add a message (`pkg/msg/Name`), service or action by the text of its .msg, .srv or .action file.
 
-        Raises DefinitionError for a text that cannot be read, and for a type that is known otherwise.
+        Raises DefinitionError for a malformed text, and for a type already known with another definition.
         """
         match = _NAME.fullmatch(name)
         if match is None:
@@ -160,7 +160,7 @@ class Types:
     def load(self, path: Path) -> list[str]:
         """Add the types of a .msg, .srv or .action file, or of all in a folder; return their names.
 
-        A file's folder is that of its kind, in that of its package: `my_msgs/msg/Ball.msg`. Raises
+        Folders name the package and the kind: `my_msgs/msg/Ball.msg`. Raises
         DefinitionError.
         """
         paths = sorted(each for each in path.rglob("*") if _is_definition(each)) if path.is_dir() else [path]
@@ -172,7 +172,7 @@ class Types:
         return [*found]
 
     def hash(self, name: str) -> str:
-        """Return the type hash of a message, a service or a part, as it stands in keys (REP 2016)."""
+        """Return the type hash of a message, a service or a part, as in keys (REP 2016)."""
         if self.distribution == "humble":
             return _HASHLESS
         if name not in self._hashes:
@@ -183,16 +183,16 @@ class Types:
     # Values
 
     def make(self, name: str, fields: Mapping[str, object] | None = None, /, **named: object) -> Any:  # noqa: ANN401
-        """Return a message of some fields; the others are zero, empty or False.
+        """Return a message with some fields; the others are zero, empty or False.
 
-        A quaternion that is not given turns nothing: its `w` is 1. Nested messages may be given as
-        mappings, arrays as any sequence. Raises MessageError, which names the field, for what does not fit.
+        A quaternion that is not given is the identity: its `w` is 1. Nested messages may be given as
+        mappings, arrays as any sequence. Raises MessageError, which names the field, for a wrong value.
         """
         self._require(name)
         return self._make(name, {**(fields or {}), **named}, name)
 
     def coerce(self, name: str, value: object, /, **named: object) -> Any:  # noqa: ANN401
-        """Return a message of this type: the value itself if it is one, else one of its fields."""
+        """Return a message of this type: the value itself if it is one, else one with its fields."""
         if value is None or isinstance(value, Mapping):
             return self.make(name, value, **named)
         if named:
@@ -208,14 +208,14 @@ class Types:
         try:
             return bytes(self._store.serialize_cdr(message, name, little_endian=True))
         except _MISFITS as error:
-            checked = self._make(name, message, name)  # says which field it is
+            checked = self._make(name, message, name)  # its error names the field
             try:
                 return bytes(self._store.serialize_cdr(checked, name, little_endian=True))
             except _MISFITS:
                 raise MessageError(f"{name}: {error}") from error
 
     def decode(self, data: bytes | memoryview, name: str) -> Any:  # noqa: ANN401
-        """Return the message of CDR, whose arrays are views of it; raises MessageError if it is malformed."""
+        """Return the message in CDR, with arrays as views of it; raises MessageError if it is malformed."""
         self._require(name)
         if len(data) > LARGEST_MESSAGE:
             raise MessageError(f"{name}: {len(data)} bytes; at most {LARGEST_MESSAGE} are decoded")
@@ -272,7 +272,7 @@ class Types:
             return np.zeros(length, _ARRAYS.get(element[1][0], element[1][0]))
         return [self._zero(element) for _ in range(length)]
 
-    # What is known
+    # Known types
 
     def _fields(self, name: str) -> Iterator[tuple[str, Any]]:
         return ((field, kind) for field, kind in self._store.fielddefs[name][1] if field != _PLACEHOLDER)
@@ -281,7 +281,7 @@ class Types:
         """Return whether a type is known; read its definition if that waits."""
         if name in self._store.types:
             return True
-        with self._reading:  # another thread may just read it
+        with self._reading:  # another thread may be reading it
             path = self._waiting.pop(name, None) or self._waiting.pop(_PART.sub("", name), None)
             if path is not None:
                 self.add(_name_of(path), _read(path))
@@ -307,7 +307,7 @@ def _parse(name: str, text: str) -> dict[str, Any]:
         raise DefinitionError(f"{name}: {error}") from error
     constants, fields = parsed[f"{package}/msg/{short}"]
     if kind != "msg":
-        # rosbags takes a bare name for a message of the package: parts of the same file are beside the part.
+        # rosbags treats a bare name as a message of the package, but it may be a part from the same file.
         own = f"{package}/msg/{short.partition('_')[0]}_"
         fields = [(field, _moved(each, own, f"{package}/{kind}/")) for field, each in fields]
     fields = [(field, _plain(each)) for field, each in fields]
@@ -315,7 +315,7 @@ def _parse(name: str, text: str) -> dict[str, Any]:
 
 
 def _plain(kind: Any) -> Any:  # noqa: ANN401
-    """Return a field's type with uint8 for char, as rosidl has it, whose type hashes show it."""
+    """Return a field's type with uint8 for char, as in rosidl and its type hashes."""
     node, detail = kind
     if node == Nodetype.BASE:
         return (node, ("uint8", detail[1])) if detail[0] == "char" else kind
@@ -431,6 +431,6 @@ def _name_of(path: Path) -> str:
 
 @cache
 def _definitions() -> tuple[Path, ...]:
-    """Return the files of the types that this package brings, which rosbags lacks."""
+    """Return the files of the types in this package, which rosbags lacks."""
     folder = Path(str(resources.files("ros2") / "definitions"))
     return tuple(sorted(each for each in folder.rglob("*") if _is_definition(each)))

@@ -1,6 +1,6 @@
 """A ROS 2 node over a Zenoh session: publishers, subscriptions, services and their clients.
 
-Everything of a node may be used from any thread. Callbacks run on the node's threads, one at a time for each
+Nodes and all their parts are thread-safe. Callbacks run on the node's threads, one at a time for each
 subscription and service.
 """
 
@@ -35,17 +35,17 @@ from .wire import Attachment, Entity, QoS
 from .workers import Job, Line, Workers
 
 DEFAULT_SETTINGS: Final = Settings(connect=("tcp/127.0.0.1:7447",))
-"""Where rmw_zenoh's nodes, too, look for their router."""
+"""The default router, the same as that of rmw_zenoh's nodes."""
 
 LONGEST_CALL: Final = 24 * 3600.0
-"""Seconds after which a call ends that was given no limit, such as waiting for an action's result."""
+"""Limit in s of a call without a given limit, such as waiting for an action's result."""
 
 LARGEST_REQUEST: Final = 4 << 20
-"""Bytes of a request or a goal: a megabyte of tiny nested messages takes a second to decode."""
+"""Maximum bytes of a request or a goal: a megabyte of tiny nested messages takes a second to decode."""
 
 _MOST_REQUESTS: Final = 256  # that wait for one service
-_GRACE: Final = 0.5  # s that a call may end later than its limit
-_TIMED_OUT: Final = "Timeout"  # the error that Zenoh answers with itself
+_GRACE: Final = 0.5  # s by which a call may end after its limit
+_TIMED_OUT: Final = "Timeout"  # Zenoh's own error
 _FIRST_WARNINGS: Final = 3  # malformed messages of a subscription that are logged
 
 _logger = logging.getLogger(__name__)
@@ -55,7 +55,7 @@ _E = TypeVar("_E", bound="_Endpoint")
 
 
 class Node:
-    """A node of a domain; closing it withdraws all that it made."""
+    """A node of a domain; closing it withdraws everything that it created."""
 
     def __init__(
         self,
@@ -72,8 +72,8 @@ class Node:
 
         `domain` is ROS_DOMAIN_ID or 0 by default; `settings.connect` has the endpoints of the router, or of
         other nodes. `remap` has other names for topics and services. `clock` gives ns since 1970 for stamps:
-        another than the wall clock for a simulated robot. Raises RosError for bad names, and what
-        `open_session` raises.
+        for a simulated robot, its own time instead of wall time. Raises RosError for bad names, and the
+        exceptions of `open_session`.
         """
         self.namespace: Final = wire.check_node_name(name, namespace)
         self.name: Final = name
@@ -146,7 +146,7 @@ class Node:
         callback: Handler | None = None,
         qos: QoS = QoS(),  # noqa: B008
     ) -> Subscription:
-        """Subscribe to a topic; the callback is given each message."""
+        """Subscribe to a topic; the callback gets each message."""
         return self._made(Subscription(self, self._endpoint("MS", type_name, topic, qos), callback))
 
     def create_client(self, type_name: str, service: str) -> Client:
@@ -154,7 +154,7 @@ class Node:
         return self._made(Client(self, self._endpoint("SC", type_name, service, QoS())))
 
     def create_service(self, type_name: str, service: str, handler: Handler) -> Service:
-        """Serve a service: the handler is given each request.
+        """Serve a service: the handler gets each request.
 
         It returns the response: a message, a mapping of its fields, or a Future of either.
         """
@@ -174,7 +174,7 @@ class Node:
         self.workers.close()
         close_session(self.session)
 
-    # For what is made of it
+    # For the objects that it creates
 
     def on_close(self, key: object, close: Callable[[], None] | None) -> None:
         """Call `close` when the node closes; None to forget it."""
@@ -204,7 +204,7 @@ class Node:
 
 
 class _Endpoint:
-    """What all that a node makes has: its entity, its key, its token, and an end."""
+    """The common part of everything that a node creates: its entity, its key, its token, and its end."""
 
     def __init__(self, node: Node, entity: Entity) -> None:
         self.node: Final = node
@@ -262,14 +262,14 @@ class Publisher(_Endpoint):
 
     @property
     def subscribers(self) -> int:
-        """Return how many subscriptions the topic has, as the graph knows."""
+        """Return the number of subscriptions of the topic, according to the graph."""
         return len(self.node.graph.subscriptions(self.name))
 
     def publish(self, message: object = None, /, **fields: object) -> None:
-        """Publish a message, or one of some fields; raises MessageError for what does not fit."""
+        """Publish a message, or one with some fields; raises MessageError for a wrong value."""
         self._check_open()
         data = self.node.types.encode(self.node.types.coerce(self.type_name, message, **fields))
-        with self._turn:  # they travel in the order of their numbers
+        with self._turn:  # they are sent in the order of their numbers
             _, attachment = self._attachment()
             try:
                 self._publisher.put(data, attachment=attachment)
@@ -284,9 +284,9 @@ class Subscription(_Endpoint):
     def __init__(self, node: Node, entity: Entity, callback: Handler | None) -> None:
         super().__init__(node, entity)
         self.malformed = 0
-        """Messages that did not follow their type; they are dropped."""
+        """Number of messages that did not follow their type; they are dropped."""
         self.lost = 0
-        """Messages that a callback was too slow for, or that were lost on the way."""
+        """Number of messages dropped because a callback was too slow, or lost on the way."""
         self._callback: Final = callback
         self._line: Final = Line(node.workers, entity.qos.queue)
         self._changed: Final = threading.Condition()
@@ -306,7 +306,7 @@ class Subscription(_Endpoint):
 
     @property
     def publishers(self) -> int:
-        """Return how many publishers the topic has, as the graph knows."""
+        """Return the number of publishers of the topic, according to the graph."""
         return len(self.node.graph.publishers(self.name))
 
     def latest(self) -> Sample[Any] | None:
@@ -314,7 +314,7 @@ class Subscription(_Endpoint):
         return self._newest
 
     def next(self, timeout: float) -> Sample[Any]:
-        """Wait for a message that comes from now on; raises CallTimeoutError."""
+        """Wait for the next message that arrives from now on; raises CallTimeoutError."""
         with self._changed:
             seen = self._received
             if not self._changed.wait_for(lambda: self._received > seen or self._closed, timeout):
@@ -324,13 +324,13 @@ class Subscription(_Endpoint):
             return self._newest
 
     def close(self) -> None:
-        """Stop receiving; who waits for a message is woken."""
+        """Stop receiving; wake threads that wait for a message."""
         super().close()
         with self._changed:
             self._changed.notify_all()
 
     def _receive(self, received: zenoh.Sample) -> None:
-        """Decode a message, on Zenoh's thread: newer ones must not pass it."""
+        """Decode a message, on Zenoh's thread: newer ones must not overtake it."""
         attachment = Attachment.decode(received.attachment.to_bytes()) if received.attachment else None
         try:
             if attachment is None:
@@ -377,18 +377,18 @@ class Client(_Endpoint):
 
     @property
     def ready(self) -> bool:
-        """Return whether a server is there."""
+        """Return whether a server is present."""
         return bool(self.node.graph.servers(self.name))
 
     def wait(self, timeout: float) -> None:
-        """Wait until a server is there; raises CallTimeoutError."""
+        """Wait until a server is present; raises CallTimeoutError."""
         if not self.node.graph.wait(lambda: self.ready, timeout):
             raise CallTimeoutError(f"{self.name}: no server within {timeout:g} s")
 
     def call(self, request: object = None, /, *, timeout: float = 2.0, **fields: object) -> Any:  # noqa: ANN401
         """Call the service and return its response.
 
-        Raises MessageError for a request that does not fit, CallTimeoutError when no response comes in time,
+        Raises MessageError for a request that does not fit, CallTimeoutError without a response in time,
         and CallError when there is no server, or it fails.
         """
         future = self._start(lambda job: job(), request, timeout, fields)
@@ -406,7 +406,7 @@ class Client(_Endpoint):
     def _start(
         self, run: Callable[[Job], object], request: object, timeout: float, fields: Mapping[str, object]
     ) -> Future[Any]:
-        """Send a request; `run` runs what ends its future."""
+        """Send a request; `run` runs the job that ends its future."""
         self._check_open()
         types = self.node.types
         data = types.encode(types.coerce(f"{self.type_name}_Request", request, **fields))
@@ -470,7 +470,7 @@ class Client(_Endpoint):
         raise CallError(f"{self.name}: {there}")
 
     def close(self) -> None:
-        """Stop; calls that are under way fail."""
+        """Stop; pending calls fail."""
         super().close()
         with self._lock:
             calls = [*self._calls]
@@ -484,7 +484,7 @@ class Service(_Endpoint):
     def __init__(self, node: Node, entity: Entity, handler: Handler) -> None:
         super().__init__(node, entity)
         self.malformed = 0
-        """Requests that did not follow their type; they are refused."""
+        """Number of requests that did not follow their type; they are refused."""
         self._handler: Final = handler
         self._line: Final = Line(node.workers, _MOST_REQUESTS)
         self._announce(

@@ -47,7 +47,7 @@ class Parameters:
     """The parameters of a node and the services for them."""
 
     def __init__(self, node: Node) -> None:
-        """Serve the parameters of a node, none at first."""
+        """Serve the parameters of a node, initially none."""
         self._node: Final = node
         self._lock: Final = threading.RLock()
         self._known: dict[str, _Parameter] = {}
@@ -74,7 +74,7 @@ class Parameters:
         read_only: bool = False,
         on_change: Callable[[Any], object] | None = None,
     ) -> None:
-        """Add a parameter; `on_change` is given a new value first, and raises ValueError to refuse it."""
+        """Add a parameter; `on_change` first gets each new value, and raises ValueError to refuse it."""
         _kind(value)
         with self._lock:
             self._known[name] = _Parameter(value, description, read_only, on_change)
@@ -85,7 +85,7 @@ class Parameters:
         return self._known[name].value
 
     def __setitem__(self, name: str, value: Value) -> None:
-        """Change a parameter from within, also one that others may only read."""
+        """Change a parameter from within, even one that is read-only for others."""
         with self._lock:
             self._known[name].value = value
         self._publish("changed_parameters", name, value)

@@ -23,7 +23,7 @@ class RosoutHandler(logging.Handler):
         super().__init__(level)
         self._node: Final = node
         self._publisher: Final = node.create_publisher("rcl_interfaces/msg/Log", "/rosout", _QOS)
-        self._inside: Final = threading.local()  # what publishing logs would never end
+        self._inside: Final = threading.local()  # logging while publishing would never end
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish a record."""
@@ -40,7 +40,7 @@ class RosoutHandler(logging.Handler):
                 function=record.funcName or "",
                 line=record.lineno,
             )
-        except Exception:  # noqa: BLE001 - as every handler: a log never fails the code that logs
+        except Exception:  # noqa: BLE001 - as in every handler: logging must not fail the caller
             self.handleError(record)
         finally:
             self._inside.emits = False

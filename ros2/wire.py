@@ -1,4 +1,4 @@
-"""What travels: names, keys, liveliness tokens, QoS and attachments in the format of rmw_zenoh 0.2 and later.
+"""The wire format of rmw_zenoh 0.2 and later: names, keys, liveliness tokens, QoS and attachments.
 
 The format is that of rmw_zenoh's design document and sources (ros2/rmw_zenoh, docs/design.md); names follow
 design.ros2.org, "Topic and Service name mapping".
@@ -27,7 +27,7 @@ _NODE_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ATTACHMENT: Final = struct.Struct("<qqB16s")
 _DURABILITY: Final = {"transient_local": "1", "volatile": "2"}
 _RELIABILITY: Final = {"reliable": "1", "best_effort": "2"}
-_DEFAULT_DEPTH: Final = 42  # of a token that leaves it out
+_DEFAULT_DEPTH: Final = 42  # of a token without one
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,13 @@ class QoS:
     """Quality of service of a publisher or a subscription; the defaults are those of rclpy."""
 
     reliability: Literal["reliable", "best_effort"] = "reliable"
-    """What others are promised; a publisher waits for a slow link only with `keep_all`, too."""
+    """The declared reliability; a publisher waits for a slow link only if `keep_all` is set, too."""
     durability: Literal["volatile", "transient_local"] = "volatile"
-    """Whether those that join late get the last `depth` messages."""
+    """Whether late joiners get the last `depth` messages."""
     depth: int = 10
-    """Messages that wait for a slow callback; older ones are dropped."""
+    """Maximum messages that wait for a slow callback; older ones are dropped."""
     keep_all: bool = False
-    """Whether none is dropped, up to a limit of 10,000, and a reliable publisher waits for a slow link."""
+    """Whether no message is dropped, up to 10,000, and a reliable publisher waits for a slow link."""
 
     def __post_init__(self) -> None:
         if self.reliability not in _RELIABILITY or self.durability not in _DURABILITY:
@@ -51,7 +51,7 @@ class QoS:
 
     @property
     def queue(self) -> int:
-        """Return how many messages wait at most."""
+        """Return the maximum number of waiting messages."""
         return 10_000 if self.keep_all else self.depth
 
     def encode(self) -> str:
@@ -63,7 +63,7 @@ class QoS:
 
     @classmethod
     def decode(cls, text: str) -> Self:
-        """Return the QoS of a token; what is not known has its default."""
+        """Return the QoS of a token; unknown values have their defaults."""
         reliability, durability, history, *_ = [*text.split(":"), "", "", ""]
         kind, _, depth = history.partition(",")
         number = int(depth) if depth.isdecimal() and len(depth) < 6 else _DEFAULT_DEPTH
@@ -76,9 +76,9 @@ class QoS:
 
 
 SENSOR_DATA: Final = QoS(reliability="best_effort", depth=5)
-"""For streams of sensors: the newest matters, and a slow reader loses some."""
+"""For streams of sensors: the newest message matters, and a slow reader loses some."""
 LATCHED: Final = QoS(durability="transient_local", depth=1)
-"""For what seldom changes, such as a map: who joins late gets the last."""
+"""For data that seldom changes, such as a map: late joiners get the last message."""
 
 
 def domain_id(value: object) -> int:
@@ -99,7 +99,7 @@ def check_node_name(name: str, namespace: str) -> str:
 
 
 def resolve(name: str, node: str, namespace: str) -> str:
-    """Return the full name of a topic or service; `~` stands for the node. Raises InvalidNameError."""
+    """Return the full name of a topic or service; `~` means the node. Raises InvalidNameError."""
     if not _NAME.fullmatch(name) or "__" in name:
         raise InvalidNameError(f"{name!r}: write letters, digits and '_', divided by '/', such as /scan")
     prefix = namespace.rstrip("/")
@@ -113,13 +113,13 @@ def resolve(name: str, node: str, namespace: str) -> str:
 
 
 def dds_name(name: str) -> str:
-    """Return the type as keys write it: `std_msgs::msg::dds_::String_` of `std_msgs/msg/String`."""
+    """Return a type's name in keys: `std_msgs::msg::dds_::String_` for `std_msgs/msg/String`."""
     package, kind, short = name.split("/")
     return f"{package}::{kind}::dds_::{short}_"
 
 
 def ros_name(dds: str) -> str:
-    """Return the type's name of one in a key."""
+    """Return a type's name, given its name in a key."""
     return dds.replace("::dds_::", "::").removesuffix("_").replace("::", "/")
 
 
@@ -130,7 +130,7 @@ def key(domain: int, name: str, type_name: str, type_hash: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Entity:
-    """A node, or what one publishes, reads, serves or calls; its token says that it is there."""
+    """A node, or a publisher, subscription, server or client of one; its token announces it."""
 
     kind: EntityKind
     domain: int
@@ -184,7 +184,7 @@ class Entity:
         return None
 
     def gid(self) -> bytes:
-        """Return the 16 bytes that name it in attachments: XXH3-128 of its token, low half first."""
+        """Return its 16-byte id in attachments: XXH3-128 of its token, low half first."""
         return xxhash.xxh3_128_intdigest(self.token().encode()).to_bytes(16, "little")
 
 
@@ -198,7 +198,7 @@ def _demangle(text: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """What goes with a message, a request or a reply."""
+    """The attachment of a message, a request or a reply."""
 
     sequence: int
     stamp: int

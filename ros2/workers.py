@@ -18,7 +18,7 @@ Job = Callable[[], object]
 
 
 class Workers:
-    """A few threads, started as they are needed, that run the jobs of all lines."""
+    """A few threads, started when needed, that run the jobs of all lines."""
 
     def __init__(self, name: str, most: int = 8) -> None:
         self.name: Final = name
@@ -53,7 +53,7 @@ class Workers:
             _logger.error("%s: %d callbacks are still busy after %g s", self.name, busy, _JOIN_LIMIT)
 
     def call(self, job: Job) -> None:
-        """Run a job on this thread; its fault is logged, and must not end the others."""
+        """Run a job on this thread; its exception is logged, and must not end the thread."""
         try:
             job()
         except Exception:
@@ -77,7 +77,7 @@ class Line:
         self._running = False
 
     def put(self, job: Job) -> Job | None:
-        """Add a job; return the oldest one, that will not run, when too many wait."""
+        """Add a job; when too many wait, return the oldest one, which will not run."""
         with self._lock:
             dropped = self._jobs.popleft() if len(self._jobs) >= self._most else None
             self._jobs.append(job)
@@ -98,7 +98,7 @@ class Line:
 
 
 def join_all(threads: Iterable[threading.Thread]) -> int:
-    """Wait up to two seconds for the end of all threads but this one; return how many still run."""
+    """Wait up to two seconds for the end of all threads except this one; return how many still run."""
     deadline = time.monotonic() + _JOIN_LIMIT
     others = [each for each in threads if each is not threading.current_thread()]
     for each in others:

@@ -1,14 +1,14 @@
-"""Where a robot is on a soccer field, from odometry and from what its cameras see of lines and goals.
+"""Localization of a robot on a soccer field, from odometry and the lines and goals in its pictures.
 
 Each picture gives points of white lines on the floor and directions to goal posts. An iterative fit finds
-the pose that explains them best, given where the odometry says that the robot is; that is the new estimate,
-with its covariance. Such fits are due to Lauer, Lange and Riedmiller ("Calculating the perfect match",
-RoboCup 2005). The fit also learns how far the camera leans, which the robot's senses know to a degree only:
-that is 15 cm on the floor 2 m away.
+the pose that explains them best, given the odometry; that is the new estimate, with its covariance. Such
+fits are due to Lauer, Lange and Riedmiller ("Calculating the perfect match", RoboCup 2005). The fit also
+learns the lean of the camera, which the robot's senses measure only to about a degree: 15 cm on the floor
+2 m away.
 
-Unlike a particle filter it needs no random numbers, so that a recorded run replays the same, and few
-milliseconds a picture. But it follows one hypothesis: it has to be given where the robot started. That also
-settles which half is which, for a field looks the same when it is turned by half a turn.
+Unlike a particle filter, it needs no random numbers, so that recorded runs replay identically, and only a
+few milliseconds per picture. But it follows a single hypothesis, so it needs the robot's start. The start
+also resolves which half is which, because a field looks the same after half a turn.
 
 Poses are x and y in m and the heading in rad, in the frame of `soccer_field.model`.
 """
@@ -32,35 +32,35 @@ _GREEN: Final = (35, 60, 15), (90, 255, 255)
 _STEP: Final = 4
 """Pixels from one searched row or column to the next."""
 _BESIDE: Final = 2
-"""Pixels from the edge of a line to where grass is looked for."""
+"""Pixels from the edge of a line to the place where grass is expected."""
 _WIDTHS: Final = 0.4, 2.2
-"""Widths that a line may have across a row or column, as shares of its true width."""
+"""Range of a line's width across a row or column, as shares of its true width."""
 _FARTHEST: Final = 4.0
 """Distance in m up to which points of lines are used."""
 _BAND: Final = 3, 9
-"""Rows above the horizon where posts are looked for: nothing else on the field is as high as the camera."""
+"""Rows above the horizon where posts are searched: nothing else on the field is as high as the camera."""
 _CONTRAST: Final = 6.0
-"""By how much a post is brighter than what is beside it, of 255."""
+"""Minimum difference in brightness, of 255, between a post and its neighborhood."""
 
 # -- errors: standard deviations
 _HEIGHT: Final = 0.5
-"""Height in m of the camera, about: a lean counts by it."""
+"""Approximate height of the camera in m, from which the effect of a lean is computed."""
 _LEAN: Final = 0.02
-"""Error in rad of the camera's pitch and roll that lasts."""
+"""Lasting error in rad of the camera's pitch and roll."""
 _SWAY: Final = 0.001
-"""Change in rad of that from one picture to the next."""
+"""Change in rad of the lasting error from one picture to the next."""
 _TILT: Final = 0.01
 """Error in rad of pitch, roll and yaw in a single picture, in which the robot may walk."""
 _POINT: Final = 0.02
-"""Error in m of a point of a line beside that."""
+"""Additional error in m of a point of a line."""
 _BEARING: Final = 0.02
 """Error in rad of the direction to a post."""
 _INDEPENDENT: Final = 15.0
-"""Points of one picture that count at most: they have the same tilt."""
+"""Maximum weight of one picture, in points: they share the same tilt."""
 _SLIP: Final = 0.1, 0.1, 0.05
 """Errors of the odometry: m in a m, rad in a rad, rad in a m."""
 _GATE: Final = 3.0
-"""Standard deviations beyond which something is taken for another thing."""
+"""Standard deviations beyond which an observation is attributed to another object."""
 _ROUNDS: Final = 8
 
 # -- confidence
@@ -69,13 +69,13 @@ _AGREES: Final = 2.0
 _NEAR: Final = 2.5
 """Distance in m up to which a line is expected in the picture."""
 _MARGIN: Final = 8
-"""Pixels at the edge of a picture where none is expected."""
+"""Pixels at the edge of a picture where no line is expected."""
 _AROUND: Final = 13
-"""Side in pixels of the square in which a line is where it is expected."""
+"""Side in pixels of the square around its expected place in which a line counts as found."""
 _ENOUGH: Final = 12
-"""Points or places in a picture that say something."""
+"""Minimum number of points or places in a picture for it to count."""
 _NEWEST: Final = 0.2
-"""Share of the newest picture."""
+"""Share of the newest picture in the confidence."""
 _VAGUE: Final = 0.3
 """Standard deviation in m of a place that halves the confidence."""
 
@@ -89,14 +89,14 @@ class Pose(NamedTuple):
 
 
 class Image(Protocol):
-    """What `Camera.getImageData("RGB8")` returns."""
+    """The result of `Camera.getImageData("RGB8")`."""
 
     description: Any
     pixelData: bytes
 
 
 class FloorPoint(Protocol):
-    """What `Camera.getFloorPoint` returns."""
+    """The result of `Camera.getFloorPoint`."""
 
     x: float
     y: float
@@ -106,7 +106,7 @@ class FloorPoint(Protocol):
 class Localizer:
     """Estimate the pose of a robot on a field.
 
-    Call `move` with the odometry, then `see` with a picture, as often as pictures come. Not thread-safe.
+    For each picture, call `move` with the odometry, then `see` with the picture. Not thread-safe.
     """
 
     def __init__(
@@ -115,11 +115,11 @@ class Localizer:
         start: tuple[float, float, float],
         error: tuple[float, float, float] = (0.1, 0.1, 0.1),
     ) -> None:
-        """Begin where the robot was when its odometry began: at `start`, with standard deviations `error`."""
+        """Begin at `start`, the pose at the origin of the odometry, with standard deviations `error`."""
         self._lines = FieldLines(field)
         self._posts = np.array(field.posts)
         self._odometry = Pose(0.0, 0.0, 0.0)
-        # x, y and heading, then how far the camera leans more than the robot knows: back, and to the left.
+        # x, y and heading, then the lean of the camera in excess of the measured one: back, and to the left.
         self._x: Array = np.array((*start, 0.0, 0.0), np.float64)
         self._covariance: Array = np.diag(np.square((*error, _LEAN, _LEAN)))
         self._agreement = 1.0
@@ -136,16 +136,16 @@ class Localizer:
 
     @property
     def confidence(self) -> float:
-        """How far to believe the estimate, from 0 to 1: with less than a half the robot is lost.
+        """Confidence in the estimate, from 0 to 1: below one half, the robot is lost.
 
-        It is the share of what recent pictures show, and of what they should show, that agrees with the
-        estimate; and less than that when the place is known to some decimeters only.
+        It is the share of the observed and the expected lines in recent pictures that agrees with the
+        estimate; it is lower when the place is known only to some decimeters.
         """
         variance = float(self._covariance[0, 0] + self._covariance[1, 1])
         return self._agreement / (1.0 + variance / _VAGUE**2)
 
     def move(self, x: float, y: float, heading: float) -> None:
-        """Follow the odometry: where the robot is in the frame in which it began, in m and rad."""
+        """Follow the odometry: the robot's pose in the frame of its start, in m and rad."""
         before, self._odometry = self._odometry, Pose(x, y, heading)
         there = _turn(-before.heading) @ (x - before.x, y - before.y)
         way, turned = float(np.hypot(*there)), _wrapped(heading - before.heading)
@@ -180,7 +180,7 @@ class Localizer:
             self._agreement += _NEWEST * (min(shares) - self._agreement)
 
     def _fit(self, points: Array, posts: Array) -> Mask:
-        """Move the estimate to where it explains most; return which points it explains.
+        """Move the estimate to the pose that explains most; return which points it explains.
 
         Each row of `points` is a point of a line in the robot's frame, each of `posts` the bearing of a post
         and its x and y on the field.
@@ -224,7 +224,7 @@ class Localizer:
         return explained
 
     def _expected(self, white: Mask, to_image: Array) -> Mask:
-        """Return for each place where the picture should show a line whether it does."""
+        """Return, for each place where the picture should show a line, whether it does."""
         there = (self._lines.samples - self._x[:2]) @ _turn(float(self._x[2]))
         there = there[np.hypot(there[:, 0], there[:, 1]) < _NEAR]
         u, v, front = to_image @ np.column_stack((there, np.ones(len(there)))).T
@@ -237,7 +237,7 @@ class Localizer:
         return shown
 
     def _find_posts(self, pixels: NDArray[np.uint8], to_image: Array, to_floor: Array) -> Array:
-        """Return the bearing in the robot's frame, and x and y, of each post that is where it may be."""
+        """Return the bearing in the robot's frame, and x and y, of each post seen at a plausible place."""
         height, width, _ = pixels.shape
         columns = np.arange(width)
         horizon = -(to_floor[2, 0] * columns + to_floor[2, 2]) / to_floor[2, 1]
@@ -255,7 +255,7 @@ class Localizer:
             if distance < 1.0 or min(left[2], right[2]) <= 0:
                 continue
             begin, wide = left[0] / left[2], right[0] / right[2] - left[0] / left[2]
-            # As far aside as the estimate may be wrong, in m where the post stands.
+            # The lateral error of the estimate, in m at the post.
             variance = np.trace(self._covariance[:2, :2])
             variance += distance**2 * (_BEARING**2 + self._covariance[2, 2])
             reach = wide * min(2.0 * math.sqrt(variance), 0.6) / (2 * POST_RADIUS)
@@ -277,9 +277,9 @@ class Localizer:
 def _projection(
     width: int, height: int, floor_point: Callable[[float, float, float], FloorPoint]
 ) -> Array | None:
-    """Return the matrix from x, y, 1 on the floor to pixels, None of a picture that shows little floor.
+    """Return the matrix from x, y, 1 on the floor to pixels; None if a picture shows too little floor.
 
-    The third of the product is positive of what lies before the camera.
+    The third number of the product is positive for points in front of the camera.
     """
     corners = [(u, height - 1.0) for u in (0.0, width - 1.0)]
     below = [floor_point(u, v, 0.0) for u, v in corners]
@@ -294,7 +294,7 @@ def _projection(
 
 
 def _colors(pixels: NDArray[np.uint8]) -> tuple[Mask, Mask]:
-    """Return where a picture is grass, and where it is as white as a line, whatever the exposure."""
+    """Return masks of grass, and of pixels as white as a line, whatever the exposure."""
     hsv = cv2.cvtColor(cv2.blur(pixels, (3, 3)), cv2.COLOR_RGB2HSV)
     low, high = _GREEN
     some = hsv[::_STEP, ::_STEP]
@@ -326,7 +326,7 @@ def _line_points(grass: Mask, white: Mask, to_floor: Array, width: float) -> Arr
 
 
 def _weights(off: Array, variance: Array, jacobian: Array, covariance: Array) -> Array:
-    """Return Tukey's weights from 0 to 1 of what is off, given its variance and that of the estimate."""
+    """Return Tukey's weights, from 0 to 1, of residuals, given their variance and the estimate's."""
     spread = variance + np.sum(jacobian @ covariance * jacobian, axis=1)
     return np.asarray(np.square(np.clip(1.0 - np.square(off) / (_GATE**2 * spread), 0.0, 1.0)))
 

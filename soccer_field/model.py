@@ -1,7 +1,7 @@
 """The model of a soccer field: its lengths, lines and goals.
 
-The simulated world is built from it, and the localization compares pictures with it. Its frame: the origin is
-the center of the field, x points to a goal, y to the left of that.
+The simulated world is built from it, and the localization compares pictures with it. Its frame has the origin
+at the center of the field; x points to a goal, y to the left of that.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     def lines(self) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
         """Yield the center and the half sides of each straight line in the quarter x >= 0, y >= 0.
 
-        Mirrored at both axes they are all; lines that cross an axis reach as far beyond it.
+        Mirroring them at both axes gives all lines; lines that cross an axis extend equally beyond it.
         """
         half, end = self.line / 2, self.length / 2
-        # The halfway line and the outline, then both areas before the goal.
+        # The halfway line and the outline, then both areas in front of the goal.
         yield (0.0, 0.0), (half, self.width / 2)
         yield (0.0, self.width / 2), (end + half, half)
         yield (end, 0.0), (half, self.width / 2 + half)
@@ -95,7 +95,7 @@ class FieldLines:
         """Places on the lines in m, one in each row."""
 
     def offsets(self, points: Array) -> tuple[Array, Array]:
-        """Return how far points are off the nearest line in m, and the unit vectors in which they are."""
+        """Return signed distances in m of points from the nearest line, and unit vectors along these."""
         each = np.arange(len(points))
         from_begin = points[:, None] - self._begin
         along = np.clip(np.sum(from_begin * self._direction, axis=2), 0.0, self._length)
@@ -103,7 +103,7 @@ class FieldLines:
         squares = np.sum(np.square(away), axis=2)
         nearest = squares.argmin(axis=1)
         direction, away = self._direction[nearest], away[each, nearest]
-        # Beside a line its normal counts, as `away` has no direction on the line; beyond its end, `away`.
+        # Next to a line its normal counts, because `away` is zero on the line; beyond its end, `away`.
         normal = np.column_stack((-direction[:, 1], direction[:, 0]))
         off, distance = np.sum(away * normal, axis=1), np.sqrt(squares[each, nearest])
         beyond = distance > np.abs(off) + 1e-6
