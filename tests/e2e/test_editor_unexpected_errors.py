@@ -17,7 +17,7 @@ def shown(shown: EditorPage) -> Iterator[EditorPage]:
 
 
 def alert(shown: EditorPage) -> Locator:
-    return shown.page.get_by_role("alert").filter(has_text="An error of the editor")
+    return shown.page.get_by_role("alert").filter(has_text="Internal error of the editor")
 
 
 def plant(shown: EditorPage, handler: str) -> None:
