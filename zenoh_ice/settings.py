@@ -71,16 +71,16 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
     call: Annotated[tuple[Operation, ...], _Most] = ()
-    """operations to call and, of streams, to read"""
+    """operations to call, and streams to read"""
     read: Annotated[tuple[Operation, ...], _Most] = ()
     """streams to read, and nothing else: `["**"]` sees everything and moves nothing"""
     serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()
     """identities to serve, with their streams and the status of their process"""
     realms: Annotated[tuple[RealmPattern, ...], _Most] = ()
-    """realms where this holds; by default that of the component that grants it"""
+    """realms in which the role applies; by default the realm of the component that grants it"""
     liveliness: bool = True
     """whether its processes may hold a liveliness token, by whose end robots notice that they are gone;
-    thousands delay everybody, so false for users that move nothing"""
+    thousands of tokens delay everybody, so set false for users that move nothing"""
 
 
 class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -91,11 +91,11 @@ class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     certificate: Text = ""
     """file (PEM) of the component's own certificate, which it shows to others"""
     key: Text = ""
-    """file of its key"""
+    """file (PEM) of its private key"""
     user: Text = ""
     """name to log in with, if the listener asks for one"""
     password: str = ""
-    """its password; better in the environment than in a file"""
+    """password of `user`; prefer the environment to a file"""
     passwords: Text = ""
     """file of the users who may connect: a line `NAME:PASSWORD` for each"""
     mutual: bool = True
@@ -124,21 +124,21 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     realm: Realm = "nao"
     """the robot or stack that the component belongs to: the first chunk of every key"""
     connect: tuple[Connect, ...] = (DEFAULT_ENDPOINT,)
-    """endpoints of others; those that are lost are tried again forever"""
+    """endpoints to connect to; lost connections are retried forever"""
     listen: tuple[Listen, ...] = ("tcp/127.0.0.1:0",)
     """endpoints to listen on; port 0 picks a free port"""
     mode: Literal["peer", "client", "router"] = "peer"
-    """`peer` talks to every other peer directly, `client` through the router or server at `connect` alone; a
+    """`peer` talks to every other peer directly, `client` only through the router or server at `connect`; a
     `router` forwards messages of others"""
     clock: Literal["auto", "wall", "sim"] = "auto"
     """`wall`, `sim`, or `auto`: the robot's time if it is simulated"""
     timeout: Timeout = 2.0
     """longest duration of a call, and of sending one message, in s: a link that takes longer is closed"""
     lease: Lease = 2.0
-    """silence, in s, after which a process that hangs counts as lost; one that dies is noticed at once"""
+    """silence, in s, after which a hung process counts as lost; the end of a process is noticed at once"""
     shared_memory: bool = True
-    """whether images and the like go through memory, rather than the network, between processes of one user
-    on one machine"""
+    """whether processes of one user on one machine exchange images and other large data through shared memory
+    instead of the network"""
     log_level: Literal["debug", "info", "warning", "error", "critical"] = "warning"
     """lowest level of logged messages"""
     log_file: Text = ""

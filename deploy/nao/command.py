@@ -175,7 +175,7 @@ def status(
     ] = False,
     json: _Json = False,
 ) -> None:
-    """Show how the robot is, and the processes that serve."""
+    """Show the state of the robot and of the processes that serve it."""
     from deploy.nao.status import status
 
     status(settings, every_servant=every_servant, as_json=json)
@@ -230,9 +230,9 @@ def stop(
 
 @_command("nao router", "nao router --config keys/router.toml", defaults=ROUTER_DEFAULTS)
 def router(*, settings: Settings) -> None:
-    """Pass on what several machines say, as far as each may.
+    """Route messages between machines, as far as their roles permit.
 
-    Their processes connect to it with --mode client. `nao security init` makes what it needs to be safe on
+    Their processes connect to it with --mode client. `nao security init` creates the files that secure it on
     a network.
     """
     from deploy.router import serve
