@@ -226,7 +226,7 @@ def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> 
 @pytest.mark.parametrize("address", ["", "--help", "nao.local --end=limp", "http://nao.local"])
 def test_an_address_that_is_none_is_refused(address: str) -> None:
     async def go() -> None:
-        with pytest.raises(VisualHfsmError, match="no address"):
+        with pytest.raises(VisualHfsmError, match="not a robot address"):
             await Robots(lambda _: None, Settings()).connect(address, "leave")
 
     asyncio.run(go())
