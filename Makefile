@@ -108,7 +108,8 @@ oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a 
 	$(BIN)/python -m pytest -q tests/unit/codegen/idl/test_reference.py
 	$(BIN)/python benchmarks/slice_agreement.py
 
-mutation: export MYPY_CACHE_DIR = .mypy_cache  # what mutmut changes is of no use elsewhere
+# Mutants stay out of the shared cache.
+mutation: export MYPY_CACHE_DIR = .mypy_cache
 mutation: $(VENV)/mutation.stamp ## Break what must not be wrong, in one place at a time: a test must notice (ten minutes)
 	@TEST_EXAMPLES=0.1 PATH="$(CURDIR)/$(BIN):$$PATH" nice -n 19 $(BIN)/mutmut run --max-children 1 $(MUTANTS)
 	@$(BIN)/mutmut results
