@@ -30,7 +30,7 @@ test("breakpoints that are set before the component answers are all kept", async
   );
 });
 
-test("breakpoints of before a restart come to those that are being set", async () => {
+test("breakpoints from before a restart are added to those that are being set", async () => {
   const {breakpoints, sent} = new Monitor();
   await breakpoints.set(0, 1, "state", 1, "");
   breakpoints.keep();

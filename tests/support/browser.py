@@ -231,7 +231,7 @@ class EditorPage:
             self.page.keyboard.press(key)
 
     def edit_code(self) -> None:
-        """Show the code of the selected element, and wait for the focus, which arrives late and would leave other fields."""
+        """Show the code of the selected element, and wait until it has the focus, which it takes a moment later."""
         self.press("Shift+Enter")
         expect(self.page.locator(".side:focus-within")).to_have_count(1)
 

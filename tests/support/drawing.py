@@ -127,7 +127,7 @@ class Draftsman:
             self.code("Functions", automaton.functions.text)
 
     def _timing(self) -> Locator:
-        """Show the data of the automaton, and wait for the focus, which arrives late and would leave other fields."""
+        """Show the data of the automaton, and wait until it has the focus, a moment later."""
         self.shown.press("Alt+t")
         period = self.shown.page.get_by_label("Period", exact=True)
         expect(period).to_be_focused()

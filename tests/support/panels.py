@@ -62,7 +62,7 @@ def adding(shown: EditorPage, noun: str) -> Locator:
 
 
 def show_list(shown: EditorPage, key: str, noun: str) -> None:
-    """Press the key that shows an empty list, and wait for the focus, which arrives late and would leave entries."""
+    """Press the key that shows an empty list, and wait until its button has the focus, a moment later."""
     shown.press(key)
     expect(adding(shown, noun)).to_be_focused()
 
