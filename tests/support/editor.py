@@ -133,11 +133,15 @@ class Editor:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.stop()
+        if self._failure is not None and error is None:
+            raise self._failure
+
+    def stop(self) -> None:
+        """Stop the server and wait for its end: until then, it holds the journals of its documents."""
         self.server.stop()
         self._thread.join(END_LIMIT)
         assert not self._thread.is_alive(), "the server does not end"
-        if self._failure is not None and error is None:
-            raise self._failure
 
     def get(
         self, path: str, headers: dict[str, str] | None = None, method: str = "GET"
