@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -9,8 +10,9 @@ import pytest
 from playwright.sync_api import Browser
 
 from tests.support.browser import EditorPage, chromium_on_demand, editor_page
-from tests.support.editor import DOCUMENT, editor, shared_checks
+from tests.support.editor import DOCUMENT, Editor, editor, shared_checks
 from tests.support.expecting import awaited_elements
+from tests.support.processes import REPOSITORY
 
 
 @pytest.fixture(scope="package", autouse=True)
@@ -42,12 +44,47 @@ def browser(open_browser: Callable[[], Browser]) -> Browser:
 
 
 @pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    """The page with a document of two states, `wait` and `go`; other files show others."""
+def root(tmp_path: Path) -> Path:
+    """The folder in which the editor opens and saves files."""
     root = tmp_path / "root"
     root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
-    with editor(root, file) as running, editor_page(browser, running) as shown:
-        shown.expect_states("wait", "go")
+    return root
+
+
+@pytest.fixture
+def path(root: Path) -> Path:
+    """The document that is open, with two states, `wait` and `go`; other files open others."""
+    path = root / "walk.xml"
+    path.write_text(DOCUMENT, "utf-8")
+    return path
+
+
+@pytest.fixture
+def running(root: Path, path: Path) -> Iterator[Editor]:
+    """An editor with the document."""
+    with editor(root, path) as running:
+        yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    """The page, once it shows the document."""
+    with editor_page(browser, running) as shown:
+        shown.page.locator("hfsm-canvas .state").first.wait_for()
+        yield shown
+
+
+@pytest.fixture
+def behaviors(root: Path) -> Path:
+    """The folder of the editor with the behaviors of the paper."""
+    for name in ("dance_and_follow", "dance", "follow_ball"):
+        shutil.copy(REPOSITORY / "behaviors" / f"{name}.xml", root)
+    return root
+
+
+@pytest.fixture
+def start_page(browser: Browser, behaviors: Path) -> Iterator[EditorPage]:
+    """The start page of an editor that has the behaviors of the paper in its folder."""
+    with editor(behaviors) as running, editor_page(browser, running) as shown:
+        shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
         yield shown

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,11 +10,10 @@ from playwright.sync_api import Browser, expect
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.browser import EditorPage, editor_page, saved
-from tests.support.editor import Editor, editor
+from tests.support.editor import editor
 from tests.support.limits import FOREVER
 from visualhfsm.sessions import session
 
-BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 LEAST_MOVE = 3.0  # pixels
 COUNT_CHANGES = """() => {
     window.changes = [];
@@ -29,25 +27,8 @@ COUNT_CHANGES = """() => {
 
 
 @pytest.fixture
-def root(tmp_path: Path) -> Path:
-    root = tmp_path / "root"
-    root.mkdir()
-    for name in ("dance_and_follow", "dance", "follow_ball"):
-        (root / f"{name}.xml").write_bytes((BEHAVIORS / f"{name}.xml").read_bytes())
-    return root
-
-
-@pytest.fixture
-def running(root: Path) -> Iterator[Editor]:
-    with editor(root, root / "dance_and_follow.xml") as running:
-        yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with editor_page(browser, running) as shown:
-        shown.state("followBall").wait_for()
-        yield shown
+def path(behaviors: Path) -> Path:
+    return behaviors / "dance_and_follow.xml"
 
 
 def test_states_and_transitions_are_drawn_moved_and_bent(shown: EditorPage, root: Path) -> None:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 
-from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, editor
+from tests.support.browser import EditorPage
 
-BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 FOCUSABLE = "a, button, input, select, summary, textarea, [tabindex]"
 # What had the focus outside a dialog since this ran last.
 FOCUSED_OUTSIDE = """() => {
@@ -24,19 +19,8 @@ FOCUSED_OUTSIDE = """() => {
 
 
 @pytest.fixture
-def running(tmp_path: Path) -> Iterator[Editor]:
-    root = tmp_path / "root"
-    root.mkdir()
-    (root / "dance_and_follow.xml").write_bytes((BEHAVIORS / "dance_and_follow.xml").read_bytes())
-    with editor(root) as running:
-        yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with editor_page(browser, running) as shown:
-        shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
-        yield shown
+def shown(start_page: EditorPage) -> EditorPage:
+    return start_page
 
 
 def open_example(shown: EditorPage) -> None:

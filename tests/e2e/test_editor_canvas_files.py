@@ -5,18 +5,15 @@ from __future__ import annotations
 import re
 import shutil
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from playwright.sync_api import Browser, Locator, expect
+from playwright.sync_api import Locator, expect
 
-from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, editor
+from tests.support.browser import EditorPage
 from tests.support.panels import DOCUMENT as PANELS_DOCUMENT
 
-BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <posx>100</posx><posy>100</posy></Estado></SubAutomata></VisualHFSM>"""
 SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="open">
@@ -25,25 +22,8 @@ PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
 @pytest.fixture
-def root(tmp_path: Path) -> Path:
-    root = tmp_path / "root"
-    root.mkdir()
-    for name in ("dance_and_follow", "dance", "follow_ball"):
-        (root / f"{name}.xml").write_bytes((BEHAVIORS / f"{name}.xml").read_bytes())
-    return root
-
-
-@pytest.fixture
-def running(root: Path) -> Iterator[Editor]:
-    with editor(root) as running:
-        yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with editor_page(browser, running) as shown:
-        shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
-        yield shown
+def shown(start_page: EditorPage) -> EditorPage:
+    return start_page
 
 
 def drop(shown: EditorPage, name: str, text: str) -> None:
@@ -282,11 +262,11 @@ def test_what_another_program_wrote_is_merged(shown: EditorPage, root: Path) -> 
 
 
 def test_a_comparison_shows_lines_that_differ_marks_what_is_new_and_draws_what_is_gone(
-    shown: EditorPage, running: Editor
+    shown: EditorPage,
 ) -> None:
     open_file(shown, "dance.xml")
     shown.expect_states("up", "out", "front", "low")
-    with running.window() as window:
+    with shown.editor.window() as window:
         (number,) = window.documents
         state = next(
             each for each in window.documents[number]["automata"][0]["states"] if each["name"] == "up"

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 
-from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import editor
+from tests.support.browser import EditorPage
 
 COLUMNS = 40
 STATES = 1200
 
 
 @pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    root = tmp_path / "work"
-    root.mkdir()
+def path(root: Path) -> Path:
     states = "".join(
         f'<state id="{number}" initial="{str(number == 1).lower()}"><posx>{number % COLUMNS * 240}</posx>'
         f"<posy>{number // COLUMNS * 200}</posy><name>state {number}</name></state>"
@@ -30,8 +26,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     )
     path = root / "large.xml"
     path.write_text(f'<VisualHFSM><SubAutomata id="1" idFather="0">{states}{arc}</SubAutomata></VisualHFSM>')
-    with editor(root, path) as running, editor_page(browser, running) as page:
-        yield page
+    return path
 
 
 def test_a_box_may_be_drawn_while_another_window_adds_a_state_names_are_near_and_the_map_leads_far(

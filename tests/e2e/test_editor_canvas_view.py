@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 
-from tests.support.browser import EditorPage, editor_page
+from tests.support.browser import EditorPage
 from tests.support.documents import document, state, sub
-from tests.support.editor import editor
 
 LEVELS = 14
 
 
 @pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    root = tmp_path / "work"
-    root.mkdir()
+def path(root: Path) -> Path:
     path = root / "deep.xml"
     levels = range(1, LEVELS + 1)
     path.write_text(
@@ -26,9 +22,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
             *(sub(each, each - 1, state(1, f"level{each}", initial=True, child=each + 1)) for each in levels)
         )
     )
-    with editor(root, path) as running, editor_page(browser, running) as page:
-        page.state("level1").wait_for()
-        yield page
+    return path
 
 
 def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_shown(

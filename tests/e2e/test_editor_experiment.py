@@ -66,9 +66,7 @@ def content(document: Document) -> object:
 
 
 @pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    root = tmp_path / "root"
-    root.mkdir()
+def shown(browser: Browser, root: Path) -> Iterator[EditorPage]:
     (root / "follow_ball.xml").write_bytes((ROOT / "behaviors" / "follow_ball.xml").read_bytes())
     with editor(root) as running, editor_page(browser, running) as shown:
         yield shown

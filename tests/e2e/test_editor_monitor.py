@@ -29,9 +29,7 @@ from tests.support.watching import content
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    root = tmp_path / "root"
-    root.mkdir()
+def path(root: Path) -> Path:
     return root / "walk.xml"
 
 

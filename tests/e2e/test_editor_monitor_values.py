@@ -16,9 +16,7 @@ from tests.support.robot_server import eventually
 
 
 @pytest.fixture
-def running(tmp_path: Path) -> Iterator[Editor]:
-    root = tmp_path / "root"
-    root.mkdir()
+def running(root: Path) -> Iterator[Editor]:
     with robot_and_editor(root / "walk.xml") as (_, running):
         yield running
 

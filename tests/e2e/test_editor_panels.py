@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,23 +28,10 @@ CAMERA = """
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    path = tmp_path / "walk.xml"
+def path(root: Path) -> Path:
+    path = root / "walk.xml"
     path.write_text(DOCUMENT)
     return path
-
-
-@pytest.fixture
-def running(path: Path) -> Iterator[Editor]:
-    with editor(path.parent, path) as running:
-        yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with editor_page(browser, running) as shown:
-        shown.state("wait").wait_for()
-        yield shown
 
 
 # ------------------------------------------------------------------------------------------------ code

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,25 +19,10 @@ from zenoh_ice import Settings
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    root = tmp_path / "root"
-    root.mkdir()
+def path(root: Path) -> Path:
     path = root / "walk.xml"
     path.write_text(DOCUMENT)
     return path
-
-
-@pytest.fixture
-def running(path: Path) -> Iterator[Editor]:
-    with editor(path.parent, path) as running:
-        yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with editor_page(browser, running) as shown:
-        shown.state("wait").wait_for()
-        yield shown
 
 
 def test_problems_lead_to_their_lines(shown: EditorPage, running: Editor) -> None:

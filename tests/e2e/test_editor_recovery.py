@@ -9,7 +9,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import editor_page
-from tests.support.editor import DOCUMENT, editor
+from tests.support.editor import editor
 from tests.support.panels import edit
 from tests.support.processes import free_endpoint
 
@@ -19,21 +19,19 @@ def reusable_port() -> int:
     return int(free_endpoint().rpartition(":")[2])
 
 
-def test_a_page_says_what_to_do_when_the_editor_was_restarted(browser: Browser, tmp_path: Path) -> None:
-    root = tmp_path / "root"
-    root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
+def test_a_page_says_what_to_do_when_the_editor_was_restarted(
+    browser: Browser, root: Path, path: Path, tmp_path: Path
+) -> None:
     port = reusable_port()
     with contextlib.ExitStack() as first:
-        former = first.enter_context(editor(root, file, port=port))
+        former = first.enter_context(editor(root, path, port=port))
         shown = first.enter_context(editor_page(browser, former))
         shown.expect_states("wait", "go")
-        former.server.stop()
+        former.stop()
         banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
         expect(banner).to_contain_text("The editor is offline")
         shutil.rmtree(tmp_path / "keys")  # with its key, the next one would let the page in
-        with editor(root, file, port=port) as again:
+        with editor(root, path, port=port) as again:
             expect(banner).to_contain_text("open the address that it printed in its terminal")
             with contextlib.closing(shown.page.context.new_page()) as other:
                 other.goto(f"http://{again.host}/?token={again.server.credentials.token}")
@@ -43,15 +41,11 @@ def test_a_page_says_what_to_do_when_the_editor_was_restarted(browser: Browser, 
 
 
 def test_a_page_connects_again_and_recovers_what_was_not_saved_when_the_editor_was_restarted(
-    browser: Browser, tmp_path: Path
+    browser: Browser, root: Path, path: Path
 ) -> None:
-    root = tmp_path / "root"
-    root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
     port = reusable_port()
     with contextlib.ExitStack() as first:
-        former = first.enter_context(editor(root, file, port=port))
+        former = first.enter_context(editor(root, path, port=port))
         shown = first.enter_context(editor_page(browser, former))
         shown.state("go").click()
         shown.press("Delete")
@@ -59,13 +53,13 @@ def test_a_page_connects_again_and_recovers_what_was_not_saved_when_the_editor_w
         edit(shown, "wait")
         shown.type("1")
         expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “wait”")
-        former.server.stop()
+        former.stop()
         offline = shown.page.get_by_role("alert").filter(has_text="No connection since")
         expect(offline).to_contain_text(f"when it runs on port {port}")
         shown.type("2")
         offline.get_by_role("button", name="Copy what was not sent").wait_for()
 
-        with editor(root, file, port=port):
+        with editor(root, path, port=port):
             expect(offline).to_have_count(0)
             recover = shown.page.get_by_role("alert").filter(has_text="were not saved")
             unsent = shown.page.get_by_role("alert").filter(has_text="did not reach a document")

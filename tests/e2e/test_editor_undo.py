@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import editor_page
-from tests.support.editor import DOCUMENT, editor
+from tests.support.editor import Editor
 from tests.support.limits import FOREVER
 from tests.support.panels import edit, undo_names
 from visualhfsm.sessions import session
 
 
 def test_undo_and_redo_show_what_they_change(
-    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    browser: Browser, running: Editor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
-    root = tmp_path / "root"
-    root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
-    with editor(root, file) as running, editor_page(browser, running) as shown:
+    with editor_page(browser, running) as shown:
         # In a code field they say so, if it is elsewhere.
         there = edit(shown, "wait")
         shown.type("1")
