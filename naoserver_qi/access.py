@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -132,8 +133,7 @@ class Walking:
     """Walk through the guard, and renew its commands until something ends the walk.
 
     The guard stops commands that are not renewed. libqi does not report lost clients, so a walk continues,
-    as on the real robot, until stopMove, another client, a fall, the emergency stop or the end of the
-    service.
+    as on the real robot, until stopMove, another client, a fall, the emergency stop or the service's end.
     """
 
     def __init__(self, access: Access) -> None:
@@ -141,6 +141,7 @@ class Walking:
         self._access = access
         self._lock = threading.Lock()
         self._wanted = _STILL
+        self._stopped = 0.0  # steady wall time in s when calls that waited were stopped last
 
     @property
     def guard(self) -> WalkGuard:
@@ -163,9 +164,11 @@ class Walking:
             self.guard.drive(asdict(velocity), CLIENT, limits)
             self._wanted = self.guard.commanded()  # as it was limited
 
-    def stop(self) -> None:
-        """End the walk on both feet; never refused."""
+    def stop(self, *, waiting: bool = False) -> None:
+        """End the walk on both feet, never refused; calls that are `waiting` for a thread then begin none."""
         with self._lock:
+            if waiting:
+                self._stopped = time.monotonic()
             self._wanted = _STILL
             if self._access.walk is not None:
                 self._access.walk.stop()
@@ -176,6 +179,8 @@ class Walking:
         """Walk to a place in m and rad relative to `start`; return whether the robot arrived."""
         walk_to = needed(self._access.walk_to, "does not walk")
         with self._lock:
+            if call.begun < self._stopped:
+                return False
             walk_to.begin(Way(place, start, highest), CLIENT)
         try:
             while walk_to.busy:

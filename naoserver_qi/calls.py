@@ -76,7 +76,7 @@ class Faults:
         self.clear()
 
     def clear(self) -> None:
-        """Make everything go well again."""
+        """End all faults."""
         self._delays: dict[str, float] = {}  # wall seconds, by pattern
         self._errors: dict[str, str] = {}  # messages, by pattern; empty for none
         self._forgotten: set[str] = set()
@@ -91,11 +91,11 @@ class Faults:
         self._errors[text(pattern, "pattern")] = text(message, "message")
 
     def forget(self, pattern: object) -> None:
-        """Make ALMemory know nothing under keys that match, as other robots and versions do not."""
+        """Hide keys that match from ALMemory, as other robots and versions lack them."""
         self._forgotten.add(text(pattern, "pattern"))
 
     def blind(self, yes: object) -> None:
-        """Make the cameras give no picture."""
+        """Make the cameras return no image."""
         self._blind = bool(yes)
 
     def disconnect(self, seconds: object) -> None:
@@ -107,7 +107,7 @@ class Faults:
         self._fake.feel(touched=frozenset(texts(names, "names")))
 
     def near(self, left: object, right: object) -> None:
-        """Put something before the sonar of a fake robot, at distances in m."""
+        """Put something in front of the sonar of a fake robot, at distances in m."""
         self._fake.feel(sonar=SonarReading(number(left, "left"), number(right, "right")))
 
     def tilt(self, roll: object, pitch: object) -> None:
@@ -149,7 +149,7 @@ class _Tasks:
         self._tasks: dict[float, Any] = {}  # futures of those that may be running
 
     def pCall(self, call_: object) -> int:
-        """Begin a call, a list of the operation's name and its arguments; return the number of its task."""
+        """Start a call, a list of the operation's name and its arguments; return the number of its task."""
         method, *arguments = listed(call_, "call") or [""]
         operation = self._operations[chosen(method, "operation", self._operations)]
         for task in [task for task, future in self._tasks.copy().items() if future.isFinished()]:

@@ -151,12 +151,12 @@ def _steps(entries: str, read: Check) -> Operation:
         entriesOfSteps: object,
         clearExisting: object,
     ) -> bool:
-        """Walk to where steps lead, which has no effect on each step; returns at the end whether it came."""
+        """Walk to where steps lead, not step by step; returns at the end whether it arrived."""
         legs, steps = _legs_and_steps(legName, footSteps)
         for entry in listed(entriesOfSteps, entries, len(legs)):
             read(entry, f"an entry of {entries}")
         if clearExisting:
-            self._motion.stopMove()
+            self._access.walking.stop()
         # In the plane, x + iy, and headings in rad.
         feet, headings = {"LLeg": 1j * _HALF, "RLeg": -1j * _HALF}, dict.fromkeys(_LEGS, 0.0)
         for leg, (x, y, turn) in zip(legs, steps, strict=True):

@@ -93,19 +93,19 @@ class ALLeds(Service):
         call.wait(seconds)
 
     def setIntensity(self, name: object, intensity: object) -> None:
-        """Let a group show an intensity from 0 to 1."""
+        """Set the intensity of a group, from 0 to 1."""
         self._dim(name, _part(intensity, "intensity"), 0.0)
 
     def on(self, name: object) -> None:
-        """Let a group shine."""
+        """Turn on the lights of a group."""
         self._dim(name, 1.0, 0.0)
 
     def off(self, name: object) -> None:
-        """Let a group go dark."""
+        """Turn off the lights of a group."""
         self._dim(name, 0.0, 0.0)
 
     def reset(self, name: object) -> None:
-        """Let every light show what it does after the start."""
+        """Reset every light to its state after the start."""
         self._members(name)
         self._lights.reset()
 
@@ -124,7 +124,7 @@ class ALLeds(Service):
         return list(self._members(groupName)[0])
 
     def createGroup(self, groupName: object, ledNames: object) -> None:
-        """Call some groups together by a new name."""
+        """Create a group from others, under a new name."""
         if len(self._groups) >= _MOST:
             raise InvalidCommand("groupName", f"there are {_MOST} groups already")
         groups = [self._members(name)[0] for name in listed(ledNames, "ledNames")]
@@ -201,7 +201,7 @@ class ALTextToSpeech(Service):
     getAvailableVoices = constant("Return the names of the voices.", list(_VOICES.values()))
 
     def say(self, call: Call, stringToSay: object, language: object = None) -> None:
-        """Say a text after the earlier ones; return when it was said."""
+        """Say a text after the earlier ones; return when it has been said."""
         if language is not None:
             _LANGUAGE(language, "language")
         words = _TAG.sub(" ", text(stringToSay, "text")).strip()
@@ -228,7 +228,7 @@ class ALTextToSpeech(Service):
             self._lock.release()
 
     def stopAll(self) -> None:
-        """Fall silent, and forget what was not said yet."""
+        """Stop speaking, and drop what has not been said yet."""
         with self._beginning:
             self._silenced = monotonic()
             self._voice().stop()
@@ -243,7 +243,7 @@ class ALTextToSpeech(Service):
         self.setLanguage(next(language for language, name in _VOICES.items() if name == voice))
 
     def resetSpeed(self) -> None:
-        """Forget the parameter `speed`."""
+        """Reset the parameter `speed`."""
         self.setParameter("speed", 0.0)
 
     def _voice(self) -> Voice:
@@ -254,5 +254,5 @@ class ALAnimatedSpeech(Service):
     """Say texts without the tags of animations."""
 
     def say(self, call: Call, text_: object, _configuration: object = None) -> None:
-        """Say a text; returns when it was said."""
+        """Say a text; returns when it has been said."""
         self._access.service(ALTextToSpeech).say(call, _ANIMATION.sub(" ", text(text_, "text")))

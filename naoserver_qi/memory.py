@@ -245,7 +245,7 @@ class ALMemory(Service):
         self._callbacks[event, module] = self.subscriber(event).signal.connect(call_back)
 
     def unsubscribeToEvent(self, name: object, callbackModule: object) -> None:
-        """Call a program's service no more when a key changes."""
+        """Stop calling a program's service when a key changes."""
         event = text(name, "event")
         if (link := self._callbacks.pop((event, text(callbackModule, "module")), None)) is not None:
             self.subscriber(event).signal.disconnect(link)
@@ -288,6 +288,6 @@ class ALAutonomousLife(Service):
         return self._state
 
     def setState(self, state: object) -> None:
-        """Take a state."""
+        """Set the state."""
         self._state = chosen(state, "state", _STATES)
         self._access.service(ALMemory).raiseEvent("AutonomousLife/State", self._state)

@@ -221,7 +221,7 @@ class ALMotion(Service):
         self._walking.go(wanted, self._walk_limits(moveConfig))
 
     def moveToward(self, x: object, y: object, theta: object, *moveConfig: object) -> None:
-        """Walk at shares, from -1 to 1, of the highest velocities until further notice; returns at once."""
+        """Walk at fractions, from -1 to 1, of the top velocities until further notice; returns at once."""
         shares = [number_within(v, what, -1.0, 1.0) for v, what in ((x, "x"), (y, "y"), (theta, "theta"))]
         highest = astuple(self._walk_limits(moveConfig))
         self._walking.go(WalkVelocity(*(share * limit for share, limit in zip(shares, highest, strict=True))))
@@ -229,12 +229,12 @@ class ALMotion(Service):
     def setWalkTargetVelocity(
         self, x: object, y: object, theta: object, frequency: object, *moveConfig: object
     ) -> None:
-        """Walk as moveToward does, at a share of the highest frequency; its former name."""
+        """Walk as moveToward does, at a fraction of the highest frequency; its former name."""
         share = abs(number_within(frequency, "frequency", -1.0, 1.0))
         self.moveToward(x, y, theta, [["MaxStepFrequency", share]], *moveConfig)
 
     def moveTo(self, call: Call, *goal: object) -> bool:
-        """Walk to x, y, theta in m and rad from where it is, or a list of such; returns whether it came."""
+        """Walk by x, y, theta in m and rad, or through a list of such; returns whether it arrived."""
         if goal and isinstance(goal[0], (list, tuple)):
             places, rest = listed(goal[0], "controlPoints"), goal[1:]
         else:
@@ -260,7 +260,7 @@ class ALMotion(Service):
 
     def stopMove(self) -> None:
         """End the walk on both feet."""
-        self._walking.stop()
+        self._walking.stop(waiting=True)
 
     killMove = stopMove
     # Former names.
@@ -307,7 +307,7 @@ class ALMotion(Service):
 
     def killAll(self) -> None:
         """Cancel every task, end the walk, and hold every joint where it is."""
-        self._walking.stop()
+        self._walking.stop(waiting=True)
         self._kill(lambda _task: True)
         self._body.hold()
 
@@ -326,8 +326,7 @@ class ALMotion(Service):
 
     getMotionCycleTime = constant("Return the period of the setpoints in ms.", round(PERIOD * 1000))
     getSensorNames = constant(
-        "Return the names of the cameras and other sensors whose place is known.",
-        [name for name in PARTS if name.startswith("Camera")],
+        "Return the names of the cameras.", [name for name in PARTS if name.startswith("Camera")]
     )
 
     def getRobotConfig(self) -> list[list[object]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from typing import Final
 
@@ -29,30 +30,34 @@ UNKNOWN: Final = "Unknown"
 class ALRobotPosture(Service):
     """Go into postures, and report the current one."""
 
+    _stopped = 0.0  # steady wall time in s of the last `stopMove`
+
     def goToPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
         """End a walk, and go to a posture at a fraction of full pace; returns whether it was reached."""
         postures = self._access.postures
         name = chosen(postureName, "posture", postures.names)
         pace = fraction(maxSpeedFraction, "the fraction")
         self._access.free(call)
-        if call.stopped.is_set():
+        if call.stopped.is_set() or call.begun < self._stopped:
             return False
         postures.go(name, pace, CLIENT)
         count = postures.progress().count
         while (now := postures.progress()).status is ActionStatus.Moving and now.count == count:
             if call.wait(LOOK):
-                self.stopMove()
+                self._end()
                 return False
         return now.status is ActionStatus.Done and now.count == count
 
     applyPosture = goToPosture
 
-    setMaxTryNumber = constant(
-        "Do nothing: it tries once, and returns False when that fails.", pMaxTryNumber=within(0, 1000)
-    )
+    setMaxTryNumber = constant("Do nothing: it tries once, or fails.", pMaxTryNumber=within(0, 1000))
 
     def stopMove(self) -> None:
-        """Stop on the way to a posture."""
+        """Stop on the way to a posture; calls that wait for the end of a walk no longer go there."""
+        self._stopped = time.monotonic()
+        self._end()
+
+    def _end(self) -> None:
         if self._robot.postures is not None:
             self._robot.postures.stop()
         else:
@@ -83,36 +88,39 @@ class ALBehaviorManager(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._player = access.player
+        self._stopped: dict[str, float] = {}  # steady wall time in s of the last stop, by behavior
 
     setDefaultBehaviors, getDefaultBehaviors = kept(
         "the behaviors that a robot runs when it starts", [], behaviors=texts
     )
 
     def runBehavior(self, call: Call, name: object) -> None:
-        """Run a behavior; returns at its end. Whatever else moves the body is ended first."""
+        """Run a behavior; returns at its end. Whatever else moves the body is stopped first."""
         motion = self._motion(name)
         self._access.free(call)
-        if call.stopped.is_set():
+        if call.stopped.is_set() or call.begun < self._stopped.get(motion.name, 0.0):
             return
         self.startBehavior(name)
         count = self._player.progress(MOTION).count
         while motion.name in self.getRunningBehaviors() and self._player.progress(MOTION).count == count:
-            if call.wait(LOOK):
-                self.stopBehavior(name)
+            if call.wait(LOOK) and motion.name in self.getRunningBehaviors():
+                self._player.stop(MOTION)
 
     def startBehavior(self, name: object) -> None:
-        """Begin a behavior; returns at once."""
+        """Start a behavior; returns at once."""
         motion = self._motion(name)
         route = MotionRoute(motion, load_motions().values())
         self._player.begin(MOTION, motion.name, route, client=CLIENT)
 
     def stopBehavior(self, name: object) -> None:
-        """End a behavior."""
-        if self._motion(name).name in self.getRunningBehaviors():
+        """Stop a behavior."""
+        self._stopped[self._motion(name).name] = time.monotonic()
+        if name in self.getRunningBehaviors():
             self._player.stop(MOTION)
 
     def stopAllBehaviors(self) -> None:
-        """End the behavior that runs."""
+        """Stop the running behavior, and those that are about to start."""
+        self._stopped = dict.fromkeys(load_motions(), time.monotonic())
         self._player.stop(MOTION)
 
     def getInstalledBehaviors(self) -> list[str]:
@@ -125,11 +133,11 @@ class ALBehaviorManager(Service):
         return [progress.name] if progress.status is ActionStatus.Moving else []
 
     def addDefaultBehavior(self, behavior: object) -> None:
-        """Remember one more."""
+        """Add a default behavior, which has no effect."""
         self.setDefaultBehaviors([*dict.fromkeys((*self.getDefaultBehaviors(), text(behavior, "behavior")))])
 
     def removeDefaultBehavior(self, behavior: object) -> None:
-        """Forget one of them."""
+        """Remove a default behavior."""
         name = text(behavior, "behavior")
         self.setDefaultBehaviors([each for each in self.getDefaultBehaviors() if each != name])
 

@@ -26,7 +26,7 @@ class Extractor(Service):
         self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
 
     def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:
-        """Measure from now on, for a subscriber."""
+        """Start measuring for a subscriber."""
         self._require()
         with self._lock:
             if len(self._subscribers) >= _MOST_SUBSCRIBERS:
@@ -34,7 +34,7 @@ class Extractor(Service):
             self._subscribers[text(name, "name")] = (period, precision)
 
     def unsubscribe(self, name: object) -> None:
-        """Measure no more for a subscriber, and not at all when none is left."""
+        """Stop measuring for a subscriber; it measures while one is left."""
         with self._lock:
             if self._subscribers.pop(text(name, "name"), None) is None:
                 raise InvalidCommand("name", f"{str(name)[:60]!r} has not subscribed")
@@ -74,14 +74,14 @@ class ALSonar(Extractor):
 
 
 class ALTouch(Service):
-    """Say which sensors somebody touches."""
+    """Report which sensors are touched."""
 
     def getSensorList(self) -> list[str]:
         """Return the names of the sensors, such as `Head/Touch/Front`."""
         return [name for name, *_ in self.getStatus()]
 
     def getStatus(self) -> list[list[Any]]:
-        """Return name, whether it is touched, and nothing else of each sensor."""
+        """Return the name of each sensor, whether it is touched, and an empty list."""
         senses = needed(self._robot.senses, "feels no touch")
         touched = senses.read().touched
         return [[touch_part(name), name in touched, []] for name in senses.touch_names]

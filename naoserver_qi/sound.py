@@ -100,13 +100,13 @@ class ALAudioPlayer(Service):
         return loaded
 
     def unloadFile(self, id_: object) -> None:
-        """Forget a sound, which falls silent."""
+        """Unload a sound, which stops."""
         self.stop(id_)
         with self._lock:
             self._sounds.pop(number(id_, "number of the sound"), None)
 
     def unloadAllFiles(self) -> None:
-        """Forget all sounds, which fall silent."""
+        """Unload all sounds, which stop."""
         for loaded in self.getLoadedFilesIds():
             self.unloadFile(loaded)
 
@@ -120,7 +120,7 @@ class ALAudioPlayer(Service):
         self._play(call, self._sound(id_), volume, pan)
 
     def playInLoop(self, call: Call, id_: object, volume: object = 1.0, pan: object = 0.0) -> None:
-        """Play a loaded sound again and again; returns when something stops it."""
+        """Play a loaded sound in a loop; returns when something stops it."""
         self._play(call, self._sound(id_), volume, pan, loop=True)
 
     def playFile(self, call: Call, fileName: object, volume: object = 1.0, pan: object = 0.0) -> None:
@@ -128,7 +128,7 @@ class ALAudioPlayer(Service):
         self._play_file(call, fileName, volume, pan)
 
     def playFileInLoop(self, call: Call, fileName: object, volume: object = 1.0, pan: object = 0.0) -> None:
-        """Play a file again and again; returns when something stops it."""
+        """Play a file in a loop; returns when something stops it."""
         self._play_file(call, fileName, volume, pan, loop=True)
 
     def playFileFromPosition(
@@ -137,15 +137,8 @@ class ALAudioPlayer(Service):
         """Play a file from a position in s; returns at its end."""
         self._play_file(call, fileName, volume, pan, position)
 
-    def playSine(self, call: Call, frequency: object, gain: object, pan: object, duration: object) -> None:
-        """Play a tone for some seconds; returns at its end."""
-        number_within(frequency, "frequency", 1.0, 24000.0)
-        number_within(gain, "gain", 0.0, 100.0)
-        number(pan, "pan")
-        call.wait(number_within(duration, "duration", 0.0, 3600.0))
-
     def pause(self, id_: object) -> None:
-        """Hold a sound that plays, or let it continue."""
+        """Pause a playing sound, or resume it."""
         sound = self._sound(id_)
         sound.paused = not sound.paused
 
@@ -239,7 +232,7 @@ class ALAudioRecorder(Service):
         samplerate: object = 16000,
         channels: object = (0, 0, 1, 0),
     ) -> None:
-        """Begin to record into a file; `channels` says of left, right, front and rear whether it is used."""
+        """Start recording into a file; `channels` says of left, right, front and rear whether it is used."""
         path = path_on(self._access.disk, fileName)
         chosen(type_, "type of file", ("wav",))
         rate = int(number(samplerate, "sample rate"))
@@ -258,7 +251,7 @@ class ALAudioRecorder(Service):
             self._write(0.0)
 
     def stopMicrophonesRecording(self) -> None:
-        """End the recording."""
+        """Stop the recording."""
         with self._lock:
             if self._recording is not None:
                 self._write(min(LONGEST_RECORDING, self._robot.clock.now() - self._recording[1]))
@@ -301,12 +294,12 @@ class ALAudioDevice(Service):
     getLeftMicEnergy = getRightMicEnergy = getRearMicEnergy = getFrontMicEnergy
 
     def startMicrophonesRecording(self, fileName: object) -> None:
-        """Begin to record all four microphones into a file."""
+        """Start recording all four microphones into a file."""
         recorder = self._access.service(ALAudioRecorder)
         recorder.startMicrophonesRecording(fileName, "wav", 48000, [1, 1, 1, 1])
 
     def stopMicrophonesRecording(self) -> None:
-        """End the recording."""
+        """Stop the recording."""
         self._access.service(ALAudioRecorder).stopMicrophonesRecording()
 
     def subscribe(self, module: object) -> None:

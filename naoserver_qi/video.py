@@ -109,7 +109,7 @@ def _setting(field: str) -> tuple[Callable[..., int], Callable[..., bool]]:
 
 
 class ALVideoDevice(Service):
-    """Give pictures to subscribers. None is taken while nobody asks for one."""
+    """Provide pictures to subscribers. None is taken unless one is requested."""
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
@@ -200,13 +200,8 @@ class ALVideoDevice(Service):
         shown = [each for each in self.getSubscribers() if self._get(each).camera == before]
         return all(self._change_camera(each, camera) for each in shown)
 
-    def setParameterToDefault(self, cameraIndex: object, parameter: object) -> bool:
-        """Forget a parameter of a camera."""
-        self.setParameter(cameraIndex, parameter, 0)
-        return True
-
     def setAllParametersToDefault(self, cameraIndex: object) -> bool:
-        """Forget the parameters of a camera."""
+        """Reset the parameters of a camera."""
         self._camera(cameraIndex)
         for key in [key for key in self.kept.copy() if key[1] == cameraIndex]:
             self.kept.pop(key, None)
@@ -248,7 +243,7 @@ class ALVideoDevice(Service):
         return self._camera(cameraIndex).horizontal_fov
 
     def getVerticalFOV(self, cameraIndex: object) -> float:
-        """Return the vertical field of view in rad of pictures four to three."""
+        """Return the vertical field of view in rad of 4:3 pictures."""
         return 2.0 * math.atan(math.tan(self.getHorizontalFOV(cameraIndex) / 2) * 3 / 4)
 
     def _camera(self, index: object) -> CameraFacts:

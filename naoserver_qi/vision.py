@@ -126,7 +126,7 @@ class Detector(Extractor):
         self._failing = False
 
     def setActiveCamera(self, camera: object) -> bool:
-        """Look with the top camera, 0, or the bottom one, 1."""
+        """Use the top camera, 0, or the bottom one, 1."""
         last = min(len(_CAMERAS), len(self._robot.cameras)) - 1
         self._camera = int(number_within(camera, "camera", 0, last))
         return True
@@ -191,7 +191,7 @@ def _in_angles(region: Region, facts: CameraFacts) -> Region:
 
 
 class ALRedBallDetection(Detector):
-    """See a red ball."""
+    """Detect a red ball."""
 
     KEY = "redBallDetected"
 
@@ -201,7 +201,7 @@ class ALRedBallDetection(Detector):
 
 
 class ALLandMarkDetection(Detector):
-    """See landmarks, and read their numbers."""
+    """Detect landmarks and their numbers."""
 
     KEY = "LandmarkDetected"
 
@@ -214,7 +214,7 @@ class ALLandMarkDetection(Detector):
 
 
 class ALFaceDetection(Detector):
-    """See faces; whose they are it does not know."""
+    """Detect faces, without recognizing people."""
 
     KEY = "FaceDetected"
 
@@ -230,7 +230,7 @@ class ALFaceDetection(Detector):
 
 
 class ALColorBlobDetection(Detector):
-    """See the largest region of a color."""
+    """Detect the largest region of a color."""
 
     KEY = "ALTracker/ColorBlobDetected"
 
@@ -289,14 +289,14 @@ class ALTracker(Service):
     getAvailableModes = constant("Return the modes.", list(_MODES))
 
     def registerTarget(self, target: object, params: object) -> None:
-        """Say how wide a target is in m, or a list whose first entry is that; a landmark's numbers follow."""
+        """Register a target by its width in m, or by a list of the width and a landmark's numbers."""
         name = chosen(target, "target", _TARGETS)
         first = listed(params, "params")[0] if isinstance(params, (list, tuple)) and params else params
         size = number(first, "size") if isinstance(first, (int, float)) else _TARGETS[name][1]
         self._sizes[name] = number_within(size, "size", 0.005, 5.0)
 
     def track(self, target: object) -> None:
-        """Follow a target from now on."""
+        """Start following a target."""
         name = chosen(target, "target", _TARGETS)
         self.stopTracker()
         self._detector(name).subscribe(_NAME)
@@ -305,7 +305,7 @@ class ALTracker(Service):
             self._target, self._missed, self._at = name, _LOST, None
 
     def stopTracker(self) -> None:
-        """Follow nothing any more; a walk to the target ends."""
+        """Stop following; a walk to the target ends."""
         with self._lock:
             target, self._target, self._at = self._target, "", None
         if target:
@@ -314,14 +314,14 @@ class ALTracker(Service):
                 self._walking.stop()
 
     def unregisterTarget(self, target: object) -> None:
-        """Forget a target, which is not followed any more."""
+        """Remove a target, which is no longer followed."""
         name = chosen(target, "target", _TARGETS)
         if name == self._target:
             self.stopTracker()
         self._sizes.pop(name, None)
 
     def unregisterAllTargets(self) -> None:
-        """Forget all targets."""
+        """Remove all targets."""
         self.stopTracker()
         self._sizes.clear()
 
@@ -334,7 +334,7 @@ class ALTracker(Service):
         return self._mode
 
     def setRelativePosition(self, target: object) -> None:
-        """Stop at a distance, the negative first number of a list, in m before the target."""
+        """Stop at a distance, the negative first number of a list, in m in front of the target."""
         first, *_ = listed(target, "position") or [0.0]
         self._distance = abs(number_within(first, "distance", -3.0, 3.0))
 
@@ -343,7 +343,7 @@ class ALTracker(Service):
         return bool(self._target)
 
     def getActiveTarget(self) -> str:
-        """Return what it follows; nothing at all as an empty text."""
+        """Return what it follows, or an empty text."""
         return self._target
 
     def getRegisteredTargets(self) -> list[str]:

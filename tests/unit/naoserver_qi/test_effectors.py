@@ -87,6 +87,7 @@ def test_a_hand_is_sent_to_a_place_at_once(rig, effectors):
     assert place(rig, "LArm")[:3] == pytest.approx(shifted(goal, 0, 0, -0.02)[:3], abs=0.002)
 
 
+@pytest.mark.slow
 def test_out_of_reach_it_comes_as_near_as_it_can(rig, effectors):
     goal = [1.0, 0.3, 0.1, 0, 0, 0]
     rig.complete(effectors.positionInterpolation, "LArm", TORSO, [goal], POSITION, [2.0], True)

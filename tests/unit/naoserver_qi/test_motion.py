@@ -9,6 +9,7 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver_qi.calls import Call
 from naoserver_qi.effectors import EffectorMotion
 from naoserver_qi.postures import ALBehaviorManager
 from tests.support.qi_service import LongCall
@@ -267,6 +268,14 @@ def test_a_walk_that_somebody_ended_is_not_restarted(rig):
     assert rig.access.walk.commanded() == WalkVelocity()
 
 
+def test_a_walk_that_was_stopped_before_it_began_does_not_begin(rig):
+    waiting = Call(rig.clock)
+    rig.motion.stopMove()
+    assert not rig.motion.moveTo(waiting, 0.2, 0.0, 0.0)
+    assert not rig.motion.moveIsActive()
+    assert rig.complete(rig.motion.moveTo, 0.02, 0.0, 0.0) > 0.0
+
+
 def test_move_to_arrives(rig):
     rig.complete(rig.motion.moveTo, 0.3, -0.1, 0.5)
     rig.advance(0.5)
@@ -286,6 +295,29 @@ def test_a_posture_ends_the_walk_first(rig):
     rig.advance(1.0)
     assert rig.complete(rig.postures.goToPosture, "StandZero", 0.8) < 10.0
     assert rig.postures.getPosture() == "StandZero"
+
+
+def test_a_posture_that_is_stopped_while_it_waits_for_the_end_of_the_walk_is_not_gone_to(rig):
+    rig.motion.move(0.1, 0.0, 0.0)
+    rig.advance(1.0)
+    call = rig.begin(rig.postures.goToPosture, "StandZero", 0.8)
+    rig.postures.stopMove()
+    rig.advance(10.0)
+    call.join()
+    assert not call.result
+    assert rig.postures.getPosture() != "StandZero"
+
+
+def test_a_cancelled_posture_leaves_the_next_one_that_waits(rig):
+    first = rig.begin(rig.postures.goToPosture, "Crouch", 0.8)
+    waiting = Call(rig.clock)
+    first.call.stopped.set()
+    rig.advance(0.5)
+    first.join()
+    second = LongCall(rig.clock, lambda _call: rig.postures.goToPosture(waiting, "StandZero", 0.8))
+    while not second.ended:
+        rig.advance(0.02)
+    assert second.result
 
 
 # -- behaviors -------------------------------------------------------------------------------------------
@@ -319,6 +351,24 @@ def test_a_behavior_can_be_stopped(rig):
     behaviors.stopBehavior("wave")
     assert not behaviors.isBehaviorRunning("wave")
     rig.motion.setAngles("RShoulderPitch", 0.0, 0.1)
+
+
+@pytest.mark.parametrize(("stopped", "runs"), [("every", False), ("wave", False), ("dance", True)])
+def test_a_behavior_that_is_stopped_while_it_waits_for_the_end_of_the_walk_does_not_start(rig, stopped, runs):
+    behaviors = rig.access.service(ALBehaviorManager)
+    rig.motion.move(0.1, 0.0, 0.0)
+    rig.advance(1.0)
+    call = rig.begin(behaviors.runBehavior, "wave")
+    assert behaviors.getRunningBehaviors() == []
+    if stopped == "every":
+        behaviors.stopAllBehaviors()
+    else:
+        behaviors.stopBehavior(stopped)
+    rig.advance(2.0)
+    assert behaviors.isBehaviorRunning("wave") == runs
+    behaviors.stopAllBehaviors()
+    rig.advance(2.0)
+    call.join()
 
 
 def test_a_behavior_that_is_not_there(rig):
