@@ -17,6 +17,7 @@ def b(behavior: MakeBehavior) -> Behavior:
     return behavior(DOCUMENT, robot="fake")
 
 
+@pytest.mark.slow
 def test_ball_and_dance_take_turns_of_ten_seconds_and_the_balls_of_eight(b: Behavior) -> None:
     b.robot.ball("red").place(pan=-0.5)
     b.robot.ball("green").place(pan=0.5)
@@ -49,6 +50,7 @@ def test_ball_and_dance_take_turns_of_ten_seconds_and_the_balls_of_eight(b: Beha
     )
 
 
+@pytest.mark.slow
 def test_the_dance_begins_with_a_head_that_stands_still(b: Behavior) -> None:
     b.robot.ball("green").move(pan=1.5, speed=0.4)
     b.advance(10.2)
@@ -60,6 +62,7 @@ def test_the_dance_begins_with_a_head_that_stands_still(b: Behavior) -> None:
     assert not [call for call in b.calls("Head") if call.time > 10.0]
 
 
+@pytest.mark.slow
 def test_each_arm_goes_through_ten_positions_in_its_turn(b: Behavior) -> None:
     b.run_until("dance/left")
     reached = [call for call in b.calls("RightShoulderMotors") if call.automaton == "dance"]
@@ -82,6 +85,7 @@ def test_a_ball_that_is_lost_is_searched_and_found(b: Behavior, color: str) -> N
     b.run_until(follow, limit=1.0)
 
 
+@pytest.mark.slow
 def test_the_search_for_a_ball_rests_while_the_robot_dances(b: Behavior) -> None:
     b.robot.ball("green").hide()
     b.run_until("followBall/green/search", limit=9.0)
@@ -91,6 +95,7 @@ def test_the_search_for_a_ball_rests_while_the_robot_dances(b: Behavior) -> None
     assert b.active == "followBall/green/search"
 
 
+@pytest.mark.slow
 def test_whatever_the_guards_do_only_one_of_them_drives_the_robot() -> None:
     def ghosts_are_still(b: Behavior) -> bool:
         return b.is_ghost("followBall") == b.is_active("dance") and b.is_ghost("dance") != b.is_active(

@@ -131,6 +131,7 @@ def test_a_head_that_nobody_commands_any_longer_stops(b: Behavior) -> None:
     assert any("was not renewed" in line for line in b.robot.health)
 
 
+@pytest.mark.slow
 def test_the_head_never_leaves_its_range_whatever_the_ball_does() -> None:
     def head_in_range(b: Behavior) -> bool:
         pan, tilt = b.robot.head

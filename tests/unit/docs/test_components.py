@@ -17,6 +17,7 @@ from tests.support.pages import DOCS, blocks_of
 PAGE = (DOCS / "reference/components.md").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_the_example_is_generated_and_its_test_passes(tmp_path: Path) -> None:
     for block in blocks_of(PAGE):
         if block.name:

@@ -126,6 +126,7 @@ def command() -> None:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
 def test_a_full_disk_and_a_closed_output_are_no_crash() -> None:
     code = shlex.join(script(WRITES))

@@ -28,6 +28,7 @@ def test_qi_is_not_offered_where_it_is_not_built(
     assert words in missing_package(ModuleNotFoundError(name="qi"), "naoqi")
 
 
+@pytest.mark.slow
 def test_a_package_that_hides_ours_is_named(tmp_path: Path) -> None:
     hiding = tmp_path / "interfaces" / "__init__.py"
     hiding.parent.mkdir()

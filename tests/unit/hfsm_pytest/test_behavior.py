@@ -105,6 +105,7 @@ class TestTime:
         assert reported.startswith("resting did not happen: 1 s at 1.000 s, in walking/right")
         assert "0.900 s    walking: left -> right  by swap after 0.3 s" in reported
 
+    @pytest.mark.slow
     def test_the_same_happens_every_time(self, behavior: MakeBehavior) -> None:
         def run() -> tuple[object, ...]:
             b = behavior("behaviors/dance_and_follow.xml", robot="fake")
@@ -176,6 +177,7 @@ class TestModuleTime:
         for name in ("napper", "napper_ext"):
             del sys.modules[name]
 
+    @pytest.mark.slow
     def test_dates_go_on_with_the_time(self, behavior: MakeBehavior, tmp_path: Path) -> None:
         variables = "import time\nstart = time.time()\nlasted = 0.0"
         code = "lasted = time.time() - start"

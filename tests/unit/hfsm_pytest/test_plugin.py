@@ -238,6 +238,7 @@ def test_what_is_wrong_with_a_test_is_reported_without_our_own_code(
     result.stdout.no_fnmatch_line("*hfsm_pytest/plugin.py*")
 
 
+@pytest.mark.slow
 def test_nothing_is_loaded_for_tests_without_behaviors(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """

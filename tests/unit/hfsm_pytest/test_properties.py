@@ -82,6 +82,7 @@ class TestStrategies:
         )
         assert repr(smallest(balls("red"), lambda step: "hide" in repr(step))) == "b.robot.ball('red').hide()"
 
+    @pytest.mark.slow
     @given(data=st.data())
     @settings(max_examples=20, deadline=None)
     def test_any_sequence_of_stimuli_can_be_taken(self, data: st.DataObject) -> None:
@@ -126,6 +127,7 @@ class TestCheckProperties:
     def test_what_holds_passes(self, door: Path) -> None:
         check_properties(door, lambda b: b.is_active("open") != b.is_active("closed"), examples=30)
 
+    @pytest.mark.slow
     def test_the_steps_to_a_counterexample_are_few(self, door: Path) -> None:
         def never_rings(b: Behavior) -> bool:
             return not b.is_active("open/ringing")
@@ -138,6 +140,7 @@ class TestCheckProperties:
         assert sorted(step.strip() for step in steps)[-1] == "b.guard('push', True)"
         assert len(steps) <= 4
 
+    @pytest.mark.slow
     def test_an_assertion_reports_more(self, door: Path) -> None:
         def shut(b: Behavior) -> None:
             assert b.active == "closed", "somebody opened it"
@@ -158,6 +161,7 @@ class TestCheckProperties:
         )
         check_properties(write(tmp_path / "door.xml", *holding), examples=30)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("broken", "text"),
         [

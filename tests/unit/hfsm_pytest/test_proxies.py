@@ -78,6 +78,7 @@ def outcome(call: Callable[[Nothing], object], component: Nothing) -> tuple[str,
     return "result", result
 
 
+@pytest.mark.slow
 def test_calls_come_to_the_same_as_over_the_wire(behavior: MakeBehavior) -> None:
     b = behavior(Nothing, robot="fake")
     assert isinstance(b.component, Nothing)

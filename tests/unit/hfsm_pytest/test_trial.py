@@ -62,6 +62,7 @@ def test_the_fake_robot_moves_as_its_servants_are_called() -> None:
         eventually(lambda: math.isclose(tested.Head.getPose().pan, 0.5, abs_tol=1e-3))
 
 
+@pytest.mark.slow
 def test_a_command_expires_by_the_time_of_the_trial() -> None:
     tested = Nothing()
     with trial() as world:
@@ -73,6 +74,7 @@ def test_a_command_expires_by_the_time_of_the_trial() -> None:
         eventually(lambda: tested.Head.getPose().pan > 0.25)  # by wall time it would stop before
 
 
+@pytest.mark.slow
 def test_a_trial_needs_no_pytest() -> None:
     code = "import sys, hfsm_pytest.trial; sys.exit(bool({'pytest', 'hypothesis'} & set(sys.modules)))"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=START_LIMIT)
@@ -123,6 +125,7 @@ def test_of_ros_everything_is_a_stand_in() -> None:
             component.scan.next(0.05)
 
 
+@pytest.mark.slow
 def test_time_passes_as_fast_as_it_is_set() -> None:
     with tried(two_states(1000.0)) as runtime:
         assert runtime.speed == 1.0

@@ -216,6 +216,7 @@ def test_a_message_that_cannot_be_made_costs_only_itself(tmp_path: Path) -> None
     assert [topic for topic, _, _ in messages(path)] == ["/gaps", "/readings"]
 
 
+@pytest.mark.slow
 def test_a_chunk_ends_at_least_each_second(tmp_path: Path) -> None:
     """What was recorded can be read while the file is still being written, as after a kill."""
     path = tmp_path / "run.mcap"

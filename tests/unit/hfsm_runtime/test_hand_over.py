@@ -105,6 +105,7 @@ def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_h
     assert runtime.errors == ()
 
 
+@pytest.mark.slow
 def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error_after_a_second(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

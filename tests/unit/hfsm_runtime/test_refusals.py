@@ -168,6 +168,7 @@ def test_hardware_that_fails_for_a_moment_skips_cycles_and_the_tenth_in_a_row_is
 # On threads.
 
 
+@pytest.mark.slow
 def test_on_threads_it_is_paused_until_commands_are_taken_and_asked_at_most_once_a_second() -> None:
     gate = Gate()
     asked: list[str] = []

@@ -47,6 +47,7 @@ def test_automata_that_wake_later_in_their_slots_keep_the_times_of_the_slots() -
     assert all(time is not None and time > 0 and time % 20_000_000 == 0 for time in entered)
 
 
+@pytest.mark.slow
 def test_paused_nothing_runs_and_timers_stand_still() -> None:
     ran: list[float] = []
     root = automaton(

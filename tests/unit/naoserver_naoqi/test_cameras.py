@@ -76,6 +76,7 @@ def test_a_camera_that_is_slow_gives_the_same_picture_again(naoqi):
         assert robot.capture("Camera", *SIZE).time == robot.capture("Camera", *SIZE).time
 
 
+@pytest.mark.slow
 def test_no_picture_is_a_failure_that_names_the_camera(naoqi):
     naoqi.answers[GET] = None
     with naoqi.robot() as robot, pytest.raises(HardwareFailure, match="CameraBottom returned no image"):

@@ -45,6 +45,7 @@ def test_a_lost_robot_is_reported_and_found_again(naoqi, caplog):
     assert len(naoqi.links) == 2
 
 
+@pytest.mark.slow
 def test_a_silent_robot_is_lost(naoqi, caplog):
     with naoqi.robot():
         naoqi.held.add(STATE)

@@ -44,6 +44,7 @@ def test_hashes_are_those_of_rosidl(types: Types) -> None:
     assert {part: types.hash(part) for part in expected} == expected
 
 
+@pytest.mark.slow
 def test_bytes_are_those_of_other_implementations(types: Types) -> None:
     for recorded in MESSAGES:
         name, data = recorded["type"], bytes.fromhex(recorded["cdr"])

@@ -135,6 +135,7 @@ def test_the_start_is_where_the_odometry_began():
     assert localizer.pose == pytest.approx((x, y, math.pi / 2 + 0.3))
 
 
+@pytest.mark.slow
 def test_a_slipping_walk_is_corrected_on_the_way():
     localizer, x = Localizer(FIELD, (-2.0, 0.5, 0.0)), -2.0
     while x < 0.0:

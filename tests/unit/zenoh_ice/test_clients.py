@@ -38,6 +38,7 @@ def run(jobs: Jobs) -> None:
         jobs.popleft()()
 
 
+@pytest.mark.slow
 def test_clients_are_reported_one_after_the_other_and_bounded(
     transport: InProcessTransport, watch: Watch, jobs: Jobs
 ) -> None:

@@ -116,6 +116,7 @@ def _generate(row: dict[str, str], folder: Path, packages: Path, diagnostics: Di
     return files[0].path
 
 
+@pytest.mark.slow
 def test_all_but_cpp_and_words_generate_and_run_for_ten_seconds_with_stubs(
     tmp_path: Path, packages: Path
 ) -> None:

@@ -95,6 +95,7 @@ def generate(sources: dict[str, str], home: Path) -> bool:
     return not diagnostics.has_errors
 
 
+@pytest.mark.slow
 def test_the_output_is_the_same_whatever_the_order_and_the_hashes(tmp_path: Path) -> None:
     everything = []
     for seed in ("1", "2"):

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import msgspec
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -32,6 +33,7 @@ def check_any_values(structs: list[type[msgspec.Struct]]) -> None:
     round_trip()
 
 
+@pytest.mark.slow
 def test_every_struct_crosses_the_wire_as_a_map_of_its_members() -> None:
     structs = structs_of(interfaces)
     for first in range(0, len(structs), TOGETHER):

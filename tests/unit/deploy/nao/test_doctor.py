@@ -81,6 +81,7 @@ def test_packages_that_come_from_elsewhere_are_found(tmp_path: Path, monkeypatch
     assert text.startswith(f"imported from {tmp_path} instead of ours: ballmover")
 
 
+@pytest.mark.slow
 def test_a_process_that_cannot_render_is_reported_with_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -111,6 +112,7 @@ with socket.create_server(("127.0.0.1", 0)) as server:
 """
 
 
+@pytest.mark.slow
 def test_a_port_that_speaks_something_else_is_reported() -> None:
     with subprocess.Popen([sys.executable, "-c", NO_ZENOH], stdout=subprocess.PIPE, text=True) as process:
         try:

@@ -149,6 +149,7 @@ def test_nothing_is_pasted_into_an_imported_automaton() -> None:
         PasteStates(automaton=5, content=copy_states(document, 1, [1])).apply(document)
 
 
+@pytest.mark.slow
 def test_a_deep_tree_is_copied_and_deleted() -> None:
     document = large_document(2000, 1000)
     pasted = PasteStates(automaton=1, content=copy_states(document, 1, [1])).apply(document)

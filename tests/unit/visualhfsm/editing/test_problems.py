@@ -136,6 +136,7 @@ def checks():
     process.close()
 
 
+@pytest.mark.slow
 def test_a_process_beside_finds_the_same_and_is_started_again_if_it_dies(
     checks: CheckProcess, tmp_path: Path
 ) -> None:

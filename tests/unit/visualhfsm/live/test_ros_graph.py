@@ -14,6 +14,7 @@ from visualhfsm.live.ros_graph import read_ros_graph
 from zenoh_ice import Settings
 
 
+@pytest.mark.slow
 def test_names_and_types_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
     endpoint = free_endpoint()

@@ -47,6 +47,7 @@ def test_a_python_that_makes_no_memory_files_shares_nothing(monkeypatch: pytest.
     assert memory_space() == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("maker", "readers"),
     [

@@ -6,6 +6,8 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm.codes import Code
 from codegen.hfsm.loading import check_document
@@ -31,6 +33,7 @@ def test_there_are_enough_documents_to_trust_the_checks() -> None:
     assert len(CLEAN) >= 60
 
 
+@pytest.mark.slow
 def test_a_planted_fault_is_found_at_its_line_and_nothing_else() -> None:
     wrong = {}
     for path in FAULTY:
@@ -42,6 +45,7 @@ def test_a_planted_fault_is_found_at_its_line_and_nothing_else() -> None:
     assert wrong == {}
 
 
+@pytest.mark.slow
 def test_a_clean_document_brings_nothing() -> None:
     found = {path.stem: found_in(path) for path in (*CLEAN, *BEHAVIORS)}
     assert {stem: each.render() for stem, each in found.items() if len(each)} == {}

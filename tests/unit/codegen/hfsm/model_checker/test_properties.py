@@ -167,6 +167,7 @@ def chain(depth: int) -> Document:
     return document(*automata)
 
 
+@pytest.mark.slow
 def test_a_way_through_many_automata_is_found() -> None:
     doc = chain(6)
     (result,) = verdicts(doc, stated("never", "#6/s9"))

@@ -747,6 +747,7 @@ def test_what_is_no_xml_is_reported(content: bytes) -> None:
 _FILES = sorted([*(ROOT / "behaviors").glob("*.xml"), *(ROOT / "tests" / "data").rglob("*.xml")])
 
 
+@pytest.mark.slow
 def test_documents_of_the_project_come_back_as_they_were() -> None:
     for path in _FILES:
         document = read_document(path, Diagnostics())
