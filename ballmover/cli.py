@@ -28,7 +28,7 @@ _EPILOG = """
 
   x,   y,   z,    speed, dwell             x forward, y left, z up, in metres
   0.9, 0.0, 0.55                           speed in m/s and time to stay in s,
-  0.9, 0.3, 0.60, 0.1,   1.5               each if you like
+  0.9, 0.3, 0.60, 0.1,   1.5               both optional
 
   The same in TOML: an array of tables named waypoints, with these keys.
 """

@@ -29,7 +29,7 @@ _FOLDER: Final = "/stack"  # in a container, the directory in which the command 
 
 
 def write(stack: Stack, changes: dict[str, str], units: Path | None, compose: Path | None) -> None:
-    """Write the processes of a stack as units of systemd into a folder, as a compose file, or both.
+    """Write the processes of a stack as systemd units into a folder, as a compose file, or both.
 
     Raises StackError for a variable that the stack does not have, and when a file cannot be written.
     """

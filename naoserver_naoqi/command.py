@@ -21,7 +21,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 _EPILOG: Final = """Examples:
 
-naoserver-naoqi --robot tcp://nao.local                    as the robot stands; it stays so at the end
+naoserver-naoqi --robot tcp://nao.local                    leave the robot as it is, at start and end
 
 naoserver-naoqi --robot tcp://192.168.1.20:9559 --start stand --end rest
 
@@ -58,7 +58,7 @@ def naoserver_naoqi(
     ] = H25.name,
     joint_speed: JointSpeed = None,
 ) -> None:
-    """Serve a Nao over NAOqi: the same servants as of the simulated robot.
+    """Serve a real Nao over NAOqi, with the same servants as the simulated robot.
 
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """

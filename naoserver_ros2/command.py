@@ -49,7 +49,9 @@ def gateway(
     settings: Settings,
     ros: Annotated[
         list[str] | None,
-        typer.Option(metavar="ENDPOINT", help="Router or node of ROS; default: that of --connect."),
+        typer.Option(
+            metavar="ENDPOINT", help="ROS router or node to connect to; default: that of --connect."
+        ),
     ] = None,
     name: Annotated[str, typer.Option(help="Name of the node.")] = "nao",
     namespace: Annotated[str, typer.Option(help="Namespace of the node and its topics.")] = "/",
@@ -57,10 +59,10 @@ def gateway(
         int | None, typer.Option(metavar="NUMBER", help="ROS domain; default: ROS_DOMAIN_ID, or 0.")
     ] = None,
     remap: Annotated[
-        list[str] | None, typer.Option(metavar="OLD:=NEW", help="Another name of a topic; may be repeated.")
+        list[str] | None, typer.Option(metavar="OLD:=NEW", help="Rename a topic; may be repeated.")
     ] = None,
 ) -> None:
-    """Show a robot server, simulated or real, to ROS 2 over Zenoh (rmw_zenoh), and obey its commands.
+    """Connect a robot server, simulated or real, to ROS 2 over Zenoh (rmw_zenoh).
 
     Prints a line that begins with 'ready' once it is in the graph. Ctrl-C ends it, and what it drove stops.
     """

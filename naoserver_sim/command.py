@@ -121,13 +121,13 @@ naoserver-sim --camera Camera=640x480@15                   larger images
 
 naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
 
-naoserver-sim --world soccer --noise                       on a field, with senses as they are on a real one
+naoserver-sim --world soccer --noise                       on a field, with noise like a real robot's
 
 naoserver-sim --body H21                                   hands that do not move
 
 naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
 
-naoserver-sim --realm two --listen tcp/127.0.0.1:7448      another robot beside one that runs"""
+naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside a running one"""
 # After this time, a computing thread hands over Python's global lock; with the default of 5 ms, serving
 # would delay control ticks, which are 0.5 ms apart at 20 times real time.
 _SWITCH_INTERVAL: Final = 0.0005
@@ -194,7 +194,7 @@ def naoserver_sim(
         typer.Option(metavar="DIR", help=DISK_HELP, exists=True, file_okay=False),
     ] = None,
 ) -> None:
-    """Simulate a Nao in MuJoCo and serve all that it has, and what surrounds it.
+    """Simulate a Nao and its surroundings in MuJoCo, and serve them.
 
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """

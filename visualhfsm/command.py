@@ -54,7 +54,7 @@ visualhfsm watch follow_ball --plain > log.txt"""
 
 @app.callback(invoke_without_command=True)
 def visualhfsm(context: typer.Context) -> None:
-    """Draw, check and convert automata, and watch, steer and replay the components that are made of them.
+    """Draw, check and convert automata; watch, steer and replay the components generated from them.
 
     Without a command it is `visualhfsm edit --demo`.
     """

@@ -210,11 +210,11 @@ def stop(
     ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Let the robot accept commands again.")] = False,
 ) -> None:
-    """Stop the robot; it refuses every command then.
+    """Stop the robot; it then refuses every command.
 
-    It holds its joints, ends its walk and its motions, and takes no command from anybody until --reset. With
-    --ready nothing happens before a key: the connection is made in advance, so that the stop has nothing to
-    wait for. Components run on: `visualhfsm stop` ends one.
+    The robot holds its joints, ends its walk and motions, and refuses commands from everyone until --reset.
+    With --ready the command connects first and waits for a key, so that nothing delays the stop. Components
+    keep running; `visualhfsm stop` ends one.
     """
     from deploy.nao import stop as commands
 
@@ -256,7 +256,7 @@ nao stack lab --machine robot --systemd units"""
 @app.command(epilog=_STACK_EXAMPLES)
 def stack(
     name: Annotated[
-        str, typer.Argument(metavar="NAME|FILE", help="demo, lab, nao, sim, or a stack file (TOML).")
+        str, typer.Argument(metavar="NAME|FILE", help="demo, lab, nao, ros, sim, or a stack file (TOML).")
     ],
     *,
     machine: Annotated[
@@ -271,7 +271,7 @@ def stack(
         typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),
     ] = None,
     systemd: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Start nothing: write units of systemd into a folder.")
+        Path | None, typer.Option(metavar="DIR", help="Start nothing: write systemd units into a folder.")
     ] = None,
     compose: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Start nothing: write a compose file for containers.")
@@ -279,8 +279,8 @@ def stack(
 ) -> None:
     """Start the processes of a stack file and stop them all together.
 
-    Each writes its own log file; the foreground process, if the stack has one, gets the terminal. Ctrl-C ends
-    everything in reverse order; a second Ctrl-C at once.
+    Each writes its own log file; the foreground process, if the stack has one, gets the terminal. Ctrl-C
+    stops everything in reverse order; a second Ctrl-C, at once.
     """
     from deploy.launcher import start
     from deploy.stack import load_stack, stack_path

@@ -34,7 +34,7 @@ class SpeechPrx(ice.ObjectPrx, id="::nao::Speech", fingerprint="37643a6528c53a87
 
     @ice.operation(idempotent=True, stop=True)
     def stop(self) -> None:
-        """Fall silent, and forget what was not said yet."""
+        """Stop speaking, and drop what has not been said yet."""
 
     @ice.stream(idempotent=True)
     def getSpeech(self) -> SpeechState:

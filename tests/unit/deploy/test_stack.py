@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given
 
 from deploy.launcher import free_endpoint
+from deploy.nao.command import app
 from deploy.stack import ProcessSpec, Restarts, StackError, load_stack, stack_path
 from tests.support.any_text import any_text
+from tests.support.commands import run_here
 from tests.support.processes import REPOSITORY
 
 GOOD = """
@@ -222,3 +224,8 @@ def test_a_stack_is_given_by_name_or_by_file():
     ]
     with pytest.raises(StackError, match=r"no stack soccer; there is demo, lab, nao, ros, sim, or a file"):
         stack_path("soccer")
+
+
+def test_the_help_names_every_stack():
+    names = sorted(path.stem for path in (REPOSITORY / "deploy").glob("*.toml"))
+    assert f"{', '.join(names)}, or a stack file" in run_here(app, "nao", "stack", "--help").stdout
