@@ -32,7 +32,6 @@ from zenoh_ice import (
     ConnectionLostException,
     EndpointInUseException,
     ObjectNotExistException,
-    Sample,
     SystemException,
     TimeoutException,
     initialize,
@@ -136,26 +135,25 @@ class TestServerKilled:
         client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         seen: list[int] = []
         outcome: list[BaseException] = []
+        silent = CalculatorPrx.uncheckedCast(client.stringToProxy("SilentCalculator"))
 
         def follow() -> None:
             try:
-                while True:
-                    followed.append(calculator.getReading.wait(after=followed[-1], timeout=EVENT_LIMIT))
+                silent.getReading.wait(timeout=LONGEST_CALL)
             except SystemException as error:
                 outcome.append(error)
 
         with ComponentProcess(module(SERVER, "--listen", endpoint), STEADY) as first:
-            first.wait_for("^ready")
+            server_id = first.wait_for("^ready (.*)")[1].strip()
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             assert [calculator.count() for _ in range(3)] == [1, 2, 3]
             subscription = calculator.getReading.subscribe(lambda sample: seen.append(sample.value.count))
             until(lambda: seen and seen[-1] >= 5)
-            followed: list[Sample[Reading]] = [calculator.getReading.wait(timeout=EVENT_LIMIT)]
             call = calculator.sleep.begin(FOREVER)
             follower = threading.Thread(target=follow)
             follower.start()
-            first.freeze()  # a wait that begins after the loss would last until the server is back
-            until(lambda: followed[-1] is calculator.getReading.latest())
+            # A wait that begins after the loss would last until the server is back.
+            until(lambda: client.processStatus(server_id).servants["SilentCalculator@nao"].listened)
             started = time.monotonic()
             first.process.kill()
             with pytest.raises(ConnectionLostException):

@@ -24,6 +24,7 @@ def main() -> None:
         adapter = communicator.createObjectAdapter("Calculator")
         servant = CalculatorI()
         adapter.add(servant, options.identity)
+        adapter.add(CalculatorI(), f"Silent{options.identity}")  # never publishes
         adapter.activate()
         count = 0
         try:
