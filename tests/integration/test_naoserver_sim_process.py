@@ -51,8 +51,9 @@ def test_it_says_when_it_is_ready_has_the_cameras_asked_for_and_ends_cleanly_at_
             assert len(image.pixelData) == 640 * 480 * 3
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130
-        # On a busy machine, the simulator rightly reports that it does not keep up.
-        lines = [line for line in process.output.splitlines() if "does not keep up" not in line]
+        # On a busy machine, the simulator rightly reports that it, or the camera before the image, is late.
+        late = "does not keep up", "no image of 640x480 within 1 s"
+        lines = [line for line in process.output.splitlines() if not any(text in line for text in late)]
         assert len(lines) == 1, process.output
 
 

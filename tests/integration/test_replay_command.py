@@ -134,14 +134,15 @@ def test_an_edited_document_is_reported_with_the_first_difference_and_both_timel
 
 
 def test_json_has_every_change_of_both(recorded: Path, tmp_path: Path) -> None:
-    done = replay(recorded, edited(tmp_path, ">400<", ">250<"), "--json")
+    never = round((SECONDS + EVENT_LIMIT) * 1000)  # not a shorter time: cycles may have been skipped
+    done = replay(recorded, edited(tmp_path, ">400<", f">{never}<"), "--json")
     begin, *_, end = lines(done)
     assert begin["event"] == "begin"
     assert SECONDS - 0.3 < begin["recording_seconds"] < SECONDS + EVENT_LIMIT
     assert end["event"] == "end"
     assert [step["state"] for step in end["recorded"]][:3] == ["left", "right", "left"]
     assert end["divergences"][0]["name"] == "turner"
-    assert end["replayed"][2]["time"] < end["recorded"][2]["time"]
+    assert [step["state"] for step in end["replayed"]] == ["left", "right"]
 
 
 def test_a_part_can_be_replayed_and_the_edited_document_take_over_within(
