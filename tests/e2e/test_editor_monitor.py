@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, WebSocketRoute, expect
 
 from hfsm_recording.reader import RecordingFile
 from tests.support.browser import EditorPage
@@ -89,7 +90,42 @@ def toggle_breakpoint(shown: EditorPage, state: str) -> None:
     shown.press("b")
 
 
+def cut_at_the_answer(shown: EditorPage, op: str) -> None:
+    """Lose the connection in place of the answers to a kind of request."""
+    asked: set[int] = set()
+
+    def cut(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def forward(message: str | bytes) -> None:
+            request = json.loads(message)
+            asked.update({request["id"]} if request["op"] == op else ())
+            server.send(message)
+
+        def pass_on(message: str | bytes) -> None:
+            if json.loads(message).get("re") in asked:
+                asked.clear()
+                route.close()
+            else:
+                route.send(message)
+
+        route.on_message(forward)
+        server.on_message(pass_on)
+
+    shown.page.route_web_socket("**/ws", cut)
+    shown.page.reload()
+    shown.state("wait").wait_for()
+    shown.spent = True  # its connections pass through the test
+
+
 # ------------------------------------------------------------------------------------------------ canvas
+
+
+def test_a_run_whose_answer_is_lost_with_the_connection_is_watched(shown: EditorPage) -> None:
+    cut_at_the_answer(shown, "run")
+    run(shown)
+    notice(shown, "The connection was lost before the answer came.")
+    expect_current(shown, "wait")
 
 
 def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: EditorPage) -> None:

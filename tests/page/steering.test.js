@@ -139,3 +139,16 @@ for (const [startedAt, steers] of [
     sends(startedAt);
     assert.equal(monitor.steers, steers);
   });
+
+test("a run whose answer was lost with the connection is followed, and only watched", async () => {
+  monitor.expect("walk", false);
+  socket.lose();
+  await connect();
+  status("running");
+  runs("walk");
+  await settled();
+  await answer({structure: null, snapshot: null, timeline: null, since: null});
+  assert.equal(monitor.component, "walk");
+  sends(30);
+  assert.ok(!monitor.writable);
+});

@@ -179,7 +179,7 @@ export class HfsmApp extends PageElement {
    * @param {string[]} options
    */
   async run(options = [], {record = false, trial = false} = {}) {
-    const {tab, document: shown} = page;
+    const {tab, tabState, document: shown} = page;
     if (!shown) return;
     if (!trial && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
@@ -196,7 +196,8 @@ export class HfsmApp extends PageElement {
     const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, trial});
     if (started) monitor.expect(started.component);
     if (started?.recording) (await import("./monitor/documents.js")).awaitRecording(tab, started.recording);
-    if (!started) this.#showErrors();
+    if (!started && store.online) this.#showErrors();
+    else if (!started && tabState?.component) monitor.expect(tabState.component, false); // it may have started
   }
 
   /** Show the errors of the document, for which no component was generated; they may not be known yet. */

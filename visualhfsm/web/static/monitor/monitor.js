@@ -98,7 +98,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   /** Whether the canvas follows the deepest active automaton. */
   follows = false;
 
-  #expected = ""; // a component that was just started here
+  #expected = ""; // a component that was just started
   /** The tab from which each component was started last. @type {Map<string, number>} */
   #origins = new Map();
   #known = new Structure(undefined);
@@ -212,13 +212,14 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   }
 
   /**
-   * Follow a component as soon as it runs: this window has started it.
+   * Follow a component as soon as it runs.
    *
    * @param {string} component
+   * @param {boolean} isOurs whether this window has started it; otherwise it is only watched
    */
-  expect(component) {
+  expect(component, isOurs = true) {
     this.#expected = component;
-    this.#started.add(component);
+    if (isOurs) this.#started.add(component);
     if (this.component === component) {
       this.lookAt(undefined);
     } else if (this.since) {
