@@ -91,7 +91,7 @@ def toggle_breakpoint(shown: EditorPage, state: str) -> None:
 
 
 def cut_at_the_answer(shown: EditorPage, op: str) -> None:
-    """Lose the connection in place of the answers to a kind of request."""
+    """Lose the connection in place of the next answer to a kind of request."""
     asked: set[int] = set()
 
     def cut(route: WebSocketRoute) -> None:
@@ -99,7 +99,8 @@ def cut_at_the_answer(shown: EditorPage, op: str) -> None:
 
         def forward(message: str | bytes) -> None:
             request = json.loads(message)
-            asked.update({request["id"]} if request["op"] == op else ())
+            if request["op"] == op:
+                asked.add(request["id"])
             server.send(message)
 
         def pass_on(message: str | bytes) -> None:

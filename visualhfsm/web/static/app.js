@@ -195,9 +195,9 @@ export class HfsmApp extends PageElement {
     this.showBottom("hfsm-output");
     const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, trial});
     if (started) monitor.expect(started.component);
+    else if (store.online) this.#showErrors();
+    else if (tabState) monitor.lookFor(tabState.component); // it may have started
     if (started?.recording) (await import("./monitor/documents.js")).awaitRecording(tab, started.recording);
-    if (!started && store.online) this.#showErrors();
-    else if (!started && tabState?.component) monitor.expect(tabState.component, false); // it may have started
   }
 
   /** Show the errors of the document, for which no component was generated; they may not be known yet. */

@@ -212,20 +212,24 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   }
 
   /**
-   * Follow a component as soon as it runs.
+   * Follow a component as soon as it runs: this window has started it.
    *
    * @param {string} component
-   * @param {boolean} isOurs whether this window has started it; otherwise it is only watched
    */
-  expect(component, isOurs = true) {
+  expect(component) {
     this.#expected = component;
-    if (isOurs) this.#started.add(component);
+    this.#started.add(component);
     if (this.component === component) {
       this.lookAt(undefined);
     } else if (this.since) {
       this.detach(); // a lost component gives way at once
     }
     this.#look();
+  }
+
+  /** Watch a component if it runs when the connection is back; the followed one is anyway. @param {string} component */
+  lookFor(component) {
+    if (component !== this.component) this.#expected = component;
   }
 
   /**
