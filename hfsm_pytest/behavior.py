@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,7 +15,7 @@ from hfsm_runtime.component import parameters_of, proxies_of, ros_of
 from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.errors import OnRefused
 from hfsm_runtime.recording.clocks import intercepted_time
-from hfsm_runtime.robot import commands_accepted, stop_robot
+from hfsm_runtime.robot import Permission, stop_robot
 from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
@@ -96,7 +95,7 @@ class Behavior(ReloadableRun):
                     clock=clock,
                     on_error=on_error,
                     on_halt=lambda: stop_robot(self.component),
-                    commands_accepted=partial(commands_accepted, safety),
+                    commands_accepted=Permission(safety).is_given,
                     observers=[self._journal],
                 )
         except BaseException:

@@ -7,7 +7,6 @@ import inspect
 import re
 import shlex
 import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -27,7 +26,7 @@ from .component import Component, Parameter, parameters_of, ros_of
 from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
 from .errors import ComponentError, OnError, OnRefused
-from .robot import commands_accepted, servers_present, stop_robot
+from .robot import Permission, servers_present, stop_robot
 from .robot import connect as connect_proxies
 from .runtime import Runtime
 
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
     from .ros import Node
 
 _LOOK: Final = 0.1  # s between two checks of the main thread for signals
-_RETRY: Final = 1.0  # s between two checks whether refused commands are accepted again
 
 _OnError = Annotated[
     OnError | None,
@@ -312,11 +310,9 @@ def _end(runtime: Runtime) -> None:
 def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
     """Wait for the component's end, its time or a signal, and resume it after refused commands."""
     end = None if seconds is None else round(seconds * 1e9)
-    retried = time.monotonic()
+    permission = Permission(safety)
     while not (runtime.ended.is_set() or stop.is_set()):
-        if time.monotonic() - retried >= _RETRY:
-            retried = time.monotonic()
-            runtime.retry(partial(commands_accepted, safety))
+        runtime.retry(permission.is_given)
         if end is None:
             runtime.ended.wait(_LOOK)
         elif runtime.timeline.now() < end:

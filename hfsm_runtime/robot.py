@@ -58,17 +58,41 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
     return True
 
 
-def commands_accepted(safety: SafetyPrx, holder: str) -> bool:
-    """Return whether the robot may accept commands again after it refused one.
+class Permission:
+    """Find out from `Safety` whether the robot accepts commands again after it refused one.
 
-    `holder` held the robot then; it is empty if nobody did. `Safety` reports emergency stops and leases. If
-    it cannot be reached, or reports no reason for the refusal, only another command can find out.
+    An emergency stop that was seen is over only when somebody has reset it. That a server knows of no stop is
+    not enough: it may have been started since then, and have found no record of the stop.
     """
-    try:
-        state = safety.ice_invocationTimeout(_ASK).getSafetyState()
-    except ZenohIceError:
-        return True
-    return not state.stopped and (not state.holder or state.holder != holder)
+
+    def __init__(self, safety: SafetyPrx) -> None:
+        self._safety = safety.ice_invocationTimeout(_ASK)
+        self._stopped_by = ""  # the session of the server that was seen stopped
+        self._doubted = ""  # the session of the server that knows of no stop
+
+    def is_given(self, holder: str) -> bool:
+        """Return whether commands may be accepted now; ask as soon as one was refused, and then regularly.
+
+        `holder` held the robot when it refused the command; it is empty if nobody did. If `Safety` cannot be
+        reached, or reports no reason for the refusal, only another command can find out.
+        """
+        try:
+            state = self._safety.getSafetyState()
+        except ZenohIceError:
+            return not self._stopped_by
+        if state.stopped:
+            self._stopped_by = state.session
+            return False
+        if self._stopped_by not in {"", state.session} and not state.wasReset:
+            if self._doubted != state.session:
+                self._doubted = state.session
+                _logger.warning(
+                    "the robot's server was started again and knows of no emergency stop, but nobody has "
+                    "reset the one that was seen: reset it (nao stop --reset), or resume by hand"
+                )
+            return False
+        self._stopped_by = ""
+        return not state.holder or state.holder != holder
 
 
 def stop_robot(component: Component) -> None:

@@ -36,7 +36,7 @@ _GAP: Final = 0.5
 _END: Final = 0.5
 """Wall seconds for running cycles to end if there is no such moment; meanwhile no other begins."""
 RETRY: Final = 1.0
-"""The shortest time in wall seconds from a refused command until the automata may try again."""
+"""Wall seconds from a refused command until the automata may try again, and between two questions for it."""
 
 
 class Runtime(Observer):
@@ -65,6 +65,8 @@ class Runtime(Observer):
         """Whether an error ended the component."""
         self.refusal: Refusal | None = None
         """The refused command that pauses the component; None while it runs or is paused by a client."""
+        self._asked: Refusal | None = None
+        self._ask_at = 0.0
         self.clock = clock
         """The clock of the component."""
         self.speed = 0.0
@@ -155,19 +157,20 @@ class Runtime(Observer):
                 self._threads.resume()
 
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
-        """Resume after a refused command if commands are accepted again; call it periodically.
+        """Resume after a refused command if commands are accepted again; call it often.
 
-        `commands_accepted` is called with the reported holder of the robot, at the earliest 1 s after the
-        refusal. If commands are refused again, the component pauses again.
+        `commands_accepted` is called with the reported holder of the robot: at once, to see why commands are
+        refused, and then at most once a second. If commands are refused again, the component pauses again.
         """
         refusal = self.refusal
-        if (
-            refusal is None
-            or time.monotonic() - refusal.since < RETRY
-            or not commands_accepted(refusal.holder)
-        ):
+        if refusal is None:
             return
-        self.resume(refusal)
+        first = self._asked is not refusal
+        if not first and time.monotonic() < self._ask_at:
+            return
+        self._asked, self._ask_at = refusal, time.monotonic() + RETRY
+        if commands_accepted(refusal.holder) and not first:
+            self.resume(refusal)
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError."""

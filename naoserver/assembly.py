@@ -13,6 +13,7 @@ from naoserver.event_log import EventLog
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
+from naoserver.latch import Latch
 from naoserver.motions.player import PERIOD, MotionPlayer
 from naoserver.motions.postures import situation_of
 from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
@@ -43,11 +44,11 @@ _HEALTH_PERIOD: Final = 0.5  # wall s
 class Assembly:
     """The server's parts between a robot and its clients: a servant for each device.
 
-    `wall` is the steady clock of the safety deadlines and the reports. Raises RobotError for options that
-    the robot does not support.
+    `wall` is the steady clock of the safety deadlines and the reports; `latch`, which is open, keeps the
+    emergency stop. Raises RobotError for options that the robot does not support.
     """
 
-    def __init__(self, robot: Robot, options: ServerOptions, wall: Clock) -> None:
+    def __init__(self, robot: Robot, options: ServerOptions, wall: Clock, latch: Latch | None = None) -> None:
         self._robot = robot
         self._options = options
         self._wall = wall
@@ -61,12 +62,12 @@ class Assembly:
         """Moving devices that the watchdog checks."""
         self.events: Final = EventLog(robot.clock.now, wall.now)
         """Events of the health report."""
-        self.gate: Final = Gate(self.events)
+        self.gate: Final = Gate(self.events, latch)
         """Emergency stop and lease in front of every command of the robot."""
 
         time = robot.clock.now
         self._clock = ClockI(robot.clock)
-        self._safety = SafetyI(self.gate)
+        self._safety = SafetyI(self.gate, self.moves_for)
         self._add(Clock=self._clock, Safety=self._safety)
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
@@ -94,13 +95,17 @@ class Assembly:
         """Periodic jobs."""
 
     def drop_client(self, client: str) -> None:
-        """Stop everything that a lost client drives or streams, and take its lease back."""
+        """Stop everything that a lost client moves or streams, and take its lease back."""
         with ExitStack() as steps:  # each whatever the others raise
             steps.callback(self._safety.drop_client, client)
             for camera in self._cameras:
                 steps.callback(camera.drop_client, client)
             for watched in self.watched:
                 steps.callback(watched.drop_client, client)
+
+    def moves_for(self, client: str) -> bool:
+        """Return whether anything still moves because a client commanded it."""
+        return self.player.moves_for(client) or any(each.moves_for(client) for each in self.watched)
 
     def close(self) -> None:
         """Stop all motion, and refuse further commands."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import secrets
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -11,6 +13,7 @@ from typing import Final
 from interfaces.nao import SafetyState, Severity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
+from naoserver.latch import KeptLease, Latch
 
 _logger = logging.getLogger(__name__)
 
@@ -33,16 +36,27 @@ class Gate:
 
     Code that commands the robot calls `require` under the same lock under which it stops, so that no command
     follows an emergency stop. A stop is never refused.
+
+    With a `latch`, which is open, stop and lease are as the former server left them, and are kept for the
+    next one.
     """
 
-    def __init__(self, events: EventLog) -> None:
+    def __init__(self, events: EventLog, latch: Latch | None = None) -> None:
         self.events: Final = events
         """Events for the operator."""
+        self.is_lost: Callable[[str], bool] = lambda _client: False
+        """Return whether a client is gone: its commands that wait in the server are refused."""
         self._lock = threading.Lock()
+        self._keeping = threading.Lock()  # of the latch, which the disk may delay
+        self._latch = latch
+        self._session = secrets.token_hex(8)
+        self._was_reset = False
         self._stops: list[Callable[[], None]] = []
         self._stop_reason: str | None = None
         self._out_of_reach: str | None = None
         self._lease: _Lease | None = None
+        if latch is not None:
+            self._take_over(latch)
 
     def on_stop(self, stop: Callable[[], None]) -> None:
         """Call `stop` at every emergency stop, as soon as commands are refused."""
@@ -53,6 +67,9 @@ class Gate:
 
         An empty client represents a caller that cannot hold a lease.
         """
+        if client and self.is_lost(client):
+            self._report(Severity.Warning, "refused a command: its client is gone", "gone")
+            raise CommandRefused("the client of this command is gone: its link to the robot broke")
         holder = ""
         with self._lock:
             if self._out_of_reach is not None:
@@ -69,7 +86,8 @@ class Gate:
     def stop(self, reason: str) -> None:
         """Refuse every command until `reset`, and stop everything that moves.
 
-        Every stop is tried, even if another one fails; the first failure is raised at the end.
+        Every stop is tried, even if another one fails; the first failure is raised at the end. It lasts until
+        `reset`, in the next server of the robot, too.
         """
         reason = "".join(each if each.isprintable() else " " for each in reason[:_LONGEST_REASON])
         reason = reason.strip() or "emergency stop"
@@ -83,6 +101,7 @@ class Gate:
             except Exception as error:
                 _logger.exception("a part of the robot could not be stopped")
                 failure = failure or error
+        self._keep()
         if failure is not None:
             raise failure
 
@@ -90,7 +109,9 @@ class Gate:
         """Accept commands again after an emergency stop."""
         with self._lock:
             was_stopped, self._stop_reason = self._stop_reason is not None, None
+            self._was_reset = True
         if was_stopped:
+            self._keep()
             self._report(Severity.Info, "the emergency stop was reset", "reset")
 
     def lose(self, why: str) -> None:
@@ -119,6 +140,7 @@ class Gate:
                 raise CommandRefused(f"the robot is held by {taken}; wait until it is given back", taken)
             new = self._lease is None
             self._lease = _Lease(client, holder, self.events.wall_time() + seconds)
+        self._keep()
         if new:
             self._report(Severity.Info, f"{holder} holds the robot", "lease")
 
@@ -129,6 +151,7 @@ class Gate:
             if lease is None or lease.client != client:
                 return False
             self._lease = None
+        self._keep()
         self._report(Severity.Info, f"{lease.holder} no longer holds the robot", "lease")
         return True
 
@@ -143,7 +166,36 @@ class Gate:
                 reason=self._stop_reason or "",
                 holder=lease.holder if lease else "",
                 remaining=lease.end - self.events.wall_time() if lease else 0.0,
+                session=self._session,
+                wasReset=self._was_reset,
             )
+
+    def _take_over(self, latch: Latch) -> None:
+        """Begin with the stop and the lease that the former server left."""
+        kept = latch.found
+        if kept.stop:
+            self._stop_reason = kept.stop
+            message = f"still stopped: {kept.stop}; reset the emergency stop before the robot may move"
+            self._report(Severity.Error, message, "stop")
+        left = min(kept.lease.until - time.time(), LONGEST_LEASE) if kept.lease else 0.0
+        if kept.lease and left > 0.0:
+            self._lease = _Lease(kept.lease.client, kept.lease.holder, self.events.wall_time() + left)
+
+    def _keep(self) -> None:
+        """Keep stop and lease for the next server."""
+        if self._latch is None:
+            return
+        with self._keeping:  # one after the other, so that the newest is left
+            with self._lock:
+                stop, lease = self._stop_reason or "", self._lease
+            until = time.time() + lease.end - self.events.wall_time() if lease else 0.0
+            kept = KeptLease(lease.client, lease.holder, until) if lease else None
+            try:
+                self._latch.keep(stop, kept)
+            except OSError as error:
+                what = f"cannot be kept in {self._latch.path}: {error.strerror}"
+                message = f"the emergency stop {what}; after a restart the robot is stopped in any case"
+                self._report(Severity.Error, message, "latch")
 
     def _report(self, level: Severity, message: str, kind: str) -> None:
         self.events.add(level, "Safety", message, kind)

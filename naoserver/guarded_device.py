@@ -12,6 +12,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.gate import Gate
 from naoserver.robot import JointDevice, JointFacts, JointReading
 from naoserver.safety import Goal, JointSafety, Outcome
+from zenoh_ice.text import few
 
 _logger = logging.getLogger(__name__)
 
@@ -124,13 +125,15 @@ class GuardedDevice:
     ) -> Outcome:
         """Send joints to targets. Raises InvalidCommand or CommandRefused, and then commands nothing.
 
-        `owner` may command joints that it has claimed, at full speed.
+        `owner` may command joints that it has claimed, at full speed; it is then for the owner to end the
+        motion when its client is lost.
         """
 
         def command(reading: JointReading) -> Outcome:
             self.gate.require(client)
             self.claims.check(targets, owner)
-            return self._safety.move(targets, speeds, reading, full_speed=bool(owner))
+            sender = "" if owner else client
+            return self._safety.move(targets, speeds, reading, sender, full_speed=bool(owner))
 
         return self._obey(command)
 
@@ -180,12 +183,17 @@ class GuardedDevice:
                 self._device.command_stiffnesses(safe, seconds)
         return {joint: safe[joint] for joint in stiffnesses}
 
-    def drop_client(self, client: str) -> None:
-        """Stop the joints that a lost client drives by velocity."""
+    def moves_for(self, client: str) -> bool:
+        """Return whether joints still move because a client commanded it."""
         with self._lock:
-            outcome = self._apply(self._safety.drop_client(client, self.read()))
-        for joint in outcome.stopped:
-            self.events.add(Severity.Warning, joint, "stopped: the client that drove it is gone", "lost")
+            return self._safety.moves_for(client, self.read())
+
+    def drop_client(self, client: str) -> None:
+        """Hold the joints that a lost client moves."""
+        outcome = self._obey(lambda reading: self._safety.drop_client(client, reading))
+        if outcome.stopped:
+            message = f"stopped {few(outcome.stopped)}: the client that commanded it is gone"
+            self.events.add(Severity.Warning, self.name, message, "lost")
 
     def watch(self) -> float | None:
         """Check the moving joints; return the wall seconds until the next check, None while all rest."""

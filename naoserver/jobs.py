@@ -119,8 +119,11 @@ class Watched(Protocol):
     def watch(self) -> float | None:
         """Stop expired commands; return the wall seconds until the next check, None while all rest."""
 
+    def moves_for(self, client: str) -> bool:
+        """Return whether it still moves because a client commanded it."""
+
     def drop_client(self, client: str) -> None:
-        """Stop everything that a lost client drives."""
+        """Stop everything that a lost client moves."""
 
     def close(self) -> None:
         """Stop, and refuse further motion."""

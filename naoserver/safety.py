@@ -10,6 +10,7 @@ It treats commands as follows:
 - a velocity: capped, reached and left by a ramp, ended at the joint's limit;
 - a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
   robot time: if a client hangs, the joint stops as soon, however fast a simulation runs;
+- a velocity or a goal whose client is lost: the joint is held where it is;
 - joints that one motor drives: commanded alike.
 
 The `Outcome` reports every change. Callers serialise the calls (`naoserver.guarded_device` does).
@@ -61,7 +62,7 @@ class Outcome:
     """The value, after limiting, of each joint that the client named."""
     limitations: list[Limitation] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
-    """Joints whose velocity command ended because it was not renewed or its client was lost."""
+    """Joints that are held because their velocity was not renewed or their client was lost."""
 
 
 class JointRules:
@@ -171,6 +172,7 @@ class JointSafety:
         # A joint is in at most one of the two; in neither before its first command.
         self._drives: dict[str, _Drive] = {}
         self._goals: dict[str, Goal] = {}
+        self._clients: dict[str, str] = {}  # of the goals; empty for those that nobody set
         self._issued: dict[str, tuple[float, float] | float] = {}  # the newest command to each joint
         self._resting: set[str] = set()  # joints whose goal is just the position where they stopped
         self._held_back: set[str] = set()  # joints that a range holds back, and that were reported
@@ -190,11 +192,13 @@ class JointSafety:
         targets: Mapping[str, float],
         speeds: Mapping[str, float],
         reading: JointReading,
+        client: str = "",
         *,
         full_speed: bool = False,
     ) -> Outcome:
         """Send joints to `targets` at most at `speeds`; without a speed, or with 0, at the default.
 
+        The goals last until the joints are there, or `client` is lost; without one, nothing ends them.
         With `full_speed`, a speed is limited only by the motor, not by the options: for tested motions.
         Raises InvalidCommand, and then commands nothing.
         """
@@ -211,8 +215,8 @@ class JointSafety:
             safe = rules.limit(joint, target, (facts.lower, facts.upper), problem, outcome)
             speed = limits.get(joint) or rules.default_speed(joint)
             cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
-            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)))
-        self._clear_tables(wanted, reading, outcome)
+            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)), client)
+        self._clear_tables(wanted, reading, client, outcome)
         self._leave_time(wanted, reading, outcome)
         self._command(wanted, reading, outcome)
         outcome.accepted = {joint: self._goals[joint].target for joint in targets}
@@ -268,12 +272,21 @@ class JointSafety:
             self._hold(joint, reading, outcome)
         return outcome
 
+    def moves_for(self, client: str, reading: JointReading) -> bool:
+        """Return whether a client drives a joint by velocity, or one is on the way to a goal that it set."""
+        driven = any(drive.client == client for drive in self._drives.values())
+        return driven or bool(self._sent_by(client, reading))
+
     def drop_client(self, client: str, reading: JointReading) -> Outcome:
-        """Stop the joints that a lost client drives by velocity."""
+        """Hold the joints that a lost client moves."""
         outcome = Outcome()
+        sent = self._sent_by(client, reading)
         self._stop(
             (joint for joint, drive in self._drives.items() if drive.client == client), reading, outcome
         )
+        for joint in sent:
+            outcome.stopped.append(joint)
+            self._hold(joint, reading, outcome)
         return outcome
 
     def watch(self, reading: JointReading, now: float) -> Outcome:
@@ -292,7 +305,9 @@ class JointSafety:
             return min(self.options.period, max(0.0, first - now))
         return self.options.period if self._at_work(reading) else None
 
-    def _clear_tables(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
+    def _clear_tables(
+        self, wanted: Mapping[str, float], reading: JointReading, client: str, outcome: Outcome
+    ) -> None:
         """Clamp goals to the range that the other joint's goal leaves, also goals of joints not named."""
         for table in self._tables:
             joint = table.dependent
@@ -305,7 +320,7 @@ class JointSafety:
             problem = f"{{:.4g}} would hit at this {table.independent}"
             safe = self._rules.limit(joint, goal.target, limits, problem, outcome)
             if safe != goal.target:
-                self._set_goal(joint, Goal(safe, goal.speed))
+                self._set_goal(joint, Goal(safe, goal.speed), self._clients[joint] or client)
 
     def _leave_time(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
         """Slow down a joint that would approach before the other, at full speed, is out of the way."""
@@ -323,22 +338,24 @@ class JointSafety:
 
     # -- commands to the joints --------------------------------------------------------------------------
 
-    def _set_goal(self, joint: str, goal: Goal) -> None:
+    def _set_goal(self, joint: str, goal: Goal, client: str) -> None:
         self._drives.pop(joint, None)
         self._goals[joint] = goal
+        self._clients[joint] = client
         self._issued.pop(joint, None)
         self._resting.discard(joint)
         self._held_back.discard(joint)
 
     def _set_drive(self, joint: str, drive: _Drive) -> None:
         self._goals.pop(joint, None)
+        self._clients.pop(joint, None)
         self._drives[joint] = drive
         self._issued.pop(joint, None)
 
     def _stay(self, joint: str, reading: JointReading) -> None:
         """Make the present position of a joint its goal, without a command to the device."""
         goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint))
-        self._set_goal(joint, goal)
+        self._set_goal(joint, goal, "")
         self._issued[joint] = (goal.target, goal.speed)
         self._resting.add(joint)
 
@@ -350,6 +367,11 @@ class JointSafety:
             if table.independent == joint and goal is not None:
                 safe = clamp(goal.target, *table.at(self._setpoint(joint, reading)))
                 self._goals[table.dependent] = Goal(safe, goal.speed)
+
+    def _sent_by(self, client: str, reading: JointReading) -> list[str]:
+        """Return the joints on the way to a goal that a client set."""
+        sent = (joint for joint, sender in self._clients.items() if sender == client)
+        return [joint for joint in sent if self._moving(joint, reading)]
 
     def _stop(self, joints: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
         for joint in list(joints):

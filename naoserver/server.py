@@ -10,6 +10,7 @@ import typer
 
 from naoserver.assembly import Assembly
 from naoserver.jobs import JobThreads
+from naoserver.latch import Latch
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
 from zenoh_ice import Clock, ObjectAdapter, WallClock
@@ -24,22 +25,32 @@ JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FR
 
 @contextmanager
 def serve(
-    robot: Robot, adapter: ObjectAdapter, options: ServerOptions | None = None, wall: Clock | None = None
+    robot: Robot,
+    adapter: ObjectAdapter,
+    options: ServerOptions | None = None,
+    wall: Clock | None = None,
+    *,
+    latch: Latch | None = None,
 ) -> Iterator[Assembly]:
     """Serve a started robot on an adapter in a `with` block, whose end stops motion and threads.
 
     Yields the assembly between the robot and its clients: other interfaces use its guards too. The
     caller activates the adapter, and closes the robot afterwards. Only if the robot is not a real one may the
-    safety deadlines follow a `wall` clock other than steady wall time. Raises RobotError for options that the
-    robot does not support.
+    safety deadlines follow a `wall` clock other than steady wall time. With a `latch` the robot is stopped at
+    first if it was when the former server ended, or if that one ended without warning. Raises RobotError for
+    options that the robot does not support, and when the latch cannot keep anything.
     """
-    assembly = Assembly(robot, options or ServerOptions(), wall or WallClock())
-    threads = JobThreads(assembly.jobs)
-    assembly.on_wake = threads.wake
     served: list[str] = []
     with ExitStack() as steps:  # all run, the last first, whatever they raise
+        if latch is not None:
+            steps.enter_context(latch)
+        assembly = Assembly(robot, options or ServerOptions(), wall or WallClock(), latch)
+        threads = JobThreads(assembly.jobs)
+        assembly.on_wake = threads.wake
         steps.callback(threads.close)
-        steps.callback(adapter.getCommunicator().onClientLost(assembly.drop_client).close)
+        clients = adapter.getCommunicator().onClientLost(assembly.drop_client)
+        steps.callback(clients.close)
+        assembly.gate.is_lost = clients.is_lost
         steps.callback(adapter.removeAll, served)
         steps.callback(assembly.close)
         steps.callback(threads.stop)

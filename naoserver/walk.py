@@ -108,6 +108,11 @@ class WalkGuard:
         with self._lock:
             self._command({})
 
+    def moves_for(self, client: str) -> bool:
+        """Return whether it walks at a velocity of a client."""
+        with self._lock:
+            return any(drive.client == client for drive in self._drives.values())
+
     def drop_client(self, client: str) -> None:
         """Stop the velocities of a lost client."""
         stopped = self._stop_where(lambda drive: drive.client == client)

@@ -9,6 +9,7 @@ import typer
 
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.body import H25, find_body
+from naoserver.latch import latch_of
 from naoserver.options import ServerOptions, capped
 from naoserver.server import JointSpeed, serve
 from naoserver_naoqi.libqi import connect
@@ -63,12 +64,13 @@ def naoserver_naoqi(
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
     address = parse_address(robot, user, password)
-    options = LifecycleOptions(start, end, life)
-    nao = NaoqiRobot(lambda timeout: connect(address, timeout), options, body=find_body(body))
+    lifecycle = LifecycleOptions(start, end, life)
+    nao = NaoqiRobot(lambda timeout: connect(address, timeout), lifecycle, body=find_body(body))
     with stop_on_signals() as stop, initialize(settings) as communicator, closing(nao):
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
-        with serve(nao, adapter, ServerOptions(safety=capped(joint_speed))) as assembly:
+        options = ServerOptions(safety=capped(joint_speed))
+        with serve(nao, adapter, options, latch=latch_of(settings)) as assembly:
             nao.report_to(assembly)
             adapter.activate()
             report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")

@@ -20,6 +20,7 @@ import hfsm_command
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.body import BODIES, H25, find_body
 from naoserver.errors import RobotError
+from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.robot import CameraFacts
 from naoserver.server import JointSpeed, serve
@@ -217,7 +218,7 @@ def naoserver_sim(
         robot.start()  # first: clients that find the server wait only briefly for its servants
         with initialize(settings) as communicator:
             adapter = communicator.createObjectAdapter("NaoServer")
-            with serve(robot, adapter, options) as assembly, ExitStack() as also:
+            with serve(robot, adapter, options, latch=latch_of(settings)) as assembly, ExitStack() as also:
                 if qi is not None:
                     url = also.enter_context(serve_as_naoqi(robot, assembly, qi, disk=disk))
                     typer.echo(f"NAOqi: {url}")

@@ -8,14 +8,16 @@ import logging
 import os
 import signal
 import sys
+import tempfile
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
+from itertools import count
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pytest
 import typer.testing
@@ -147,6 +149,7 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
         patch.setenv("PYTEST_ADDOPTS", "-p no:anyio -p no:hypothesispytest")
         patch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
         patch.setenv("GIT_CONFIG_NOSYSTEM", "1")
+        patch.setenv("XDG_STATE_HOME", tempfile.gettempdir())  # of what fixtures of several tests start
         # A shell makes background jobs ignore signals, as nohup does, and child processes inherit that.
         for number, handler in (
             (signal.SIGINT, signal.default_int_handler),
@@ -182,12 +185,14 @@ def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[
 
 
 @pytest.fixture(autouse=True)
-def each_test(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
+def each_test(
+    leaks: Leaks, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[None]:
     """Fail a test that leaves threads, Zenoh sessions or child processes behind, and tidy up around it.
 
     This is one fixture, because each of them takes time for each test.
     """
-    with leaks.check("the test"), log_handlers(), rendering(request.node):
+    with leaks.check("the test"), log_handlers(), rendering(request.node), own_state(tmp_path_factory):
         yield
 
 
@@ -210,6 +215,17 @@ def rendering(test: pytest.Item) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         if test.get_closest_marker("gl") is None:
             patch.setenv("MUJOCO_GL", "disable")
+        yield
+
+
+_tests: Final = count()
+
+
+@contextmanager
+def own_state(folders: pytest.TempPathFactory) -> Iterator[None]:
+    """Let servers keep their emergency stop where no other test finds it: a killed one leaves the robot stopped."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_STATE_HOME", str(folders.getbasetemp() / "state" / str(next(_tests))))
         yield
 
 

@@ -37,6 +37,7 @@ _MOST_SERVANTS: Final = 4096
 _MOST_TOKENS: Final = 1 << 14  # of all servants
 _MOST_OF_SERVANT: Final = 64  # tokens: of one identity, one for each interface of each server
 _MOST_CLIENTS: Final = 1 << 14
+_MOST_LOST: Final = 1 << 10  # that may still have calls waiting here
 
 # Factor of the delay of tokens in an empty realm: a server listens before its robot is ready.
 _START_GRACE: Final = 4
@@ -412,6 +413,7 @@ class ClientWatch:
         self._submit: Final = submit
         self._lock: Final = threading.Lock()
         self._first_tokens: Final[dict[str, str]] = {}  # of the present clients
+        self._gone: Final[dict[str, None]] = {}  # the clients lost last, in this order
         self._lost: Final[deque[str]] = deque()  # the first is being reported
         self._closed = False
         self._following: Final = transport.watch(any_client(realm), self._on_token)
@@ -421,12 +423,20 @@ class ClientWatch:
         self._closed = True
         self._following.close()
 
+    def is_lost(self, client: str) -> bool:
+        """Return whether a client was lost lately and has not come back, as after a break of its link."""
+        return client in self._gone
+
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
         client, _ = parse_client_token(key) or ("", "")
         if came and client and len(self._first_tokens) < _MOST_CLIENTS:
             self._first_tokens.setdefault(client, key)
+            self._gone.pop(client, None)
         elif not came and self._first_tokens.get(client) == key:
             del self._first_tokens[client]
+            self._gone[client] = None
+            if len(self._gone) > _MOST_LOST:
+                del self._gone[next(iter(self._gone))]
             with self._lock:
                 self._lost.append(client)
                 start = len(self._lost) == 1

@@ -26,9 +26,13 @@ class SafetyState(ice.Struct):
     """Who holds the lease, as they called themselves; empty while everybody may command."""
     remaining: float = 0.0
     """Wall seconds until the lease ends unless it is renewed."""
+    session: str = ""
+    """Another one for each server: after a restart of the robot's server it is different."""
+    wasReset: bool = False
+    """Whether resetEmergencyStop has been called since that server began."""
 
 
-class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="8c9b65cca99f51bc"):
+class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="c261a72e0068e243"):
     """Guard the robot: an emergency stop that latches, and a lease that shuts other writers out."""
 
     @ice.operation(idempotent=True)
@@ -53,6 +57,10 @@ class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="8c9b65cca99f51bc
     def getSafetyState(self) -> SafetyState:
         """Return who may command the robot; streamed whenever it changes."""
 
+    @ice.operation(idempotent=True)
+    def isMoving(self) -> bool:
+        """Return whether anything still moves because the caller commanded it: that ends with the caller."""
+
 
 class Safety(ice.Object, proxy=SafetyPrx):
     """Servant of `SafetyPrx`, which describes the operations."""
@@ -69,3 +77,5 @@ class Safety(ice.Object, proxy=SafetyPrx):
     def releaseLease(self, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def getSafetyState(self, current: ice.Current) -> SafetyState: ...
+    @ice.abstractmethod
+    def isMoving(self, current: ice.Current) -> bool: ...

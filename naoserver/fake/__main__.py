@@ -11,6 +11,7 @@ from hfsm_command.cli import report_ready, run, stop_on_signals, with_settings
 from naoserver.body import BODIES, H25, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
+from naoserver.latch import latch_of
 from naoserver.server import serve
 from zenoh_ice import initialize
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
@@ -42,7 +43,7 @@ def fake(
     with stop_on_signals() as stop, initialize(settings) as communicator, closing(robot):
         robot.start()
         adapter = communicator.createObjectAdapter("FakeRobot")
-        with serve(robot, adapter):
+        with serve(robot, adapter, latch=latch_of(settings)):
             adapter.activate()
             report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
             stop.wait()

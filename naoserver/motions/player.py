@@ -257,6 +257,11 @@ class MotionPlayer:
         if self.busy:
             self._on_begin()
 
+    def moves_for(self, client: str) -> bool:
+        """Return whether an action of a client moves."""
+        action = self._action
+        return action is not None and action.client == client
+
     def stop(self, kind: str = "", message: str = "stopped") -> None:
         """Stop the running action, of a kind or any, and hold its joints where they are."""
         with self._lock:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
@@ -78,8 +78,9 @@ class SafetyI(Safety):
 
     ice_concurrent = True  # a stop waits for no other call
 
-    def __init__(self, gate: Gate) -> None:
+    def __init__(self, gate: Gate, moves_for: Callable[[str], bool]) -> None:
         self._gate = gate
+        self._moves_for = moves_for
 
     def emergencyStop(self, reason: str, current: Current) -> None:
         try:
@@ -102,6 +103,9 @@ class SafetyI(Safety):
 
     def getSafetyState(self, current: Current) -> SafetyState:
         return self._gate.state()
+
+    def isMoving(self, current: Current) -> bool:
+        return self._moves_for(current.client)
 
     def publish(self) -> None:
         """Publish the present right to command the robot."""

@@ -126,6 +126,7 @@ class OwnPosturesI(PosturesI):
         self._lock = threading.Lock()
         self._closed = False
         self._count = 0
+        self._client = ""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -155,6 +156,7 @@ class OwnPosturesI(PosturesI):
                 self._body.claims.release(_OWNER)
                 raise
             self._count += 1
+            self._client = client
         self._body.look_within(_PERIOD)
         try:
             self._body.gate.require(client)
@@ -172,8 +174,12 @@ class OwnPosturesI(PosturesI):
         """Free the joints at the end of the way; return the wall seconds until the next check."""
         return _PERIOD if self._look().moving else None
 
+    def moves_for(self, client: str) -> bool:
+        """Return whether it is on a way that a client commanded."""
+        return self._client == client and self._look().moving
+
     def drop_client(self, client: str) -> None:
-        """Do nothing: the way runs to its end, as a position command does."""
+        """Do nothing: half way it might fall, and at its end the robot is in a posture that is safe."""
 
     def close(self) -> None:
         """Stop on the way, and refuse further ones."""

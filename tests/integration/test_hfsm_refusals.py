@@ -7,7 +7,7 @@ from pathlib import Path
 from typer import Typer
 
 from deploy.nao.command import app as nao
-from hfsm_runtime.robot import commands_accepted
+from hfsm_runtime.robot import Permission
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from naoserver.fake import FakeRobot
@@ -22,20 +22,39 @@ from zenoh_ice import initialize
 def test_what_safety_reports_decides_whether_commands_are_accepted_again() -> None:
     with served_to_client(FakeRobot()) as nao, nao.client() as other:
         safety = nao.proxy(SafetyPrx, "Safety")
+        permission = Permission(safety)
         safety.emergencyStop("a hand in the way")
-        assert not commands_accepted(safety, "")
+        assert not permission.is_given("")
         safety.resetEmergencyStop()
-        assert commands_accepted(safety, "")
+        assert permission.is_given("")
         other.proxy(SafetyPrx, "Safety").acquireLease("Anna", 60.0)
-        assert not commands_accepted(safety, "Anna")
-        assert commands_accepted(safety, "Ben"), "who holds it now may be the component itself"
+        assert not permission.is_given("Anna")
+        assert permission.is_given("Ben"), "who holds it now may be the component itself"
         other.proxy(SafetyPrx, "Safety").releaseLease()
-        assert commands_accepted(safety, "Anna")
+        assert permission.is_given("Anna")
+
+
+def test_a_server_that_knows_of_no_stop_is_not_enough_until_somebody_resets_it(endpoint: str) -> None:
+    with initialize(connect=[endpoint], clock="wall") as communicator:
+        safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+        permission = Permission(safety)
+        with served(FakeRobot(), realm="nao", endpoint=endpoint):
+            eventually(lambda: bool(communicator.identities()))
+            safety.emergencyStop("a hand in the way")
+            assert not permission.is_given("")
+        assert not permission.is_given(""), "nobody can be asked"
+        with served(FakeRobot(), realm="nao", endpoint=endpoint):
+            eventually(lambda: bool(communicator.identities()))
+            assert not safety.getSafetyState().stopped, "it kept no record"
+            assert not permission.is_given("")
+            safety.resetEmergencyStop()
+            assert permission.is_given("")
 
 
 def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
     with initialize(connect=[], clock="wall") as communicator:
-        assert commands_accepted(SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")), "")
+        safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+        assert Permission(safety).is_given("")
 
 
 def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path, endpoint: str) -> None:

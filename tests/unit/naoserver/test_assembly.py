@@ -20,6 +20,9 @@ class Stubborn:
     def watch(self):
         return None
 
+    def moves_for(self, client):
+        return False
+
     def drop_client(self, client):
         raise HardwareFailure(f"cannot stop what {client} drives")
 

@@ -105,6 +105,41 @@ def test_a_lost_client_stops_what_it_drove_at_once(rig, clock):
     assert timeouts == 0
 
 
+def test_a_lost_client_stops_what_it_sent_somewhere_with_one_event(rig, clock):
+    rig.guarded.move({"LKneePitch": 2.0, "RKneePitch": 2.0}, {}, client="client")
+    clock.advance(0.5)
+    assert rig.guarded.moves_for("client")
+    rig.guarded.drop_client("client")
+    there = rig.commands()
+    assert not rig.guarded.moves_for("client")
+    clock.advance(1.0)
+    assert rig.commands() == there
+    (event,) = rig.events.snapshot()[0]
+    expected = "stopped LKneePitch, RKneePitch: the client that commanded it is gone"
+    assert (event.source, event.message) == ("Nao", expected)
+
+
+def test_what_an_action_moves_is_for_the_action_to_end(rig, clock):
+    rig.guarded.claims.claim("the walk", ("LKneePitch",), lambda: None)
+    rig.guarded.move({"LKneePitch": 0.4}, {}, client="client", owner="the walk")
+    rig.guarded.drop_client("client")
+    clock.advance(5.0)
+    assert rig.commands()["LKneePitch"] == pytest.approx(0.4)
+
+
+def test_a_command_of_a_client_that_is_gone_already_is_refused(rig):
+    rig.gate.is_lost = {"lost"}.__contains__
+    for command in (
+        lambda: rig.guarded.move({"HeadYaw": 0.5}, {}, client="lost"),
+        lambda: rig.guarded.drive({"HeadYaw": 0.5}, "lost"),
+        lambda: rig.guarded.stiffen({"HeadYaw": 0.5}, 0.0, client="lost"),
+    ):
+        with pytest.raises(CommandRefused, match="client of this command is gone"):
+            command()
+    rig.guarded.move({"HeadYaw": 0.5}, {}, client="another")
+    assert rig.events.snapshot()[0][0].message == "refused a command: its client is gone"
+
+
 def test_close_stops_everything_and_later_commands_do_nothing(rig, clock):
     rig.guarded.move({"LKneePitch": 2.0}, {})
     clock.advance(0.5)

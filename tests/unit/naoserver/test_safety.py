@@ -33,8 +33,8 @@ class Rig:
         self.stopped = []
         self.trace = []
 
-    def move(self, targets, speeds=None):
-        return self._apply(self.safety.move(targets, speeds or {}, self.device.read()))
+    def move(self, targets, speeds=None, client=""):
+        return self._apply(self.safety.move(targets, speeds or {}, self.device.read(), client))
 
     def drive(self, velocities, client="c1"):
         return self._apply(self.safety.drive(velocities, self.device.read(), client, self.wall))
@@ -363,6 +363,60 @@ def test_a_lost_client_stops_what_it_drove_and_nothing_else():
     assert outcome.stopped == ["HeadYaw"]
     assert outcome.velocities == {"HeadYaw": 0.0}
     assert rig.safety.velocity("HeadPitch") == 0.2
+
+
+def test_a_lost_client_leaves_the_joints_that_it_sent_somewhere_where_they_are():
+    rig = Rig()
+    rig.move({"LShoulderPitch": -1.5, "LElbowYaw": 0.5}, {"LShoulderPitch": 0.5}, client="lost")
+    rig.move({"RShoulderPitch": -1.5}, client="other")
+    rig.run(0.5)
+    there = rig.setpoints()
+    assert rig.safety.moves_for("lost", rig.device.read())
+    outcome = rig.safety.drop_client("lost", rig.device.read())
+    assert outcome.stopped == ["LShoulderPitch", "LElbowYaw"]
+    assert not rig.safety.moves_for("lost", rig.device.read())
+    rig.device.command_velocities(outcome.velocities)
+    rig.run(1.0)
+    assert rig.setpoints()["LShoulderPitch"] == pytest.approx(there["LShoulderPitch"])
+    assert rig.setpoints()["RShoulderPitch"] < there["RShoulderPitch"] - 0.3
+
+
+def test_a_lost_client_does_not_stop_what_another_has_taken_over_or_what_has_arrived():
+    rig = Rig()
+    rig.move({"HeadYaw": 0.1, "LElbowYaw": 0.5, "RElbowYaw": 1.0}, {"HeadYaw": 2.0}, client="lost")
+    rig.run(0.3)
+    rig.move({"LElbowYaw": 0.5}, client="other")
+    rig.drive({"RElbowYaw": 0.2}, client="other")
+    assert rig.safety.moves_for("other", rig.device.read())
+    assert not rig.safety.moves_for("lost", rig.device.read())
+    assert rig.safety.drop_client("lost", rig.device.read()).stopped == []
+
+
+def test_a_lost_client_leaves_the_other_joint_of_a_motor_where_it_is_too():
+    rig = Rig()
+    rig.move({"LHipYawPitch": -0.5}, client="lost")
+    rig.run(0.2)
+    assert rig.safety.drop_client("lost", rig.device.read()).velocities == {
+        "LHipYawPitch": 0.0,
+        "RHipYawPitch": 0.0,
+    }
+
+
+def test_a_joint_that_was_to_make_way_stops_with_the_client_that_caused_it():
+    rig = Rig({"HeadPitch": 0.5})
+    rig.move({"HeadYaw": 1.0}, client="lost")
+    rig.run(0.1)
+    stopped = rig.safety.drop_client("lost", rig.device.read()).stopped
+    assert stopped == ["HeadYaw", "HeadPitch"]
+
+
+def test_nothing_ends_a_goal_that_no_client_set():
+    rig = Rig()
+    rig.move({"LElbowYaw": 0.5})
+    rig.run(0.1)
+    assert rig.safety.moves_for("", rig.device.read())
+    rig.safety.drop_client("lost", rig.device.read())
+    assert rig.safety.goal("LElbowYaw") is not None
 
 
 def test_a_position_takes_a_joint_over_from_a_velocity():

@@ -1,0 +1,135 @@
+"""The file in which a robot server keeps its emergency stop and lease, for the next server of the robot.
+
+A stop lasts until a person resets it (ISO 13850:2015, 4.1.4), whatever process ends in between. A server that
+was killed, or whose machine lost its power, could not say how it left the robot: the next one starts stopped.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import socket
+from pathlib import Path
+from typing import Final, Self
+
+import msgspec
+
+from naoserver.errors import RobotError
+from zenoh_ice.settings import Settings
+
+_logger = logging.getLogger(__name__)
+
+_UNCLEAN: Final = "its server ended without warning"
+_UNREADABLE: Final = "the record of its emergency stop cannot be read"
+_LARGEST: Final = 1 << 16
+"""Bytes of a file that can be ours."""
+
+
+class KeptLease(msgspec.Struct, frozen=True):
+    """A lease: who holds it, and until when in s since the epoch."""
+
+    client: str
+    holder: str
+    until: float
+
+
+class Kept(msgspec.Struct, frozen=True, kw_only=True):
+    """What a server keeps."""
+
+    running: bool = False
+    """Whether it has not ended: the next server that reads this knows that it ended without warning."""
+    stop: str = ""
+    """Why the robot is stopped; empty while it is not."""
+    lease: KeptLease | None = None
+
+
+class Latch:
+    """Keep an emergency stop and a lease in a file, while in a `with` block of the running server.
+
+    The block raises RobotError at its beginning where nothing can be kept.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path: Final = path
+        self.found: Kept = Kept()
+        """What the former server left, as this one has to begin."""
+        self._newest = Kept()
+
+    def __enter__(self) -> Self:
+        self.found = self._newest = self._read()
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._write(running=True)
+            # From now on a loss of power, too, leaves a file that stops the next server: this one or a newer.
+            for path in (self.path, self.path.parent):
+                _flush(path)
+        except OSError as error:
+            raise RobotError(
+                f"the emergency stop cannot be kept in {self.path}: {error.strerror}; "
+                "set XDG_STATE_HOME to a folder that can be written"
+            ) from error
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            if self._newest == Kept():
+                self.path.unlink(missing_ok=True)
+            else:
+                self._write(running=False)
+        except OSError:  # then the next server starts stopped
+            _logger.exception("the emergency stop could not be kept in %s", self.path)
+
+    def keep(self, stop: str, lease: KeptLease | None) -> None:
+        """Keep a stop and a lease in place of those before. Raises OSError."""
+        self._newest = Kept(stop=stop, lease=lease)
+        self._write(running=True)
+
+    def _read(self) -> Kept:
+        try:
+            with self.path.open("rb") as file:
+                kept = msgspec.json.decode(file.read(_LARGEST), type=Kept)
+        except FileNotFoundError:
+            return Kept()
+        except (OSError, msgspec.MsgspecError) as error:
+            _logger.warning("%s: %s", self.path, error)
+            return Kept(stop=_UNREADABLE)
+        if not kept.running:
+            return kept
+        if not kept.stop:
+            return Kept(stop=_UNCLEAN, lease=kept.lease)
+        before = kept.stop if _UNCLEAN in kept.stop else f"{kept.stop} (then {_UNCLEAN})"
+        return Kept(stop=before, lease=kept.lease)
+
+    def _write(self, *, running: bool) -> None:
+        content = msgspec.json.encode(msgspec.structs.replace(self._newest, running=running))
+        beside = self.path.with_suffix(".new")
+        beside.write_bytes(content)
+        beside.replace(self.path)
+
+
+def _flush(path: Path) -> None:
+    """Write a file or directory to the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def latch_of(settings: Settings) -> Latch | None:
+    """Return the latch of the robot that a server with these settings serves.
+
+    It is a file in the user's directory of states, named after the realm and the endpoints: a server that is
+    started again in the same way finds it. None where a server cannot be found again: it only listens on a
+    port that the system picks.
+    """
+    endpoints = [each for each in settings.listen if not each.endswith(":0")] or list(settings.connect)
+    if not endpoints:
+        return None
+    state = os.environ.get("XDG_STATE_HOME", "")
+    base = Path(state) if state.startswith("/") else Path.home() / ".local" / "state"
+    # Machines may share the directory.
+    place = " ".join((socket.gethostname(), *sorted(endpoints)))
+    digest = hashlib.sha256(place.encode()).hexdigest()[:12]
+    return Latch(base / "visualhfsm" / "robots" / f"{settings.realm}-{digest}.json")

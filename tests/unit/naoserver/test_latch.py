@@ -1,0 +1,174 @@
+"""What a robot server keeps over its end: the emergency stop, and the lease."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from interfaces.nao import Severity
+from naoserver.errors import CommandRefused, RobotError
+from naoserver.event_log import EventLog
+from naoserver.gate import LONGEST_LEASE, Gate
+from naoserver.latch import Latch, latch_of
+from zenoh_ice.settings import Settings
+
+
+@contextmanager
+def server(path: Path) -> Iterator[Gate]:
+    """A server's gate, until the server ends in good order."""
+    with Latch(path) as latch:
+        yield gate_of(latch)
+
+
+def gate_of(latch: Latch) -> Gate:
+    return Gate(EventLog(lambda: 0.0, time.monotonic), latch)
+
+
+def killed(path: Path) -> Gate:
+    """Return the gate of a server that is never told that it ends, as when it is killed."""
+    return gate_of(Latch(path).__enter__())
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "robots" / "nao.json"
+
+
+def test_at_first_and_after_an_orderly_end_commands_are_accepted(path: Path) -> None:
+    for _ in range(2):
+        with server(path) as gate:
+            assert not gate.state().stopped
+            gate.require("a")
+    assert not path.exists()
+
+
+def test_a_stop_outlasts_an_orderly_end_until_it_is_reset(path: Path) -> None:
+    with server(path) as gate:
+        gate.stop("a hand in the way")
+    for _ in range(2):
+        with server(path) as gate:
+            assert gate.state().reason == "a hand in the way"
+            with pytest.raises(CommandRefused, match="a hand in the way"):
+                gate.require("a")
+    with server(path) as gate:
+        gate.reset()
+        gate.require("a")
+    with server(path) as gate:
+        assert not gate.state().stopped
+
+
+def test_after_an_end_without_warning_the_next_server_is_stopped_and_says_why(path: Path) -> None:
+    killed(path)
+    gate = killed(path)
+    assert gate.state().reason == "its server ended without warning"
+    (event,) = gate.events.snapshot()[0]
+    assert event.level is Severity.Error
+    assert "still stopped: its server ended without warning; reset the emergency stop" in event.message
+    with server(path) as gate:
+        assert gate.state().stopped, "however often it is started"
+        gate.reset()
+    with server(path) as gate:
+        gate.require("a")
+
+
+def test_a_stop_before_an_end_without_warning_keeps_its_reason(path: Path) -> None:
+    killed(path).stop("smoke")
+    expected = "smoke (then its server ended without warning)"
+    assert killed(path).state().reason == expected
+    assert killed(path).state().reason == expected
+
+
+def test_a_server_that_was_killed_after_a_reset_is_stopped_for_its_end_alone(path: Path) -> None:
+    gate = killed(path)
+    gate.stop("smoke")
+    gate.reset()
+    with server(path) as gate:
+        assert gate.state().reason == "its server ended without warning"
+
+
+def test_a_record_that_cannot_be_read_counts_as_a_stop(path: Path) -> None:
+    path.parent.mkdir()
+    for content in (b"", b"{", b'{"stop": 7}', b"x" * 100_000):
+        path.write_bytes(content)
+        with Latch(path) as latch:
+            gate = gate_of(latch)
+            assert "cannot be read" in gate.state().reason
+            gate.reset()
+        with server(path) as gate:
+            assert not gate.state().stopped
+
+
+def test_a_lease_outlasts_its_server_for_the_rest_of_its_time(path: Path) -> None:
+    with server(path) as gate:
+        gate.acquire("a", "Ann", 30.0)
+    with server(path) as gate:
+        assert gate.state().holder == "Ann"
+        assert 25.0 < gate.state().remaining <= 30.0
+        gate.require("a")
+        with pytest.raises(CommandRefused, match="held by Ann"):
+            gate.require("b")
+        gate.release("a")
+    with server(path) as gate:
+        assert gate.state().holder == ""
+
+
+def test_a_lease_outlasts_a_killed_server_too(path: Path) -> None:
+    killed(path).acquire("a", "Ann", 30.0)
+    gate = killed(path)
+    assert (gate.state().stopped, gate.state().holder) == (True, "Ann")
+
+
+def test_a_kept_lease_ends_in_time_whatever_the_clock_of_the_machine_did(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = time.time()
+    for later, holder in ((31.0, ""), (-1e6, "Ann")):
+        with server(path) as gate:
+            gate.acquire("a", "Ann", 30.0)
+        with monkeypatch.context() as patch:
+            patch.setattr(time, "time", lambda later=later: now + later)
+            with server(path) as gate:
+                state = gate.state()
+                assert (state.holder, state.remaining <= LONGEST_LEASE) == (holder, True)
+
+
+def test_a_server_that_cannot_keep_a_stop_does_not_begin(path: Path) -> None:
+    path.parent.write_text("no folder")
+    with pytest.raises(RobotError, match=r"cannot be kept in .*nao\.json.*XDG_STATE_HOME"), Latch(path):
+        pass
+
+
+def test_a_stop_holds_while_the_disk_is_full_and_the_operator_is_told(path: Path) -> None:
+    gate = killed(path)
+    path.parent.rename(path.parent.with_name("away"))
+    path.parent.write_text("nothing can be written there")
+    gate.stop("smoke")
+    assert gate.state().stopped
+    assert "cannot be kept" in gate.events.snapshot()[0][-1].message
+    gate.reset()
+    gate.require("a")
+
+
+def test_a_server_that_is_started_again_in_the_same_way_finds_its_record() -> None:
+    def file(**settings: object) -> str:
+        latch = latch_of(Settings(**settings))  # type: ignore[arg-type]
+        assert latch is not None
+        return str(latch.path)
+
+    default = file(listen=("tcp/127.0.0.1:7447",), connect=())
+    assert default == file(listen=("tcp/127.0.0.1:7447",), connect=())
+    assert default.startswith(os.environ["XDG_STATE_HOME"])
+    behind_a_router = {"connect": ("tls/lab:7448",), "listen": ("tcp/127.0.0.1:0",)}
+    others = (
+        file(realm="red", listen=("tcp/127.0.0.1:7447",), connect=()),
+        file(listen=("tcp/127.0.0.1:7448",), connect=()),
+        file(**behind_a_router),
+    )
+    assert len({default, *others}) == 4
+    assert file(**behind_a_router) == others[-1]
+    assert latch_of(Settings(listen=("tcp/127.0.0.1:0",), connect=())) is None
