@@ -10,6 +10,7 @@ import hashlib
 import logging
 import os
 import socket
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Final, Self
 
@@ -45,7 +46,7 @@ class Kept(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Latch:
-    """Keep an emergency stop and a lease in a file, while in a `with` block of the running server.
+    """Keep an emergency stop and a lease in a file, in a `with` block for as long as the server runs.
 
     The block raises RobotError at its beginning where nothing can be kept.
     """
@@ -117,16 +118,16 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def latch_of(settings: Settings) -> Latch | None:
+def latch_of(settings: Settings) -> Latch | nullcontext[None]:
     """Return the latch of the robot that a server with these settings serves.
 
     It is a file in the user's directory of states, named after the realm and the endpoints: a server that is
-    started again in the same way finds it. None where a server cannot be found again: it only listens on a
-    port that the system picks.
+    started again in the same way finds it. There is none for a server that nobody finds again, because it
+    listens on nothing but a port that the system picks.
     """
     endpoints = [each for each in settings.listen if not each.endswith(":0")] or list(settings.connect)
     if not endpoints:
-        return None
+        return nullcontext()
     state = os.environ.get("XDG_STATE_HOME", "")
     base = Path(state) if state.startswith("/") else Path.home() / ".local" / "state"
     # Machines may share the directory.

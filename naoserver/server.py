@@ -36,17 +36,15 @@ def serve(
 
     Yields the assembly between the robot and its clients: other interfaces use its guards too. The
     caller activates the adapter, and closes the robot afterwards. Only if the robot is not a real one may the
-    safety deadlines follow a `wall` clock other than steady wall time. With a `latch` the robot is stopped at
-    first if it was when the former server ended, or if that one ended without warning. Raises RobotError for
-    options that the robot does not support, and when the latch cannot keep anything.
+    safety deadlines follow a `wall` clock other than steady wall time. With a `latch`, which is open, the
+    robot is stopped at first if it was when the former server ended, or if that one ended without warning.
+    Raises RobotError for options that the robot does not support.
     """
+    assembly = Assembly(robot, options or ServerOptions(), wall or WallClock(), latch)
+    threads = JobThreads(assembly.jobs)
+    assembly.on_wake = threads.wake
     served: list[str] = []
     with ExitStack() as steps:  # all run, the last first, whatever they raise
-        if latch is not None:
-            steps.enter_context(latch)
-        assembly = Assembly(robot, options or ServerOptions(), wall or WallClock(), latch)
-        threads = JobThreads(assembly.jobs)
-        assembly.on_wake = threads.wake
         steps.callback(threads.close)
         clients = adapter.getCommunicator().onClientLost(assembly.drop_client)
         steps.callback(clients.close)

@@ -64,13 +64,24 @@ def naoserver_naoqi(
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
     address = parse_address(robot, user, password)
-    lifecycle = LifecycleOptions(start, end, life)
-    nao = NaoqiRobot(lambda timeout: connect(address, timeout), lifecycle, body=find_body(body))
-    with stop_on_signals() as stop, initialize(settings) as communicator, closing(nao):
+    lifecycle, facts = LifecycleOptions(start, end, life), find_body(body)
+    with (
+        stop_on_signals() as stop,
+        initialize(settings) as communicator,
+        latch_of(settings) as latch,
+        closing(
+            NaoqiRobot(
+                lambda timeout: connect(address, timeout),
+                lifecycle,
+                facts,
+                stopped=latch is not None and bool(latch.found.stop),
+            )
+        ) as nao,
+    ):
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
         options = ServerOptions(safety=capped(joint_speed))
-        with serve(nao, adapter, options, latch=latch_of(settings)) as assembly:
+        with serve(nao, adapter, options, latch=latch) as assembly:
             nao.report_to(assembly)
             adapter.activate()
             report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")

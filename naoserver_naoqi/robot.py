@@ -75,6 +75,8 @@ class Lifecycle:
         self._reporter = reporter
         self._life_before = ""
         self._begun = False
+        self.is_stopped: Callable[[], bool] = lambda: False
+        """Return whether the emergency stop is latched: then the robot stays as it is."""
 
     def open(self, link: Link) -> None:
         """Switch off Autonomous Life, each time the robot is found: it starts with the robot."""
@@ -93,7 +95,9 @@ class Lifecycle:
     def begin(self) -> None:
         """Bring the robot into the state in which it is to be served. Raises HardwareFailure."""
         self._begun = True
-        if self._options.start is Start.STAND:
+        if self._options.start is not Start.LEAVE and self.is_stopped():
+            self._reporter.report(Severity.Warning, "the robot is still stopped: it stays as it is")
+        elif self._options.start is Start.STAND:
             call(self._connection.require(), "ALMotion.wakeUp", timeout=_LONG)
         elif self._options.start is Start.STIFFEN:
             _stiffen(self._connection.require(), 1.0)
@@ -104,6 +108,9 @@ class Lifecycle:
         if link is None:
             if self._begun and self._options.end is not End.LEAVE:
                 self._reporter.report(Severity.Error, "the robot is lost: it stays as it is")
+            return
+        if self.is_stopped():
+            self._reporter.report(Severity.Warning, "the robot is stopped: it stays as it is")
             return
         try:
             if self._options.end is End.REST:
@@ -124,11 +131,17 @@ class NaoqiRobot:
     """A Nao with NAOqi. Implements Robot.
 
     `connect` makes a link to it within some seconds. While the robot is lost, readings keep their last values
-    and commands do nothing; `report_to` lets a server notify its clients.
+    and commands do nothing; `report_to` lets a server notify its clients. A robot that is `stopped` since a
+    former server does not move at the start.
     """
 
     def __init__(
-        self, connect: Callable[[float], Link], options: LifecycleOptions | None = None, body: Body = H25
+        self,
+        connect: Callable[[float], Link],
+        options: LifecycleOptions | None = None,
+        body: Body = H25,
+        *,
+        stopped: bool = False,
     ) -> None:
         self.name: Final = "Nao"
         self.body: Final = body
@@ -144,6 +157,7 @@ class NaoqiRobot:
         self.state: Final = self._state.body
         self._calls = BackgroundCalls(connection, reporter)
         self._lifecycle = Lifecycle(options or LifecycleOptions(), connection, reporter)
+        self._lifecycle.is_stopped = lambda: stopped
         self._commands = NaoqiJoints(connection, self._state, self._calls, reporter)
         self.command_positions: Final = self._commands.command_positions
         self.command_velocities: Final = self._commands.command_velocities
@@ -165,6 +179,7 @@ class NaoqiRobot:
     def report_to(self, assembly: Assembly) -> None:
         """Notify clients of the robot's events, at once of its loss, during which commands are refused."""
         self._reporter.report_to(assembly.events, assembly.health.report_now)
+        self._lifecycle.is_stopped = lambda: assembly.gate.state().stopped
         self._connection.on_lost.append(assembly.gate.lose)
         self._connection.on_found.append(assembly.gate.find)
 

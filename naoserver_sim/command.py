@@ -216,9 +216,9 @@ def naoserver_sim(
     ):
         check_cameras(requested, robot.cameras)
         robot.start()  # first: clients that find the server wait only briefly for its servants
-        with initialize(settings) as communicator:
+        with initialize(settings) as communicator, latch_of(settings) as latch:
             adapter = communicator.createObjectAdapter("NaoServer")
-            with serve(robot, adapter, options, latch=latch_of(settings)) as assembly, ExitStack() as also:
+            with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
                 if qi is not None:
                     url = also.enter_context(serve_as_naoqi(robot, assembly, qi, disk=disk))
                     typer.echo(f"NAOqi: {url}")

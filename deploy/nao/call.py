@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -16,10 +17,10 @@ import typer
 
 from deploy.nao import NaoError
 from deploy.nao.connection import find_operation
-from deploy.nao.dynamic import DynamicProxy
+from deploy.nao.dynamic import DynamicProxy, target_of
 from deploy.nao.output import print_json, print_value
 from deploy.nao.values import FromJson, Json, is_bytes, to_json
-from zenoh_ice import initialize
+from zenoh_ice import Communicator, initialize
 from zenoh_ice.reflection import Member
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import cut
@@ -29,11 +30,14 @@ __all__ = ["call", "shown_bytes"]
 _BY_NAME: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _LARGEST_FILE: Final = 32 << 20  # bytes
 _LONGEST_SHOWN: Final = 60  # characters of a wrong word in an error
+_COMMAND: Final = "::jderobot::CommandRefusedException"  # thrown by the operations that move a robot
+_LOOK: Final = 0.1  # s
 
 
 def call(settings: Settings, address: str, words: Sequence[str], *, as_json: bool) -> None:
     """Call the operation that an address names with the arguments of the command line.
 
+    A command to a robot lasts until the robot has come to rest, because its motion ends with this client.
     Raises NaoError for arguments that do not fit, and whatever the call raises.
     """
     with initialize(settings) as communicator:
@@ -43,11 +47,26 @@ def call(settings: Settings, address: str, words: Sequence[str], *, as_json: boo
         if maker.left_out and sys.stderr.isatty():
             typer.secho(f"not given, so zero: {', '.join(maker.left_out)}", err=True, dim=True)
         results = proxy.invoke(name, arguments)
-    result = next(iter(results.values())) if len(results) == 1 else results or None
-    if as_json:
-        print_json(to_json(result))
-    elif results:
-        print_value(to_json(result, shown_bytes))
+        result = next(iter(results.values())) if len(results) == 1 else results or None
+        if as_json:
+            print_json(to_json(result))
+        elif results:
+            print_value(to_json(result, shown_bytes))
+        if _COMMAND in proxy.operations[name].exceptions:
+            _wait_for_rest(communicator)
+
+
+def _wait_for_rest(communicator: Communicator) -> None:
+    """Wait while a robot moves because this client commanded it."""
+    untyped = communicator.stringToProxy("Safety")
+    if not communicator.presence.interfaces(target_of(untyped)):
+        return
+    safety = DynamicProxy(untyped)
+    if "isMoving" not in safety.operations:  # a server of a former release
+        return
+    sys.stdout.flush()
+    while safety.invoke("isMoving", [])["returnValue"]:
+        time.sleep(_LOOK)
 
 
 def shown_bytes(data: bytes) -> Json:

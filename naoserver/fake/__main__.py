@@ -40,10 +40,15 @@ def fake(
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
     robot = FakeRobot(body=find_body(body))
-    with stop_on_signals() as stop, initialize(settings) as communicator, closing(robot):
+    with (
+        stop_on_signals() as stop,
+        initialize(settings) as communicator,
+        latch_of(settings) as latch,
+        closing(robot),
+    ):
         robot.start()
         adapter = communicator.createObjectAdapter("FakeRobot")
-        with serve(robot, adapter, latch=latch_of(settings)):
+        with serve(robot, adapter, latch=latch):
             adapter.activate()
             report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
             stop.wait()

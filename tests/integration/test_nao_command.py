@@ -150,6 +150,13 @@ def test_patterns_choose_servants(robot: ServedRobot) -> None:
     assert nao("list", "nothing").err.startswith("nao: error: none of ")
 
 
+def test_a_command_lasts_until_the_robot_is_where_it_was_sent(robot: ServedRobot) -> None:
+    assert nao("call", "Head.setPose", "0.4", "0.1", "0.3").code == 0
+    assert robot.robot.read().commands[:2] == pytest.approx((0.4, 0.1))
+    assert nao("call", "Head.setSpeed", "-0.2", "0.0").code == 0
+    assert robot.assembly.body.velocity("HeadYaw") == 0.0, "its time has run out"
+
+
 def test_names_with_dots_are_listed_and_called(calculator: Any) -> None:
     assert "tools.Second" in nao("list", "tools").out
     calculator.counted = 10

@@ -157,7 +157,7 @@ def test_a_stop_holds_while_the_disk_is_full_and_the_operator_is_told(path: Path
 def test_a_server_that_is_started_again_in_the_same_way_finds_its_record() -> None:
     def file(**settings: object) -> str:
         latch = latch_of(Settings(**settings))  # type: ignore[arg-type]
-        assert latch is not None
+        assert isinstance(latch, Latch)
         return str(latch.path)
 
     default = file(listen=("tcp/127.0.0.1:7447",), connect=())
@@ -171,4 +171,5 @@ def test_a_server_that_is_started_again_in_the_same_way_finds_its_record() -> No
     )
     assert len({default, *others}) == 4
     assert file(**behind_a_router) == others[-1]
-    assert latch_of(Settings(listen=("tcp/127.0.0.1:0",), connect=())) is None
+    with latch_of(Settings(listen=("tcp/127.0.0.1:0",), connect=())) as latch:
+        assert latch is None

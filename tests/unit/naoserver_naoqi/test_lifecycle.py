@@ -1,5 +1,7 @@
 """What happens to the robot at the start and the end, by the options."""
 
+from contextlib import closing
+
 import pytest
 
 from naoserver.assembly import Assembly
@@ -38,6 +40,23 @@ def test_the_end(naoqi, end, call):
     with naoqi.robot(LifecycleOptions(end=end)):
         assert call not in naoqi.calls
     assert call in naoqi.calls
+
+
+def test_a_robot_that_is_still_stopped_does_not_move_for_the_start(naoqi, caplog):
+    options = LifecycleOptions(start=Start.STAND)
+    with closing(NaoqiRobot(naoqi.connect, options, stopped=True)) as robot:
+        robot.start()
+    assert naoqi.called(WAKE) == []
+    assert "still stopped: it stays as it is" in caplog.text
+
+
+def test_a_robot_that_was_stopped_stays_as_it_is_at_the_end(naoqi):
+    with naoqi.robot(LifecycleOptions(end=End.REST, life=Life.SUSPEND)) as robot:
+        assembly = Assembly(robot, ServerOptions(), robot.clock)
+        robot.report_to(assembly)
+        assembly.gate.stop("a hand in the way")
+    assert naoqi.called(REST) == []
+    assert naoqi.called(LIFE) == [("disabled",)], "a robot with a life of its own would move"
 
 
 def test_autonomous_life_is_switched_off_and_stays_off(naoqi):
