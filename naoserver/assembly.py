@@ -93,6 +93,7 @@ class Assembly:
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
         """Periodic jobs."""
+        self.gate.stop_again()  # a former server may have left the robot on its way somewhere
 
     def drop_client(self, client: str) -> None:
         """Stop everything that a lost client moves or streams, and take its lease back."""

@@ -94,16 +94,15 @@ class Gate:
         with self._lock:
             self._stop_reason = reason
         self._report(Severity.Error, f"emergency stop: {reason}", "stop")
-        failure: Exception | None = None
-        for stop in self._stops:
-            try:
-                stop()
-            except Exception as error:
-                _logger.exception("a part of the robot could not be stopped")
-                failure = failure or error
+        failure = self._stop_all()
         self._keep()
         if failure is not None:
             raise failure
+
+    def stop_again(self) -> None:
+        """If the robot is stopped, stop all that moves once more: it may have missed that."""
+        if self._stop_reason is not None:
+            self._stop_all()
 
     def reset(self) -> None:
         """Accept commands again after an emergency stop."""
@@ -120,9 +119,10 @@ class Gate:
             self._out_of_reach = why
 
     def find(self) -> None:
-        """Accept commands again: they reach the robot."""
+        """Accept commands again, unless the robot is stopped: they reach it."""
         with self._lock:
             self._out_of_reach = None
+        self.stop_again()
 
     def acquire(self, client: str, holder: str, seconds: float) -> None:
         """Hold the robot for a client, called `holder`, or renew its lease.
@@ -169,6 +169,17 @@ class Gate:
                 session=self._session,
                 wasReset=self._was_reset,
             )
+
+    def _stop_all(self) -> Exception | None:
+        """Stop every part, whatever fails; return the first failure."""
+        failure: Exception | None = None
+        for stop in self._stops:
+            try:
+                stop()
+            except Exception as error:
+                _logger.exception("a part of the robot could not be stopped")
+                failure = failure or error
+        return failure
 
     def _take_over(self, latch: Latch) -> None:
         """Begin with the stop and the lease that the former server left."""

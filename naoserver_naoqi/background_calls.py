@@ -6,15 +6,18 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, Generic, TypeVar
 
+from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure
 from naoserver_naoqi.connection import Connection, Reporter, join
-from naoserver_naoqi.link import Link, Reply
+from naoserver_naoqi.link import Failure, Link, LinkLost, Reply
 
 MOST: Final = 200
 """Limit of unanswered calls; further ones are refused."""
 _AFTER_FAILURE: Final = 2.0
 _PATIENCE: Final = 1.0
 """Seconds to wait for an answer before the next command is sent without it."""
+_AGAIN: Final = 0.3
+"""Seconds until a stop that failed is sent again."""
 _END: Final = 2.0
 
 V = TypeVar("V")
@@ -101,6 +104,9 @@ class CoalescingQueue(Generic[V]):
     NAOqi may run two calls in either order, so each is sent after the answer to the previous one. The first
     is sent from the caller's thread. Later commands wait, and a newer command replaces an older one with the
     same key, so the queue stays short however slow the robot is. `send` starts the calls.
+
+    A command that is a stop (`is_stop`) is sent again until the robot has carried it out, unless a newer one
+    replaces it. A call that was not answered may still be run, so a stop is repeated after that, too.
     """
 
     def __init__(
@@ -109,14 +115,18 @@ class CoalescingQueue(Generic[V]):
         connection: Connection,
         reporter: Reporter,
         send: Callable[[Link, Mapping[str, V]], Sequence[Reply]],
+        is_stop: Callable[[V], bool],
     ) -> None:
         self._name = name
         self._connection = connection
         self._reporter = reporter
         self._send = send
+        self._is_stop = is_stop
         self._changed = threading.Condition()
         self._waiting: dict[str, V] = {}
+        self._sent: dict[str, V] = {}  # the commands of the running calls
         self._replies: Sequence[Reply] = ()
+        self._unanswered: list[Reply] = []  # calls before them that the robot may still run
         self._closing = False
         self._thread = threading.Thread(target=self._run, name=f"NAOqi {name}", daemon=True)
 
@@ -129,20 +139,18 @@ class CoalescingQueue(Generic[V]):
     def post(self, commands: Mapping[str, V]) -> None:
         """Send commands now, or after the previous answer; drop them without a connection."""
         with self._changed:
-            link = self._connection.link
-            if self._closing or link is None:
+            if self._closing or self._connection.link is None:
                 return
             self._waiting.update(commands)
             if not self._replies:
-                self._begin(link)
-                self._changed.notify_all()
-                if self._thread.ident is None:
-                    self._thread.start()
+                self._send_waiting()
+                self._await_answers()
 
     def forget(self) -> None:
         """Drop the commands that have not been sent yet."""
         with self._changed:
             self._waiting.clear()
+            self._unanswered.clear()
 
     def close(self) -> None:
         """Send the waiting commands, and end the thread."""
@@ -151,12 +159,26 @@ class CoalescingQueue(Generic[V]):
             self._changed.notify_all()
         join(self._thread, _END)
 
-    def _begin(self, link: Link) -> None:
-        commands, self._waiting = self._waiting, {}
+    def _send_waiting(self) -> None:
+        link = self._connection.link
+        if link is None:
+            self._waiting.clear()
+        elif self._waiting:
+            self._sent, self._waiting = self._waiting, {}
+            try:
+                self._replies = self._send(link, self._sent)
+            except HardwareFailure as error:
+                self._replies = (Failure(error),)
+
+    def _await_answers(self) -> None:
+        """Let the thread take the answers, which is started for the first ones."""
         try:
-            self._replies = self._send(link, commands)
-        except HardwareFailure as error:
-            self._reporter.report_once(self._name, str(error))
+            if self._thread.ident is None:
+                self._thread.start()
+        except RuntimeError as error:
+            self._reporter.report_once(self._name, f"its answers are not heard: {error}")
+            self._replies = ()  # so that the next command is sent all the same
+        self._changed.notify_all()
 
     def _run(self) -> None:
         while True:
@@ -165,16 +187,38 @@ class CoalescingQueue(Generic[V]):
                 replies = self._replies
                 if not replies:
                     return
-            for reply in replies:
-                with self._reporter.failures_of(self._name):
-                    reply.result(_PATIENCE)
+            failures = [failure for reply in replies if (failure := self._failure_of(reply))]
             with self._changed:
+                in_doubt = bool(failures or self._unanswered)
+                self._unanswered = [reply for reply in (*self._unanswered, *replies) if not reply.done]
                 self._replies = ()
-                link = self._connection.link
-                if link is None:
-                    self._waiting.clear()
-                elif self._waiting:
-                    self._begin(link)
-                self._changed.notify_all()
-                if self._thread.ident is None:
-                    self._thread.start()
+                if in_doubt:
+                    self._repeat_stops(failures)
+                if not self._replies:
+                    self._send_waiting()
+
+    def _failure_of(self, reply: Reply) -> str:
+        """Return why the robot has not carried out a call; empty if it has, or is lost."""
+        try:
+            reply.result(_PATIENCE)
+        except LinkLost:
+            return ""  # the robot is stopped when it is found again
+        except HardwareFailure as error:
+            self._reporter.report_once(self._name, str(error))
+            return str(error)
+        self._reporter.report_once(self._name, "")
+        return ""
+
+    def _repeat_stops(self, failures: Sequence[str]) -> None:
+        """Let the stops of the last calls wait, to be sent again soon, or with the next newer command."""
+        stops = {key: command for key, command in self._sent.items() if self._is_stop(command)}
+        stops = {key: command for key, command in stops.items() if key not in self._waiting}
+        if not stops:
+            return
+        if failures:
+            message = f"a stop ({self._name}) is repeated until the robot carries it out: {failures[0]}"
+            self._reporter.report(Severity.Error, message, f"stop {self._name}")
+        at_once = bool(self._waiting)
+        self._waiting.update(stops)
+        if not at_once:
+            self._changed.wait_for(lambda: self._replies, _AGAIN)

@@ -38,10 +38,10 @@ class NaoqiJoints:
         self._joints = {joint.name: joint for joint in state.facts.joints}
         self._calls = calls
         self.orders: Final[CoalescingQueue[Order]] = CoalescingQueue(
-            "joints", connection, reporter, self._send_orders
+            "joints", connection, reporter, self._send_orders, lambda order: order.target is None
         )
         self._stiffnesses: CoalescingQueue[tuple[float, float]] = CoalescingQueue(
-            "stiffness", connection, reporter, self._send_stiffnesses
+            "stiffness", connection, reporter, self._send_stiffnesses, lambda _change: False
         )
 
     def close(self) -> None:

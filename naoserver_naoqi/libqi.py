@@ -8,7 +8,7 @@ from typing import Any, Final
 import qi
 
 from naoserver.libqi import start_libqi
-from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply, RobotAddress
+from naoserver_naoqi.link import CallFailed, CallTimeout, Failure, LinkLost, Reply, RobotAddress
 
 _FINDING: Final = 2.0
 """Time limit in s for the robot to find a service."""
@@ -57,11 +57,11 @@ class LibqiLink:
         try:
             return _FutureReply(operation, getattr(self._service(service), method)(*arguments, _async=True))
         except AttributeError:
-            return _Failure(CallFailed(f"{operation}: this robot has no such method"))
+            return Failure(CallFailed(f"{operation}: this robot has no such method"))
         except (CallFailed, CallTimeout, LinkLost) as error:
-            return _Failure(error)
+            return Failure(error)
         except RuntimeError as error:
-            return _Failure(_failure(operation, str(error)))
+            return Failure(_failure(operation, str(error)))
 
     def close(self) -> None:
         with self._lock:
@@ -105,18 +105,6 @@ class _FutureReply:
         if state == qi.FutureState.Running:
             raise CallTimeout(f"{self._operation}: no answer within {timeout:g} s")
         raise _failure(self._operation, str(self._future.error()) if self._future.hasError() else "cancelled")
-
-
-class _Failure:
-    """A call that could not be begun. Implements Reply."""
-
-    done: Final = True
-
-    def __init__(self, error: Exception) -> None:
-        self._error = error
-
-    def result(self, timeout: float) -> Any:  # noqa: ANN401, ARG002
-        raise self._error
 
 
 class _Login:

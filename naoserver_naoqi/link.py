@@ -53,6 +53,19 @@ class Link(Protocol):
         """Close the link; running calls end with LinkLost. Does nothing the second time."""
 
 
+class Failure:
+    """The answer to a call that could not be begun. Implements Reply."""
+
+    done: Final = True
+
+    def __init__(self, error: Exception) -> None:
+        self._error = error
+
+    def result(self, timeout: float) -> Any:  # noqa: ANN401, ARG002
+        """Raise the reason."""
+        raise self._error
+
+
 def call(link: Link, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
     """Return what NAOqi answers within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
     return link.begin(operation, *arguments).result(timeout)

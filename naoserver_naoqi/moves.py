@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import astuple, replace
 from typing import Any, Final
 
+from interfaces.nao import Severity
 from naoserver.capabilities import Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.naoqi_names import gait_limits
@@ -24,6 +25,8 @@ _POSTURE_PERIOD: Final = 0.5
 """Seconds between two requests for its posture."""
 _ENDED: Final = 0.3
 """Seconds for which NAOqi has to report the end of a walk before it is believed."""
+_STUBBORN: Final = 1.0
+"""Seconds after a stop, more than a step takes, after which it is repeated."""
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
 _LEGS: Final = ("Hip", "Knee", "Ankle")
 _POSITION: Final = "ALMotion.getRobotPosition"
@@ -41,12 +44,16 @@ class NaoqiWalker:
         self._state = state
         self._clock = clock
         self._lock = threading.Lock()
-        self._velocities: CoalescingQueue[WalkVelocity] = CoalescingQueue("walk", connection, reporter, _send)
+        self._reporter = reporter
+        self._velocities: CoalescingQueue[WalkVelocity] = CoalescingQueue(
+            "walk", connection, reporter, _send, lambda velocity: velocity == _STILL
+        )
         self.limits = gait_limits(_USUAL)
         self._commanded = _STILL
         self.walking = False  # according to NAOqi
         self._sent = 0.0  # when the newest command was given
         self._still_since: float | None = None
+        self._stopping = False  # the walk was stopped, and the robot has not come to a stand since
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
         self.questions: Final = (
             Poll(reporter, clock.now, self._period, self._take_position, _POSITION, True),
@@ -79,6 +86,7 @@ class NaoqiWalker:
                 return
             self._commanded = velocity
             self._sent, self._still_since = self._clock.now(), None
+            self._stopping = velocity == _STILL
             self.walking = self.walking or velocity != _STILL
             self._velocities.post({"velocity": velocity})
 
@@ -92,7 +100,7 @@ class NaoqiWalker:
         """Treat the walk as ended: the robot is lost, and stopped when it is found again."""
         with self._lock:
             self._velocities.forget()
-            self._commanded, self.walking = _STILL, False
+            self._commanded, self.walking, self._stopping = _STILL, False, False
 
     def _check(self) -> None:
         if self._state.body().fallen:
@@ -117,11 +125,19 @@ class NaoqiWalker:
         with self._lock:
             if answer:
                 self.walking, self._still_since = True, None
+                if self._stopping and asked - self._sent >= _STUBBORN and self._velocities.idle:
+                    self._stop_again(asked)
             elif self.walking and asked > self._sent and self._velocities.idle:
                 if self._still_since is None:
                     self._still_since = asked
                 elif asked - self._still_since >= _ENDED:
-                    self._commanded, self.walking = _STILL, False
+                    self._commanded, self.walking, self._stopping = _STILL, False, False
+
+    def _stop_again(self, now: float) -> None:
+        self._sent = now
+        self._velocities.post({"velocity": _STILL})
+        message = "the robot walks on though it was stopped: the stop is repeated until it stands"
+        self._reporter.report(Severity.Error, message, "walks on")
 
 
 def _send(link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
@@ -144,6 +160,9 @@ class NaoqiPostures:
         self._current = ""
         self._going: Reply | None = None
         self._stopped = False
+        self._stop_at = 0.0  # when a stop is repeated
+        self._now = now
+        self._reporter = reporter
         self._progress = PostureProgress()
         self.question: Final = Poll(
             reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
@@ -166,7 +185,7 @@ class NaoqiPostures:
         with self._lock:
             if self._going is None:
                 return
-            self._stopped = True
+            self._stopped, self._stop_at = True, self._now() + _STUBBORN
         try:
             self._calls.run("ALRobotPosture.stopMove")
         except LinkLost:
@@ -179,11 +198,24 @@ class NaoqiPostures:
         return self._progress
 
     def tick(self, _link: Link) -> None:
-        """Check whether the way has ended."""
+        """Check whether the way has ended, and repeat a stop that has not ended it."""
         with self._lock:
-            if self._going is None or not self._going.done:
+            going = self._going
+            if going is None:
                 return
-            going, self._going = self._going, None
+            stubborn = self._stopped and not going.done and self._now() >= self._stop_at
+        if stubborn:
+            message = "the robot goes on into a posture though it was stopped: the stop is repeated"
+            self._reporter.report(Severity.Error, message, "posture")
+            self.stop()
+        elif going.done:
+            self._end(going)
+
+    def _end(self, going: Reply) -> None:
+        with self._lock:
+            if self._going is not going:
+                return
+            self._going = None
             why = "it was stopped" if self._stopped else "the robot did not reach its goal"
             try:
                 reached = bool(going.result(0.0))

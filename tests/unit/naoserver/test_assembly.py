@@ -6,6 +6,7 @@ from interfaces.nao import ActionStatus
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
+from naoserver.latch import Latch
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.motion_rig import MotionRig
@@ -42,6 +43,19 @@ def test_what_cannot_be_stopped_keeps_neither_the_lease_nor_the_joints_of_a_lost
         assembly.drop_client("client")
     assert assembly.gate.state().holder == ""
     assert assembly.body.velocity("HeadYaw") == 0.0
+
+
+def test_what_a_killed_server_left_on_its_way_is_held_by_the_next_one(tmp_path):
+    Latch(tmp_path / "nao.json").__enter__()
+    clock = VirtualClock()
+    robot = FakeRobot(clock)
+    robot.command_positions({"LShoulderPitch": -1.0}, {"LShoulderPitch": 0.1})
+    clock.advance(0.5)
+    with Latch(tmp_path / "nao.json") as latch:
+        Assembly(robot, ServerOptions(), clock, latch)
+        there = robot.read().commands
+        clock.advance(5.0)
+        assert robot.read().commands == there
 
 
 @pytest.mark.sim

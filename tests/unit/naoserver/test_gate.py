@@ -79,6 +79,19 @@ def test_a_robot_that_is_lost_takes_no_command_until_it_is_found(rig):
     assert rig.lets_through("a")
 
 
+def test_a_robot_that_was_lost_while_it_was_stopped_is_stopped_again(rig):
+    stopped = []
+    rig.gate.on_stop(lambda: stopped.append(rig.wall))
+    rig.gate.lose("no answer")
+    rig.gate.find()
+    assert stopped == []
+    rig.gate.lose("no answer")
+    rig.gate.stop("smoke")
+    rig.wall = 5.0
+    rig.gate.find()
+    assert stopped == [0.0, 5.0]
+
+
 def test_a_robot_that_was_found_is_still_stopped(rig):
     rig.gate.stop("smoke")
     rig.gate.lose("no answer")

@@ -81,6 +81,26 @@ def test_a_posture_that_was_stopped_says_so(naoqi):
         eventually(lambda: robot.postures.progress().message == "it was stopped")
 
 
+def test_a_stop_that_does_not_end_the_way_into_a_posture_is_repeated(naoqi, caplog):
+    stop = "ALRobotPosture.stopMove"
+
+    def end_at_the_third():
+        if len(naoqi.called(stop)) == 1:
+            raise CallFailed("ALRobotPosture::stopMove: busy")
+        if len(naoqi.called(stop)) == 3:
+            naoqi.let_go(GO)
+
+    naoqi.held.add(GO)
+    naoqi.answers[GO] = False
+    naoqi.answers[stop] = end_at_the_third
+    with naoqi.robot() as robot:
+        robot.postures.go("Stand", 0.5)
+        robot.postures.stop()
+        eventually(lambda: robot.postures.progress().message == "it was stopped")
+    assert len(naoqi.called(stop)) == 3
+    assert "goes on into a posture though it was stopped" in caplog.text
+
+
 @pytest.mark.parametrize(("reported", "posture"), [("Stand", "Stand"), ("Unknown", ""), ("Frog", "")])
 def test_the_posture_is_one_that_is_known_or_none(naoqi, reported, posture):
     naoqi.answers["ALRobotPosture.getPosture"] = reported

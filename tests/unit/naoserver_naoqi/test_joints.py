@@ -118,3 +118,49 @@ def test_a_refusal_is_reported_once_and_the_next_command_goes_out(naoqi, caplog)
             eventually(lambda: robot._commands.orders.idle)
     assert caplog.text.count("the joint is hot") == 1
     assert len(naoqi.called(SET)) == 3
+
+
+HOLD = "ALMotion.changeAngles"
+
+
+def refuse_first(naoqi, operation):
+    """Let the first call of an operation be refused."""
+
+    def answer(*_arguments):
+        if len(naoqi.called(operation)) == 1:
+            raise CallFailed(f"{operation}: busy")
+
+    naoqi.answers[operation] = answer
+
+
+def test_a_hold_that_is_refused_is_repeated(naoqi, caplog):
+    refuse_first(naoqi, HOLD)
+    with naoqi.robot() as robot:
+        robot.command_velocities({"HeadYaw": 0.5, "LElbowYaw": 0.5})
+        robot.command_velocities({"HeadYaw": 0.0})
+        assert naoqi.wait_for_call(HOLD, 2)[0] == ["HeadYaw"]
+        eventually(lambda: robot._commands.orders.idle)
+    assert len(naoqi.called(HOLD)) == 2
+    assert "a stop (joints) is repeated until the robot carries it out" in caplog.text
+
+
+def test_a_hold_that_is_refused_does_not_undo_a_newer_command(naoqi):
+    refuse_first(naoqi, HOLD)
+    naoqi.held.add(HOLD)
+    with naoqi.robot() as robot:
+        robot.command_velocities({"HeadYaw": 0.5, "LElbowYaw": 0.5})
+        robot.command_velocities({"HeadYaw": 0.0, "LElbowYaw": 0.0})
+        naoqi.wait_for_call(HOLD)
+        robot.command_positions({"HeadYaw": 0.7}, {"HeadYaw": FULL["HeadYaw"]})
+        naoqi.let_go(HOLD)
+        assert naoqi.wait_for_call(HOLD, 2)[0] == ["LElbowYaw"]
+        eventually(lambda: robot._commands.orders.idle)
+        assert naoqi.called(SET)[-1][:2] == (["HeadYaw"], [0.7])
+
+
+def test_a_robot_that_is_closed_before_it_has_stopped_is_stopped_first(naoqi):
+    refuse_first(naoqi, HOLD)
+    with naoqi.robot() as robot:
+        robot.command_velocities({"HeadYaw": 0.5})
+        robot.command_velocities({"HeadYaw": 0.0})
+    assert len(naoqi.called(HOLD)) == 2

@@ -5,6 +5,7 @@ import pytest
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.naoqi_names import gait_limits
+from naoserver_naoqi.link import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
 
@@ -61,6 +62,65 @@ def test_a_robot_that_is_closed_stands(naoqi):
         robot.walker.command(WalkVelocity(forward=0.05))
         naoqi.wait_for_call(MOVE)
     assert [call[0] for call in naoqi.calls if call[0] in (MOVE, STOP)] == [STOP, MOVE, STOP]
+
+
+def refusing(times, operation):
+    """Return an answer that refuses a call some times."""
+    left = [CallFailed(f"{operation}: busy")] * times
+
+    def answer(*_arguments):
+        if left:
+            raise left.pop()
+
+    return answer
+
+
+def test_a_stop_that_is_refused_is_repeated_until_it_is_not(naoqi, caplog):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(forward=0.05))
+        naoqi.answers[STOP] = refusing(2, STOP)
+        robot.walker.command(STILL)
+        naoqi.wait_for_call(STOP, 4)
+        naoqi.answers[ACTIVE] = False
+        eventually(lambda: not robot.walker.walking)
+        assert len(naoqi.called(STOP)) == 4, "one is for the walk of before"
+        assert [call[0] for call in naoqi.calls if call[0] in (MOVE, STOP)].count(MOVE) == 1
+    assert "a stop (walk) is repeated until the robot carries it out: ALMotion.stopMove: busy" in caplog.text
+
+
+def test_a_stop_is_repeated_while_the_robot_walks_on(naoqi, caplog):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(forward=0.05))
+        robot.walker.command(STILL)
+        naoqi.wait_for_call(STOP, 4)
+        naoqi.answers[ACTIVE] = False
+        eventually(lambda: not robot.walker.walking)
+    assert "the robot walks on though it was stopped" in caplog.text
+
+
+def test_a_walk_of_somebody_else_is_left_alone(naoqi):
+    with naoqi.robot() as robot:
+        naoqi.answers[ACTIVE] = True
+        eventually(lambda: robot.walker.walking)
+        begun = robot.clock.now()
+        eventually(lambda: robot.clock.now() > begun + 1.5)
+        assert len(naoqi.called(STOP)) == 1
+
+
+def test_a_stop_is_repeated_when_the_robot_runs_an_older_command_late(naoqi):
+    naoqi.answers[ACTIVE] = True
+    naoqi.held.add(MOVE)
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(forward=0.05))
+        robot.walker.command(STILL)
+        naoqi.wait_for_call(STOP, 3)  # it goes on while the walk may still begin
+        naoqi.let_go(MOVE)
+        ran = len(naoqi.called(STOP))
+        naoqi.wait_for_call(STOP, ran + 1)
+        naoqi.answers[ACTIVE] = False
+        eventually(lambda: not robot.walker.walking)
 
 
 def test_a_walk_of_before_is_ended_when_the_robot_is_found(naoqi):
