@@ -12,6 +12,7 @@ from naoserver.body import H25, find_body
 from naoserver.latch import latch_of
 from naoserver.options import ServerOptions, capped
 from naoserver.server import JointSpeed, serve
+from naoserver_naoqi.dead_man import DeadMansSwitch
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
 from naoserver_naoqi.robot import End, Life, LifecycleOptions, NaoqiRobot, Start
@@ -69,6 +70,7 @@ def naoserver_naoqi(
         stop_on_signals() as stop,
         initialize(settings) as communicator,
         latch_of(settings) as latch,
+        closing(DeadMansSwitch(address)) as switch,
         closing(
             NaoqiRobot(
                 lambda timeout: connect(address, timeout),
@@ -78,6 +80,7 @@ def naoserver_naoqi(
             )
         ) as nao,
     ):
+        nao.tell_alive(switch.beat)
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
         options = ServerOptions(safety=capped(joint_speed))

@@ -183,6 +183,10 @@ class NaoqiRobot:
         self._connection.on_lost.append(assembly.gate.lose)
         self._connection.on_found.append(assembly.gate.find)
 
+    def tell_alive(self, beat: Callable[[Link], None]) -> None:
+        """Call `beat` each time the robot has answered."""
+        self._connection.on_tick.append(beat)
+
     def start(self) -> None:
         self._connection.start()
         self._lifecycle.begin()

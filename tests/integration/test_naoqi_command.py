@@ -12,7 +12,7 @@ import typer
 
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
-from interfaces.jderobot import CameraPrx
+from interfaces.jderobot import CameraPrx, MotorsPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
 from naoserver_naoqi.command import app, parse_address
@@ -22,7 +22,7 @@ from tests.support.commands import run_here
 from tests.support.conformance import fake_as_naoqi
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
-from tests.support.robot_server import wait_for
+from tests.support.robot_server import eventually, wait_for
 from zenoh_ice import initialize
 
 SUBSCRIBERS = "ALVideoDevice.getSubscribers"
@@ -72,6 +72,16 @@ def test_it_leaves_the_robot_as_wished_and_its_cameras_also_after_a_crash_by_the
     assert call(link, SUBSCRIBERS) == []
     assert call(link, "ALMotion.getAngles", ["HeadYaw"], True)[0] == pytest.approx(0.3, abs=0.02)
     assert set(call(link, "ALMotion.getStiffnesses", "Body")) == {0.0}
+
+
+def test_a_killed_server_does_not_leave_the_robot_walking(url, link):
+    with served(url, "--start", "stiffen") as (process, communicator):
+        MotorsPrx.checkedCast(communicator.stringToProxy("Motors")).setV(0.05)
+        eventually(lambda: call(link, "ALMotion.moveIsActive"))
+        process.process.kill()
+        process.wait_for("the server ended without warning: stopping the robot")
+        process.wait_for("the robot was told to stop")
+        eventually(lambda: not call(link, "ALMotion.moveIsActive"))
 
 
 def test_ctrl_c_while_it_starts_ends_it_quietly():

@@ -65,11 +65,14 @@ class ScriptedNaoqi:
         self.calls: list[tuple[Any, ...]] = []
         self.held: set[str] = set()
         self.reachable = True
+        self.refused = 0
+        """Attempts to connect while it was not reachable."""
         self.links: list[ScriptedLink] = []
 
     def connect(self, _timeout: float) -> ScriptedLink:
         """Connect like `naoserver_naoqi.libqi.connect`."""
         if not self.reachable:
+            self.refused += 1
             raise LinkLost("cannot connect: nobody is there")
         self.links.append(ScriptedLink(self))
         return self.links[-1]
