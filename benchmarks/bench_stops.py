@@ -1,9 +1,9 @@
 """Kill commanders and robot servers at random moments, and measure what moves afterwards.
 
-A commander, in a process of its own, moves a simulated robot in one of several ways. At a moment drawn from
+A commander, in a separate process, moves a simulated robot in one of several ways. At a moment drawn from
 the seed it is killed or ends, or the robot is stopped and its server killed. Motion is a change of a setpoint
 of a joint, or a velocity of the walk. The figures are the seconds for which something moved without a
-commander, or after a stop that nobody reset. A way into a posture may go on, and has a limit of its own.
+commander, or after a stop that nobody reset. A way into a posture may go on, and has another limit.
 """
 
 from __future__ import annotations

@@ -177,7 +177,7 @@ class CoalescingQueue(Generic[V]):
                 self._thread.start()
         except RuntimeError as error:
             self._reporter.report_once(self._name, f"its answers are not heard: {error}")
-            self._replies = ()  # so that the next command is sent all the same
+            self._replies = ()  # so that the next command is sent anyway
         self._changed.notify_all()
 
     def _run(self) -> None:

@@ -80,7 +80,7 @@ def naoserver_naoqi(
             )
         ) as nao,
     ):
-        nao.tell_alive(switch.beat)
+        nao.report_alive(switch.beat)
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
         options = ServerOptions(safety=capped(joint_speed))

@@ -1,7 +1,7 @@
-"""A dead man's switch: a process of its own that stops a real robot when its server is killed, or hangs.
+"""A dead man's switch: a separate process that stops a real robot when its server is killed, or hangs.
 
-NAOqi walks, and moves joints to their goals, until somebody stops it. The server tells the switch over a pipe
-that it is alive, each time it has heard from the robot; the kernel tells it of the server's end.
+NAOqi walks, and moves joints to their goals, until somebody stops it. The server reports to the switch over a
+pipe that it is alive, each time it has heard from the robot; the kernel reports its end.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class _Robot:
             left = failed
             if left:
                 time.sleep(_AGAIN)
-        _logger.error("the robot %s", "could not be stopped" if left else "was told to stop")
+        _logger.error("the robot %s", "could not be stopped" if left else "was stopped")
 
     def _linked(self) -> Link:
         if self._link is None or self._link.lost.is_set():

@@ -183,7 +183,7 @@ class NaoqiRobot:
         self._connection.on_lost.append(assembly.gate.lose)
         self._connection.on_found.append(assembly.gate.find)
 
-    def tell_alive(self, beat: Callable[[Link], None]) -> None:
+    def report_alive(self, beat: Callable[[Link], None]) -> None:
         """Call `beat` each time the robot has answered."""
         self._connection.on_tick.append(beat)
 

@@ -424,7 +424,7 @@ class ClientWatch:
         self._following.close()
 
     def is_lost(self, client: str) -> bool:
-        """Return whether a client was lost lately and has not come back, as after a break of its link."""
+        """Return whether a client was lost recently and has not come back, as after a break of its link."""
         return client in self._gone
 
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread

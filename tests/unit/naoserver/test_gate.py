@@ -29,7 +29,7 @@ class Rig:
         return str(refusal.value)
 
     def state(self):
-        """Return the state without what only tells servers apart."""
+        """Return the state without what only distinguishes servers."""
         return replace(self.gate.state(), session="", wasReset=False)
 
     def messages(self):

@@ -30,7 +30,7 @@ def gate_of(latch: Latch) -> Gate:
 
 
 def killed(path: Path) -> Gate:
-    """Return the gate of a server that is never told that it ends, as when it is killed."""
+    """Return the gate of a server that does not learn of its end, as when it is killed."""
     return gate_of(Latch(path).__enter__())
 
 
@@ -143,7 +143,7 @@ def test_a_server_that_cannot_keep_a_stop_does_not_begin(path: Path) -> None:
         pass
 
 
-def test_a_stop_holds_while_the_disk_is_full_and_the_operator_is_told(path: Path) -> None:
+def test_a_stop_holds_while_the_disk_is_full_and_that_is_reported(path: Path) -> None:
     gate = killed(path)
     path.parent.rename(path.parent.with_name("away"))
     path.parent.write_text("nothing can be written there")

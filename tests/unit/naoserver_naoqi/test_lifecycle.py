@@ -56,7 +56,7 @@ def test_a_robot_that_was_stopped_stays_as_it_is_at_the_end(naoqi):
         robot.report_to(assembly)
         assembly.gate.stop("a hand in the way")
     assert naoqi.called(REST) == []
-    assert naoqi.called(LIFE) == [("disabled",)], "a robot with a life of its own would move"
+    assert naoqi.called(LIFE) == [("disabled",)], "a robot with its own life would move"
 
 
 def test_autonomous_life_is_switched_off_and_stays_off(naoqi):
