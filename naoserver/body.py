@@ -147,29 +147,27 @@ class Body:
         self.touch_sensors: Final = tuple(facts["touch"])
         """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
 
-
-def _without(body: Body, name: str, joints: Collection[str], touch: Collection[str]) -> Body:
-    """Return a copy of a body with some joints fixed at the angle 0, and without some touch sensors."""
-    facts = body.facts
-    postures = {
-        posture: {joint: angle for joint, angle in angles.items() if joint not in joints}
-        for posture, angles in facts["postures"].items()
-    }
-    return Body(
-        name,
-        {
-            **facts,
-            "joints": [joint for joint in facts["joints"] if joint["name"] not in joints],
-            "fixed_joints": [joint for joint in facts["joints"] if joint["name"] in joints],
-            "postures": postures,
-            "touch": {sensor: place for sensor, place in facts["touch"].items() if sensor not in touch},
-        },
-    )
+    def without(self, name: str, joints: Collection[str], touch: Collection[str]) -> Body:
+        """Return a copy called `name`: some joints are fixed at the angle 0, some touch sensors missing."""
+        facts = self.facts
+        postures = {
+            posture: {joint: angle for joint, angle in angles.items() if joint not in joints}
+            for posture, angles in facts["postures"].items()
+        }
+        return Body(
+            name,
+            {
+                **facts,
+                "joints": [joint for joint in facts["joints"] if joint["name"] not in joints],
+                "fixed_joints": [joint for joint in facts["joints"] if joint["name"] in joints],
+                "postures": postures,
+                "touch": {sensor: place for sensor, place in facts["touch"].items() if sensor not in touch},
+            },
+        )
 
 
 H25: Final = Body("H25", json.loads(resources.files("naoserver").joinpath("nao_h25.json").read_bytes()))
-H21: Final = _without(
-    H25,
+H21: Final = H25.without(
     "H21",
     ("LWristYaw", "RWristYaw", "LHand", "RHand"),
     [name for name in H25.touch_sensors if name[1:].startswith("Hand")],

@@ -48,6 +48,26 @@ def test_a_camera_has_a_rate_for_each_size():
         assert math.degrees(vertical) == pytest.approx(H25.facts["cameras"]["v6"]["vfov_deg"], abs=0.1)
 
 
+def test_a_body_without_some_joints_has_them_fixed_and_all_else_as_it_was():
+    less = H25.without("less", ("LHand", "RWristYaw"), ("LHandBack",))
+    assert less.name == "less"
+    assert [joint.name for joint in less.fixed_joints] == ["LHand", "RWristYaw"]
+    assert less.joints == tuple(joint for joint in H25.joints if joint not in less.fixed_joints)
+    assert less.links == H25.links
+    for name, angles in H25.postures.items():
+        assert less.postures[name] == {
+            joint: angle for joint, angle in angles.items() if joint in less.joint_names
+        }
+    assert less.touch_sensors == tuple(each for each in H25.touch_sensors if each != "LHandBack")
+    assert H25.fixed_joints == ()
+
+
+@pytest.mark.parametrize(("angles", "wrong"), [((0.0, 0.0, 1.0), 0.0), ((0.0, 2.0, 1.0), 1.0)])
+def test_a_table_whose_angles_do_not_increase_is_refused_with_the_angle(angles, wrong):
+    with pytest.raises(RobotError, match=f"range table of HeadPitch: angle {wrong} does not increase"):
+        RangeTable("HeadYaw", "HeadPitch", tuple((angle, -1.0, 1.5) for angle in angles))
+
+
 def test_the_head_table_interpolates_and_ends_at_its_edges():
     assert HEAD.at(0.0) == (-0.671951, 0.515047)
     assert HEAD.at(-3.0) == HEAD.rows[0][1:]

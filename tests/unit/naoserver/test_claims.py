@@ -56,13 +56,14 @@ def test_to_stop_a_joint_stops_whom_it_belongs_to_and_leaves_it_what_it_needs_to
     assert stopped == ["the walk", "dance"]
 
 
-def test_one_that_cannot_be_stopped_keeps_nobody_else_from_being_stopped():
+def test_one_that_cannot_be_stopped_keeps_nobody_else_from_being_stopped(caplog):
     claims, stopped = Claims(), []
 
     def fails():
         raise OSError("no line to the legs")
 
-    claims.claim("the walk", ("LKneePitch",), fails)
+    claims.claim("the walk", ("RKneePitch", "LKneePitch"), fails)
     claims.claim("dance", ("HeadYaw",), lambda: stopped.append("dance"))
     assert claims.stop(("LKneePitch", "HeadYaw")) == {"LKneePitch", "HeadYaw"}
     assert stopped == ["dance"]
+    assert caplog.messages == ["cannot stop what moves LKneePitch, RKneePitch"]

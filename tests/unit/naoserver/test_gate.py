@@ -130,6 +130,17 @@ def test_a_reset_without_a_stop_is_none(rig):
     assert rig.messages() == []
 
 
+def test_the_state_says_which_server_it_is_and_whether_it_was_reset(rig):
+    first, other = rig.gate.state(), Rig().gate.state()
+    assert len(first.session) >= 16
+    assert first.session != other.session
+    assert not first.wasReset
+    rig.gate.reset()
+    rig.gate.stop("smoke")
+    assert rig.gate.state().wasReset
+    assert rig.gate.state().session == first.session
+
+
 def test_who_holds_the_robot_is_an_event(rig):
     rig.gate.acquire("a", "Ann", 5.0)
     assert rig.newest_event() == HealthEvent(0.0, Severity.Info, "Safety", "Ann holds the robot")

@@ -60,6 +60,41 @@ def test_a_command_that_must_be_watched_says_within_what_time(rig):
     assert rig.due == pytest.approx(0.02)
 
 
+def test_the_goal_is_that_of_the_newest_command(rig):
+    rig.guarded.move({"LElbowRoll": -0.5}, {"LElbowRoll": 0.2})
+    assert rig.guarded.goal("LElbowRoll") == (-0.5, 0.2)
+
+
+def test_an_action_moves_its_joints_faster_than_others_may(rig):
+    rig.guarded.claims.claim("the walk", ("LShoulderPitch",), lambda: None)
+    fastest = rig.guarded.facts("LShoulderPitch").max_velocity
+    rig.guarded.move({"LShoulderPitch": 0.0}, {"LShoulderPitch": fastest}, owner="the walk")
+    assert rig.guarded.goal("LShoulderPitch").speed == fastest
+    rig.guarded.claims.release("the walk")
+    rig.guarded.move({"LShoulderPitch": 0.1}, {"LShoulderPitch": fastest})
+    assert rig.guarded.goal("LShoulderPitch").speed == fastest / 2, "the legs are straight"
+
+
+def test_stiffness_reaches_the_device_until_it_is_closed(rig, clock):
+    def stiffness():
+        return rig.device.read().stiffnesses[rig.guarded.index("LHand")]
+
+    assert rig.guarded.stiffen({"LHand": 0.4}, 0.0) == {"LHand": 0.4}
+    clock.advance(0.1)
+    assert stiffness() == 0.4
+    rig.guarded.close()
+    rig.guarded.stiffen({"LHand": 0.9}, 0.0)
+    clock.advance(0.1)
+    assert stiffness() == 0.4
+
+
+def test_a_client_that_commands_nothing_moves_nothing(rig):
+    assert not rig.guarded.moves_for("client")
+    rig.guarded.drive({"HeadYaw": 0.5}, "client")
+    assert rig.guarded.moves_for("client")
+    assert not rig.guarded.moves_for("another")
+
+
 def test_before_any_command_the_goal_is_where_the_joint_is(rig):
     goal = rig.guarded.goal("LElbowRoll")
     assert (goal.target, goal.speed) == (rig.commands()["LElbowRoll"], 0.0)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -152,6 +154,32 @@ def test_a_stop_holds_while_the_disk_is_full_and_that_is_reported(path: Path) ->
     assert "cannot be kept" in gate.events.snapshot()[0][-1].message
     gate.reset()
     gate.require("a")
+
+
+@pytest.mark.parametrize(
+    ("state", "folder"), [("", "~/.local/state"), ("relative", "~/.local/state"), ("/s", "/s")]
+)
+def test_a_record_lies_in_the_directory_of_states(
+    state: str, folder: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_STATE_HOME", state)
+    if not state:
+        monkeypatch.delenv("XDG_STATE_HOME")
+    latch = latch_of(Settings(realm="red", listen=("tcp/127.0.0.1:7447",), connect=()))
+    assert isinstance(latch, Latch)
+    assert latch.path.parent == Path(folder).expanduser() / "visualhfsm" / "robots"
+    assert re.fullmatch(r"red-[0-9a-f]{12}\.json", latch.path.name)
+
+
+def test_machines_that_share_a_directory_have_separate_records(monkeypatch: pytest.MonkeyPatch) -> None:
+    paths = set()
+    for machine in ("first", "second"):
+        monkeypatch.setattr(socket, "gethostname", lambda machine=machine: machine)
+        latch = latch_of(Settings(listen=("tcp/127.0.0.1:7447",), connect=()))
+        assert isinstance(latch, Latch)
+        paths.add(latch.path)
+    assert len(paths) == 2
 
 
 def test_a_server_that_is_started_again_in_the_same_way_finds_its_record() -> None:

@@ -104,10 +104,10 @@ def test_each_velocity_that_is_not_renewed_in_half_a_second_stops_by_itself(rig)
     rig.wall = 0.49
     rig.walk.watch()
     assert rig.walker.commanded() == WalkVelocity(0.1, 0.0, 0.4)
-    rig.wall = 0.51
+    rig.wall = 0.5
     assert rig.walk.watch() == SafetyOptions().period
     assert rig.walker.commanded() == WalkVelocity(turn=0.4)
-    assert "forward" in rig.reported()[0]
+    assert rig.reported() == ["stopped (forward): its velocity was not renewed in time"]
     rig.wall = 0.81
     rig.walk.watch()
     assert rig.walker.commanded() == STILL
@@ -115,13 +115,23 @@ def test_each_velocity_that_is_not_renewed_in_half_a_second_stops_by_itself(rig)
 
 
 def test_a_lost_client_stops_what_it_drove_and_no_more(rig):
-    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.drive({"forward": 0.1, "left": 0.05}, "anna")
     rig.walk.drive({"turn": 0.4}, "ben")
+    assert rig.walk.moves_for("anna")
     rig.walk.drop_client("anna")
+    assert not rig.walk.moves_for("anna")
+    assert rig.walk.moves_for("ben")
     assert rig.walker.commanded() == WalkVelocity(turn=0.4)
     rig.walk.drop_client("ben")
     assert rig.walker.commanded() == STILL
-    assert "gone" in rig.reported()[0]
+    assert rig.reported() == ["stopped (forward and left): the client that drove it is gone"]
+
+
+def test_velocities_that_are_not_renewed_together_are_one_event(rig):
+    rig.walk.drive({"forward": 0.1, "turn": 0.4}, "anna")
+    rig.wall = 0.6
+    rig.walk.watch()
+    assert rig.reported() == ["stopped (forward and turn): its velocity was not renewed in time"]
 
 
 def test_while_it_walks_and_until_it_has_ended_the_legs_are_refused_to_others(rig):

@@ -125,6 +125,16 @@ def test_it_ends_and_does_not_begin_again(rig, end):
     assert (state.status, bool(state.message)) == (ActionStatus.Stopped, True)
 
 
+def test_it_was_stopped_only_if_it_was_on_its_way(rig):
+    rig.walk_to.stop()
+    assert rig.walk_to.state().message == ""
+    begin(rig)
+    go(rig, 1.0)
+    rig.walk_to.stop()
+    assert rig.walk_to.state().message == "stopped"
+    assert rig.walk_to.state().time == rig.clock.now()
+
+
 def test_it_yields_to_another_command(rig):
     begin(rig)
     go(rig, 1.0)
