@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import stat
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Final
@@ -121,7 +123,8 @@ def edit(
     survive Ctrl-C: they are offered when the document is opened again.
     """
     try:
-        from visualhfsm.web.server import Options, launch_browser, serve
+        from visualhfsm.web.launch import has_browser, open_browser
+        from visualhfsm.web.server import Options, serve
         from visualhfsm.web.workspace import make_services
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
@@ -141,7 +144,7 @@ def edit(
         include=directories,
         demo=demo,
     )
-    serve(options, _print_address, launch=launch_browser if browser else None)
+    serve(options, _print_address, _print_lockout, launch=open_browser if browser and has_browser() else None)
 
 
 def _host_name(name: str) -> str:
@@ -152,13 +155,33 @@ def _host_name(name: str) -> str:
 
 
 def _print_address(address: str) -> None:
-    typer.echo(f"The editor is at {address}")
+    typer.echo(f"The editor is at {_printable(address)}")
     if os.environ.get("SSH_CONNECTION"):
         port = urlsplit(address).port
+        # Not localhost, which may mean ::1 there: anybody could listen at that port of it.
         typer.echo(
-            f"On the machine from which you logged in, run: ssh -L {port}:localhost:{port} THIS_MACHINE"
+            f"On the machine from which you logged in, run: ssh -L {port}:127.0.0.1:{port} THIS_MACHINE"
         )
     report_ready("Ctrl-C ends it.")
+
+
+def _print_lockout(address: str) -> None:
+    typer.echo(
+        "An address of the editor was used twice: by two browsers of yours, or by somebody who had seen it, "
+        "and could then use the editor as you. All pages are locked out; nothing that runs was stopped.\n"
+        f"The editor is now at {_printable(address)}"
+    )
+
+
+def _printable(address: str) -> str:
+    """Return an address as it may be printed: without its token into a file that others can read."""
+    try:
+        status = os.fstat(sys.stdout.fileno())
+    except (OSError, ValueError):  # it is no file
+        return address
+    if not stat.S_ISREG(status.st_mode) or not status.st_mode & 0o077:
+        return address
+    return f"{address.partition('?')[0]} (its token is left out: others may read this file)"
 
 
 @app.command(epilog=_WATCH_EPILOG)

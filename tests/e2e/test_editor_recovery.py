@@ -34,7 +34,7 @@ def test_a_page_says_what_to_do_when_the_editor_was_restarted(
         with editor(root, path, port=port) as again:
             expect(banner).to_contain_text("open the address that it printed in its terminal")
             with contextlib.closing(shown.page.context.new_page()) as other:
-                other.goto(f"http://{again.host}/?token={again.server.credentials.token}")
+                other.goto(again.server.new_address())
                 expect(banner).to_have_count(0)
                 shown.expect_states("wait", "go")
         shown.mishaps.clear()  # Chromium logs each request that is refused

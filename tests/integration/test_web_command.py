@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
-import webbrowser
 from http.cookiejar import CookieJar
 from pathlib import Path
 
@@ -25,7 +26,8 @@ from tests.support.limits import END_LIMIT, PAGE_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm.command import app
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.web.server import Options, launch_browser
+from visualhfsm.web.launch import open_browser
+from visualhfsm.web.server import Options
 
 ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
 
@@ -102,8 +104,9 @@ def test_a_taken_port_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert re.search(rf"error: cannot listen on port {port} .*--port", error)
 
 
-def test_without_a_command_it_is_the_editor_and_the_browser_gets_an_address_of_its_own(
-    tmp_path: Path,
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_without_a_command_it_is_the_editor_and_the_browser_gets_a_page_that_others_cannot_read(
+    tmp_path: Path, number: signal.Signals
 ) -> None:
     launched_path = tmp_path / "launched_path"
     browser = tmp_path / "browser"
@@ -111,26 +114,67 @@ def test_without_a_command_it_is_the_editor_and_the_browser_gets_an_address_of_i
         f"#!{sys.executable}\nimport sys, pathlib\npathlib.Path({str(launched_path)!r}).write_text(sys.argv[1])\n"
     )
     browser.chmod(0o755)
+    runtime = tmp_path / "runtime"
+    runtime.mkdir(mode=0o700)
     environment = {
         "BROWSER": f"{browser} %s",
         "XDG_STATE_HOME": str(tmp_path),
+        "XDG_RUNTIME_DIR": str(runtime),
         "VISUALHFSM_CONNECT": free_endpoint(),
     }
     with ComponentProcess(module("visualhfsm"), environment) as process:
         printed = process.wait_for(ADDRESS)[0]
         process.wait_for("Ctrl-C ends it")
         launched = content(launched_path)
-    assert re.fullmatch(ADDRESS, launched)
-    assert launched != printed
+        page = Path(launched.removeprefix("file://"))
+        assert page.is_relative_to(runtime)
+        assert [each.stat().st_mode & 0o777 for each in (page, page.parent)] == [0o600, 0o700]
+        found = re.search(ADDRESS, page.read_text())
+        assert found
+        assert found[0] != printed
+        process.process.send_signal(number)
+        assert process.wait() == 128 + number
+    assert not [*runtime.iterdir()]
 
 
 def test_without_a_display_no_browser_of_text_takes_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    opened: list[str] = []
-    monkeypatch.setattr(webbrowser, "open", opened.append)
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(variable, raising=False)
-    launch_browser("http://127.0.0.1/")
-    assert not opened
+    launches: list[object] = []
+    monkeypatch.setattr("visualhfsm.web.server.serve", lambda *_, launch: launches.append(launch))
+    assert CliRunner().invoke(app, ["edit"]).exit_code == 0
+    monkeypatch.setenv("BROWSER", "firefox")
+    assert CliRunner().invoke(app, ["edit"]).exit_code == 0
+    assert CliRunner().invoke(app, ["edit", "--no-browser"]).exit_code == 0
+    assert launches == [None, open_browser, None]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o644])
+def test_a_file_that_others_can_read_gets_no_token(tmp_path: Path, mode: int) -> None:
+    printed = tmp_path / "printed"
+    printed.touch(mode)
+    command = module("visualhfsm", "edit", "--root", str(tmp_path), "--no-browser")
+    environment = {**os.environ, "XDG_STATE_HOME": str(tmp_path / "state"), "PYTHONUNBUFFERED": "1"}
+    with printed.open("w") as output:
+        process = subprocess.Popen(command, stdout=output, env=environment)
+    try:
+        text = content(printed)
+    finally:
+        process.terminate()
+        process.wait(END_LIMIT)
+    assert re.search(r"The editor is at http://127\.0\.0\.1:\d+/", text)
+    assert bool(re.search(ADDRESS, text)) is (mode == 0o600)
+
+
+def test_an_address_that_is_used_twice_is_reported_with_a_new_one(tmp_path: Path) -> None:
+    with edit(tmp_path, "--no-browser") as process:
+        address = process.wait_for(ADDRESS)[0]
+        urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(address).close()
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(address, timeout=PAGE_LIMIT)
+        new = process.wait_for(rf"The editor is now at ({ADDRESS})")[1]
+        assert new != address
+        urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(new).close()
 
 
 @pytest.mark.parametrize("name", ["http://robots.example", "robots.example:8080", "robots.example/", ""])

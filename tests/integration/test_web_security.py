@@ -15,9 +15,11 @@ from pathlib import Path
 
 import psutil
 import pytest
-from websockets.exceptions import ConnectionClosedError
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError
+from websockets.sync.client import ClientConnection
 
 from tests.support.editor import DOCUMENT, Editor, Refused, editor
+from tests.support.limits import PAGE_LIMIT
 from tests.support.processes import free_endpoint
 from visualhfsm.web.workspace import Limits
 
@@ -51,21 +53,68 @@ def own(root: Path) -> Iterator[Editor]:
 
 
 def test_the_printed_address_lets_in_and_leaves_no_token_behind(running: Editor) -> None:
-    status, headers, _ = running.get(f"/?token={running.server.credentials.token}")
+    token = running.server.credentials.new_token()
+    status, headers, _ = running.get(f"/?token={token}")
     assert (status, headers["location"]) == (303, "/")
     cookie = headers["set-cookie"]
     assert cookie.startswith(f"visualhfsm-{running.port}=")
     assert {"httponly", "samesite=strict"} <= {part.strip().lower() for part in cookie.split(";")}
-    assert running.server.credentials.token not in cookie
+    assert token not in cookie
     status, headers, page = running.get("/", {"Cookie": cookie.partition(";")[0]})
     assert status == 200
     assert b"<html" in page
 
 
-def test_the_address_for_the_browser_is_good_for_once(running: Editor) -> None:
-    path = f"/?token={running.server.credentials.launch_token()}"
-    assert running.get(path)[0] == 303
-    assert running.get(path)[0] == 403
+def test_a_browser_that_comes_from_elsewhere_is_led_in_by_a_page(running: Editor) -> None:
+    token = running.server.credentials.new_token()
+    status, headers, page = running.get(f"/?token={token}", {"Sec-Fetch-Site": "cross-site"})
+    assert status == 200
+    assert b'content="0;url=/"' in page
+    assert running.get("/", {"Cookie": headers["set-cookie"].partition(";")[0]})[0] == 200
+
+
+def test_a_browser_may_open_its_address_again(running: Editor) -> None:
+    path = f"/?token={running.server.credentials.new_token()}"
+    cookie = running.get(path)[1]["set-cookie"].partition(";")[0]
+    assert running.get(path, {"Cookie": f"a=b; {cookie}"})[0] == 303
+    assert running.get("/", {"Cookie": cookie})[0] == 200
+
+
+def code_at_end(socket: ClientConnection) -> int | None:
+    """Return the code with which the server closes a websocket."""
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            socket.recv(PAGE_LIMIT)
+    return socket.close_code
+
+
+def test_an_address_that_two_browsers_use_locks_out_both_and_all_others(root: Path) -> None:
+    reported: list[str] = []
+    port = int(free_endpoint().rpartition(":")[2])
+    with editor(root, port=port, locked_out=reported.append) as running:
+        unused = running.server.credentials.new_token()
+        path = f"/?token={running.server.credentials.new_token()}"
+        cookie = running.get(path)[1]["set-cookie"].partition(";")[0]
+        resumption = running.server.credentials.resumption
+        with running.window() as other, running.socket(headers={"Cookie": cookie}) as thief:
+            status, _, content = running.get(path, {"Accept": "text/html"})
+            assert status == 403
+            assert b"used twice" in content
+            assert [code_at_end(each) for each in (other.socket, thief)] == [4403, 4403]
+        assert running.get("/", {"Cookie": cookie})[0] == 403
+        assert _upgrade(running, cookie=cookie) == 403
+        assert running.get(f"/?token={unused}")[0] == 403
+        offer = json.loads(running.get("/resume?nonce=ab")[2])
+        answer = hmac.new(resumption.key, f"page:{offer['challenge']}".encode(), hashlib.sha256).hexdigest()
+        assert running.get(f"/resume?challenge={offer['challenge']}&proof={answer}")[0] == 403
+
+        (address,) = reported
+        status, headers, _ = running.get(address.partition(running.host)[2])
+        assert status == 303
+        assert running.get(path)[0] == 403  # the former address locks out nobody any more
+        assert running.get("/", {"Cookie": headers["set-cookie"].partition(";")[0]})[0] == 200
+    with editor(root, port=port) as again:
+        assert again.server.credentials.resumption.key != resumption.key
 
 
 @pytest.mark.parametrize(
@@ -143,7 +192,7 @@ def test_a_query_that_is_none_is_refused(running: Editor) -> None:
 
 
 def test_a_token_opens_no_websocket(running: Editor) -> None:
-    token = running.server.credentials.token
+    token = running.server.credentials.new_token()
     assert _upgrade(running, path=f"/ws?token={token}", cookie="") == 403
     assert _upgrade(running, path=f"/ws?token={token}") == 403
 
@@ -213,7 +262,7 @@ def test_another_site_gets_no_page_and_cannot_post(running: Editor) -> None:
     cookie = {"Cookie": running.cookie()}
     assert running.get("/", {**cookie, "Origin": "http://evil.example"})[0] == 403
     assert running.get("/", cookie, method="POST")[0] == 405
-    assert running.get(f"/?token={running.server.credentials.token}", method="POST")[0] == 405
+    assert running.get(f"/?token={running.server.credentials.new_token()}", method="POST")[0] == 405
 
 
 def test_it_listens_on_loopback_only(running: Editor) -> None:
@@ -268,7 +317,7 @@ def test_the_pages_files_are_all_that_is_served(running: Editor, path: str) -> N
 
 def test_the_token_is_in_no_log(running: Editor, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.DEBUG)
-    token = running.server.credentials.token
+    token = running.server.credentials.new_token()
     running.get(f"/?token={token}")
     running.get(f"/?token={token}", {"Host": "evil.example"})
     running.get(f"/?token=x{token}")

@@ -180,7 +180,7 @@ class EditorPage:
         """Whether the window was changed for good, such as its clock: then no other test may use it."""
         page.on("pageerror", self._note_error)
         page.on("console", self._note_message)
-        page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
+        page.goto(editor.server.new_address())
 
     def leave(self) -> None:
         """Stop listening: the window will show something else, unless it is spent."""

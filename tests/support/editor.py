@@ -105,8 +105,8 @@ def no_services(_publish: Publish) -> Services:
 class Editor:
     """A running server in a separate thread."""
 
-    def __init__(self, options: Options) -> None:
-        self.server = Server(options)
+    def __init__(self, options: Options, locked_out: Callable[[str], None]) -> None:
+        self.server = Server(options, locked_out=locked_out)
         self.port = self.server.port
         self.host = f"127.0.0.1:{self.port}"
         self._started = threading.Event()
@@ -159,7 +159,7 @@ class Editor:
 
     def cookie(self) -> str:
         """Log in and return the cookie."""
-        status, headers, _ = self.get(f"/?token={self.server.credentials.token}")
+        status, headers, _ = self.get(f"/?token={self.server.credentials.new_token()}")
         assert status == 303
         return headers["set-cookie"].partition(";")[0]
 
@@ -364,6 +364,7 @@ def editor(
     port: int | None = None,
     make_services: MakeServices = no_services,
     demo: bool = False,
+    locked_out: Callable[[str], None] = lambda _: None,
 ) -> Iterator[Editor]:
     """Serve the editor in a directory; journals are kept beside that. By default it has the usual port."""
 
@@ -381,5 +382,5 @@ def editor(
         journals=root.with_name("journals"),
         demo=demo,
     )
-    with Editor(options) as running:
+    with Editor(options, locked_out) as running:
         yield running

@@ -6,12 +6,13 @@ docs/explanation/editor-safety.md explains the purpose of each check.
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import ipaddress
 import logging
 import re
 import secrets
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
@@ -32,6 +33,7 @@ RECORDING_SUFFIX: Final = ".mcap"
 _LONGEST: Final = 4096  # characters, as Linux has it
 
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
+_LOCKED_OUT: Final = 4403  # an own code, which the page knows
 
 _HOST: Final = re.compile(r"(?P<name>[a-z0-9._-]{1,253}|\[[0-9a-f:.]{2,45}\])(?::[0-9]{1,5})?", re.IGNORECASE)
 """The only allowed content of `Host`, which is also part of the policy of the page."""
@@ -49,6 +51,22 @@ _HEADERS: Final = {
 
 _RESUME: Final = "/resume"
 _UNKNOWN: Final = "open the address that the command printed in its terminal"
+_USED_TWICE: Final = (
+    "open the new address that the command printed in its terminal. The former one was used twice, by you "
+    "or by somebody who had seen it, so that all pages were locked out"
+)
+_WHY_LOCKED_OUT: Final = "an address of the editor was used twice"
+_ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
+"""What a browser says of a request (`Sec-Fetch-Site`) to which a page of another site has led it."""
+_WELCOME: Final = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta http-equiv="refresh" content="0;url=/">
+<title>VisualHFSM</title>
+</html>
+"""
+"""A page that leads to the editor, for a browser that comes from another site or from the page of the launch:
+along a redirection, it would not send the cookie."""
 _REFUSAL: Final = """<!doctype html>
 <html lang="en">
 <meta charset="utf-8">
@@ -94,39 +112,72 @@ def content_security_policy(host: str, script_hash: str, style_nonce: str) -> st
 class Credentials:
     """The secrets of one run of the server.
 
-    The `token` is part of the printed address. The browser sends it once and then has a cookie with another
-    secret, which scripts cannot read and other sites do not send. `resumption` lets in pages of an earlier
-    run.
+    A token is part of an address that is printed or opened. The browser sends it once and then has a cookie
+    with another secret, which scripts cannot read and other sites do not send. `resumption` lets in pages of
+    an earlier run.
+
+    A token that two browsers use was seen by somebody else. Nobody knows which of them is the thief, so both
+    are locked out, with everybody who is in: `locked_out` is called, which provides new secrets.
     """
 
-    def __init__(self, port: int, resumption: Resumption) -> None:
+    def __init__(
+        self, port: int, resumption: Resumption, locked_out: Callable[[], None] = lambda: None
+    ) -> None:
         self.resumption = resumption
-        self.token = secrets.token_urlsafe(32)
         self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
-        self._cookie = secrets.token_urlsafe(32)
-        self._launch_tokens: set[str] = set()
+        self.lockout = asyncio.Event()
+        """Set when all who are in now are locked out; then there is another event for the next ones."""
+        self._locked_out = locked_out
+        self._resumed = secrets.token_urlsafe(32)
+        self._unused: dict[str, Callable[[], None]] = {}
+        self._cookies: dict[str, str] = {}
+        self._revoked: set[str] = set()
 
-    def launch_token(self) -> str:
-        """Return a token that is accepted once: it may be seen in the list of processes."""
+    def new_token(self, used: Callable[[], None] = lambda: None) -> str:
+        """Return a token for one browser; `used` is called when that is let in."""
         token = secrets.token_urlsafe(32)
-        self._launch_tokens.add(token)
+        self._unused[token] = used
         return token
 
-    def accepts_token(self, token: str) -> bool:
-        """Whether this is the token, or one to launch a browser with, which is used up by it."""
-        launching = [launch for launch in self._launch_tokens if _same(token, launch)]
-        self._launch_tokens.difference_update(launching)
-        return bool(launching) or _same(token, self.token)
+    def knows(self, token: str) -> bool:
+        """Whether this is a token of ours, even one that was used."""
+        return any(_same(token, each) for each in (*self._unused, *self._cookies, *self._revoked))
+
+    def redeem(self, token: str, cookies: str) -> str | None:
+        """Return the cookie for a known token; None when another browser has used it before.
+
+        `cookies` is the header of the request: a browser may open an address again.
+        """
+        if token in self._unused:
+            cookie = self._cookies[token] = secrets.token_urlsafe(32)
+            self._unused.pop(token)()
+            return cookie
+        if token in self._cookies and self._holds(cookies, self._cookies[token]):
+            return self._cookies[token]
+        if token not in self._revoked:
+            self._lock_out()
+        return None
+
+    def resume(self) -> str:
+        """Return the cookie for pages of an earlier run."""
+        return self._resumed
 
     def accepts_cookie(self, header: str) -> bool:
-        """Whether a header `Cookie` holds our cookie."""
+        """Whether a header `Cookie` holds one of our cookies."""
+        return any(self._holds(header, cookie) for cookie in (self._resumed, *self._cookies.values()))
+
+    def _holds(self, header: str, cookie: str) -> bool:
         # A strict parser would fail: other servers on loopback set cookies here, too, in any form.
         pairs = (each.strip().partition("=") for each in header.split(";"))
-        return any(name == self.cookie_name and _same(value, self._cookie) for name, _, value in pairs)
+        return any(name == self.cookie_name and _same(value, cookie) for name, _, value in pairs)
 
-    def set_cookie(self, response: Response) -> None:
-        """Set the cookie in a response."""
-        response.set_cookie(self.cookie_name, self._cookie, httponly=True, samesite="strict", path="/")
+    def _lock_out(self) -> None:
+        self._revoked |= {*self._cookies, *self._unused}
+        self._cookies, self._unused = {}, {}
+        self._resumed = secrets.token_urlsafe(32)
+        former, self.lockout = self.lockout, asyncio.Event()
+        former.set()
+        self._locked_out()
 
 
 class Guard:
@@ -150,29 +201,53 @@ class Guard:
                 await receive()
                 await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal})
             else:
-                await self._app(scope, receive, send)
+                await self._serve(scope, receive, send)
             return
         await self._answer(scope, headers, refusal)(scope, receive, _with_headers(send))
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve a websocket until it ends, or until all are locked out."""
+        serving = asyncio.ensure_future(self._app(scope, receive, send))
+        lockout = asyncio.ensure_future(self._credentials.lockout.wait())
+        try:
+            await asyncio.wait({serving, lockout}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            is_locked_out = not serving.done()
+            for task in (serving, lockout):
+                task.cancel()
+            await asyncio.gather(serving, lockout, return_exceptions=True)
+        if is_locked_out:
+            with suppress(RuntimeError):  # it is closed already
+                await send({"type": "websocket.close", "code": _LOCKED_OUT, "reason": _WHY_LOCKED_OUT})
+        else:
+            serving.result()
 
     def _answer(self, scope: Scope, headers: Headers, refusal: str) -> ASGIApp:
         """Return the application that answers a request over HTTP."""
         if scope["path"] == _RESUME and refusal in {"", _UNKNOWN} and scope["method"] == "GET":
             return self._resumed(_query(scope))
         if refusal:
-            _logger.warning("refused a request: %s", refusal)
-            if "text/html" in headers.get("accept", ""):
-                nonce = secrets.token_urlsafe(16)
-                policy = f"default-src 'none'; style-src 'nonce-{nonce}'; frame-ancestors 'none'"
-                page = _REFUSAL.format(nonce=nonce, reason=refusal)
-                return HTMLResponse(page, 403, {"content-security-policy": policy})
-            return PlainTextResponse(f"{refusal}\n", 403)
+            return _refused(headers, refusal)
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})
-        if _query(scope).get("token"):
-            response = RedirectResponse("/", 303)  # the token leaves the address bar and the history
-            self._credentials.set_cookie(response)
-            return response
+        if token := _query(scope).get("token"):
+            return self._let_in(token, headers)
         return self._app
+
+    def _let_in(self, token: str, headers: Headers) -> Response:
+        """Give the browser that opened an address its cookie, and lead it to the page."""
+        cookie = self._credentials.redeem(token, headers.get("cookie", ""))
+        if cookie is None:
+            return _refused(headers, _USED_TWICE)
+        # Either way the token leaves the address bar and the history.
+        comes_from_elsewhere = headers.get("sec-fetch-site") in _ELSEWHERE
+        response = HTMLResponse(_WELCOME) if comes_from_elsewhere else RedirectResponse("/", 303)
+        self._set_cookie(response, cookie)
+        return response
+
+    def _set_cookie(self, response: Response, cookie: str) -> None:
+        name = self._credentials.cookie_name
+        response.set_cookie(name, cookie, httponly=True, samesite="strict", path="/")
 
     def _resumed(self, query: dict[str, str]) -> Response:
         """Answer a page that the editor served before it was restarted."""
@@ -182,7 +257,7 @@ class Guard:
         if not resumption.accepts(query.get("challenge", ""), query["proof"]):
             return PlainTextResponse(f"{_UNKNOWN}\n", 403)
         response = Response(status_code=204)
-        self._credentials.set_cookie(response)
+        self._set_cookie(response, self._credentials.resume())
         return response
 
     def _refusal(self, scope: Scope, headers: Headers) -> str:
@@ -196,7 +271,7 @@ class Guard:
         if scope["type"] == "websocket" and len(origins) != 1:
             return "use a browser: a websocket needs the header Origin"
         if token := _query(scope).get("token"):
-            known = scope["type"] == "http" and self._credentials.accepts_token(token)
+            known = scope["type"] == "http" and self._credentials.knows(token)
         else:
             known = self._credentials.accepts_cookie(headers.get("cookie", ""))
         return "" if known else _UNKNOWN
@@ -212,6 +287,17 @@ class Guard:
             return ipaddress.ip_address(name).is_loopback
         except ValueError:
             return False
+
+
+def _refused(headers: Headers, reason: str) -> Response:
+    """Return the answer to a request that is refused, for people as a page."""
+    _logger.warning("refused a request: %s", reason)
+    if "text/html" not in headers.get("accept", ""):
+        return PlainTextResponse(f"{reason}\n", 403)
+    nonce = secrets.token_urlsafe(16)
+    policy = f"default-src 'none'; style-src 'nonce-{nonce}'; frame-ancestors 'none'"
+    page = _REFUSAL.format(nonce=nonce, reason=reason)
+    return HTMLResponse(page, 403, {"content-security-policy": policy})
 
 
 def _query(scope: Scope) -> dict[str, str]:

@@ -9,12 +9,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
 import secrets
 import socket
-import sys
 import threading
-import webbrowser
 from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +32,7 @@ from visualhfsm.sessions.journal import journal_directory
 from .assets import page_assets
 from .connection import converse, until_one_ends
 from .documents import open_file
+from .launch import LaunchPage
 from .resumption import Resumption, kept_key
 from .security import Credentials, Guard, Root
 from .workspace import Limits, MakeServices, Workspace
@@ -47,7 +45,6 @@ _POLL_INTERVAL: Final = 0.1  # s
 _NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
 _LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
 _DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
-_DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # one of them is set where there is a browser
 
 _logger = logging.getLogger(__name__)
 
@@ -85,24 +82,38 @@ class Options:
 class Server:
     """A server of the editor, listening from the start; `serve` it in an event loop, then `close` it."""
 
-    def __init__(self, options: Options, stopping: threading.Event | None = None) -> None:
-        """Listen; the server ends when `stopping` is set. Raises PortInUseError."""
+    def __init__(
+        self,
+        options: Options,
+        stopping: threading.Event | None = None,
+        locked_out: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """Listen; the server ends when `stopping` is set. Raises PortInUseError.
+
+        `locked_out` is called with a new address when all pages were locked out, see `Credentials`.
+        """
         self._options = options
         self._listener = _listen(options.port)
         self.port: int = self._listener.getsockname()[1]
-        self.credentials = Credentials(self.port, Resumption(self._key()))
+        self.credentials = Credentials(self.port, Resumption(self._key()), self._renew)
         self._stopping = stopping or threading.Event()
+        self._locked_out = locked_out
 
-    def _key(self) -> bytes:
+    def _key(self, *, renewed: bool = False) -> bytes:
         """Return the key by which pages are let in again after a restart on the same port."""
         if not self._options.port:
             return secrets.token_bytes(32)
         journals = self._options.journals or journal_directory()
-        return kept_key(journals.with_name("keys"), self._options.root, self.port)
+        return kept_key(journals.with_name("keys"), self._options.root, self.port, renewed=renewed)
 
-    def address(self, token: str) -> str:
-        """Return the address of the page with a token."""
-        return f"http://{LOOPBACK}:{self.port}/?token={token}"
+    def _renew(self) -> None:
+        """Provide another key and another address: all pages were locked out, and know the former key."""
+        self.credentials.resumption = Resumption(self._key(renewed=True))
+        self._locked_out(self.new_address())
+
+    def new_address(self, used: Callable[[], None] = lambda: None) -> str:
+        """Return an address of the page for one browser; `used` is called when that is let in."""
+        return f"http://{LOOPBACK}:{self.port}/?token={self.credentials.new_token(used)}"
 
     async def serve(self, started: Callable[[], None]) -> None:
         """Serve until it is stopped; `started` is called once the page can be opened.
@@ -167,39 +178,36 @@ class _WebSocket(WebSocketsSansIOProtocol):
 
 
 def serve(
-    options: Options, report_address: Callable[[str], None], *, launch: Callable[[str], object] | None = None
+    options: Options,
+    report_address: Callable[[str], None],
+    report_lockout: Callable[[str], None],
+    *,
+    launch: Callable[[LaunchPage], None] | None = None,
 ) -> None:
     """Serve the editor until a signal comes, then exit.
 
-    `report_address` gets the address with the token as soon as the page can be opened; `launch`, such as
-    `launch_browser`, gets one that is accepted once. Raises VisualHfsmError when a file cannot be opened or
-    the port is not free.
+    `report_address` gets the address as soon as the page can be opened, `report_lockout` another one when all
+    pages were locked out. `launch`, such as `open_browser`, gets a page that leads to the editor. Raises
+    VisualHfsmError when a file cannot be opened or the port is not free.
     """
-    with stop_on_signals() as stop, contextlib.closing(Server(options, stop)) as server:
+    with (
+        stop_on_signals() as stop,
+        contextlib.closing(Server(options, stop, report_lockout)) as server,
+        contextlib.ExitStack() as pages,
+    ):
 
         def started() -> None:
-            report_address(server.address(server.credentials.token))
-            if launch is not None:
-                launch(server.address(server.credentials.launch_token()))
+            report_address(server.new_address())
+            if launch is None:
+                return
+            try:
+                page = pages.enter_context(contextlib.closing(LaunchPage(server.new_address(pages.close))))
+            except OSError as error:
+                _logger.warning("open the printed address: %s cannot be written", error.filename)
+            else:
+                launch(page)
 
         asyncio.run(server.serve(started))
-
-
-def launch_browser(address: str) -> None:
-    """Open the user's browser; a missing one is logged.
-
-    Without a display only text browsers are found, which would occupy the terminal.
-    """
-    if sys.platform == "linux" and not any(os.environ.get(name) for name in _DISPLAYS):
-        _logger.info("there is no display for a browser")
-        return
-
-    def launch() -> None:
-        if not webbrowser.open(address):
-            _logger.warning("found no browser: open the printed address yourself")
-
-    # Some browsers run until they are closed.
-    threading.Thread(target=launch, name="launch of the browser", daemon=True).start()
 
 
 def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:

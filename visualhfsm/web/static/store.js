@@ -136,6 +136,8 @@ const NO_ROBOT = {
 };
 import {Resumption} from "./resumption.js";
 
+/** The code with which the server closes the connections of all pages when an address was used twice. */
+const LOCKED_OUT = 4403;
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/web/workspace.py). */
@@ -169,6 +171,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   offlineSince = 0;
   /** Whether the server answers but refuses this page: it was restarted, and has new secrets. */
   refused = false;
+  /** Whether the server has locked out all pages, because two browsers used one address. */
+  lockedOut = false;
   /** Whether the server was restarted, so that the page is reloaded: the tabs are different. */
   restarted = false;
   /** Typed texts that the server does not have yet, by their keys. @type {Map<string, Unsaved>} */
@@ -223,6 +227,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   /** The text for users while there is no connection. */
   get whyOffline() {
+    if (this.lockedOut)
+      return "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.";
     return this.refused
       ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."
       : `The editor is offline; your work is kept there. This page connects again by itself when it runs on port ${location.port}.`;
@@ -316,6 +322,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.online = true;
     this.offlineSince = 0;
     this.refused = false;
+    this.lockedOut = false;
     this.#retry = FIRST_RETRY;
     this.#emit("connection");
   }
@@ -328,6 +335,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.#waiting.clear();
     if (this.online || !this.offlineSince) this.offlineSince = Date.now();
     this.online = false;
+    if (event.code === LOCKED_OUT) this.lockedOut = true;
     this.#emit("connection", {code: event.code, reason: event.reason});
     this.#findOutWhy();
     this.#timer = setTimeout(() => this.connect(), this.#retry);
