@@ -8,7 +8,7 @@ import stat
 import sys
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 from urllib.parse import urlsplit
 
 import typer
@@ -28,6 +28,9 @@ from visualhfsm.report import EPILOG as REPORT_EPILOG
 from visualhfsm.report import report
 from visualhfsm.steer.commands import register as register_steering
 from zenoh_ice.settings import Settings
+
+if TYPE_CHECKING:  # it needs the packages of the extra `web`
+    from visualhfsm.web.server import Occasion
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -144,7 +147,7 @@ def edit(
         include=directories,
         demo=demo,
     )
-    serve(options, _print_address, _print_lockout, launch=open_browser if browser and has_browser() else None)
+    serve(options, _print_address, launch=open_browser if browser and has_browser() else None)
 
 
 def _host_name(name: str) -> str:
@@ -154,23 +157,27 @@ def _host_name(name: str) -> str:
     return name.lower()
 
 
-def _print_address(address: str) -> None:
-    typer.echo(f"The editor is at {_printable(address)}")
-    if os.environ.get("SSH_CONNECTION"):
-        port = urlsplit(address).port
-        # Not localhost, which may mean ::1 there: anybody could listen at that port of it.
-        typer.echo(
-            f"On the machine from which you logged in, run: ssh -L {port}:127.0.0.1:{port} THIS_MACHINE"
-        )
-    report_ready("Ctrl-C ends it.")
-
-
-def _print_lockout(address: str) -> None:
-    typer.echo(
-        "An address of the editor was used twice: by two browsers of yours, or by somebody who had seen it, "
-        "and could then use the editor as you. All pages are locked out; nothing that runs was stopped.\n"
-        f"The editor is now at {_printable(address)}"
-    )
+def _print_address(occasion: Occasion, address: str) -> None:
+    shown = _printable(address)
+    match occasion:
+        case "used":
+            typer.echo(f"For another browser the editor is at {shown}")
+        case "locked out":
+            typer.echo(
+                "An address was used twice: by two browsers of yours, or by somebody who had seen it, and "
+                "could then use the editor as you. All pages are locked out; nothing that runs was stopped.\n"
+                f"The editor is now at {shown}"
+            )
+        case "started":
+            typer.echo(f"The editor is at {shown}")
+            if os.environ.get("SSH_CONNECTION"):
+                port = urlsplit(address).port
+                # Not localhost, which may mean ::1 there: anybody could listen at that port of it.
+                typer.echo(
+                    f"On the machine from which you logged in, run: "
+                    f"ssh -L {port}:127.0.0.1:{port} THIS_MACHINE"
+                )
+            report_ready("Ctrl-C ends it.")
 
 
 def _printable(address: str) -> str:

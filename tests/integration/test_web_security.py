@@ -89,9 +89,9 @@ def code_at_end(socket: ClientConnection) -> int | None:
 
 
 def test_an_address_that_two_browsers_use_locks_out_both_and_all_others(root: Path) -> None:
-    reported: list[str] = []
+    reported: list[tuple[str, str]] = []
     port = int(free_endpoint().rpartition(":")[2])
-    with editor(root, port=port, locked_out=reported.append) as running:
+    with editor(root, port=port, report=lambda *each: reported.append(each)) as running:
         unused = running.server.credentials.new_token()
         path = f"/?token={running.server.credentials.new_token()}"
         cookie = running.get(path)[1]["set-cookie"].partition(";")[0]
@@ -108,9 +108,11 @@ def test_an_address_that_two_browsers_use_locks_out_both_and_all_others(root: Pa
         answer = hmac.new(resumption.key, f"page:{offer['challenge']}".encode(), hashlib.sha256).hexdigest()
         assert running.get(f"/resume?challenge={offer['challenge']}&proof={answer}")[0] == 403
 
-        (address,) = reported
+        ((occasion, address),) = reported
+        assert occasion == "locked out"
         status, headers, _ = running.get(address.partition(running.host)[2])
         assert status == 303
+        assert [each for each, _ in reported] == ["locked out", "used"]
         assert running.get(path)[0] == 403  # the former address locks out nobody any more
         assert running.get("/", {"Cookie": headers["set-cookie"].partition(";")[0]})[0] == 200
     with editor(root, port=port) as again:

@@ -25,7 +25,7 @@ from tests.support.processes import free_endpoint
 from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import Publish
-from visualhfsm.web.server import Options, Server
+from visualhfsm.web.server import Options, Report, Server
 from visualhfsm.web.workspace import Limits, MakeServices, Services
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
@@ -105,8 +105,8 @@ def no_services(_publish: Publish) -> Services:
 class Editor:
     """A running server in a separate thread."""
 
-    def __init__(self, options: Options, locked_out: Callable[[str], None]) -> None:
-        self.server = Server(options, locked_out=locked_out)
+    def __init__(self, options: Options, report: Report) -> None:
+        self.server = Server(options, report=report)
         self.port = self.server.port
         self.host = f"127.0.0.1:{self.port}"
         self._started = threading.Event()
@@ -364,7 +364,7 @@ def editor(
     port: int | None = None,
     make_services: MakeServices = no_services,
     demo: bool = False,
-    locked_out: Callable[[str], None] = lambda _: None,
+    report: Report = lambda *_: None,
 ) -> Iterator[Editor]:
     """Serve the editor in a directory; journals are kept beside that. By default it has the usual port."""
 
@@ -382,5 +382,5 @@ def editor(
         journals=root.with_name("journals"),
         demo=demo,
     )
-    with Editor(options, locked_out) as running:
+    with Editor(options, report) as running:
         yield running

@@ -15,7 +15,7 @@ import threading
 from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import uvicorn
 from starlette.applications import Starlette
@@ -45,6 +45,12 @@ _POLL_INTERVAL: Final = 0.1  # s
 _NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
 _LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
 _DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
+
+Occasion = Literal["started", "used", "locked out"]
+"""Why there is a new address: the page can be opened, a browser has come in by the former address, or all
+pages were locked out because two have."""
+Report = Callable[[Occasion, str], None]
+"""Shows the user an address, which lets one browser in."""
 
 _logger = logging.getLogger(__name__)
 
@@ -86,18 +92,15 @@ class Server:
         self,
         options: Options,
         stopping: threading.Event | None = None,
-        locked_out: Callable[[str], None] = lambda _: None,
+        report: Report = lambda *_: None,
     ) -> None:
-        """Listen; the server ends when `stopping` is set. Raises PortInUseError.
-
-        `locked_out` is called with a new address when all pages were locked out, see `Credentials`.
-        """
+        """Listen; the server ends when `stopping` is set. Raises PortInUseError."""
         self._options = options
         self._listener = _listen(options.port)
         self.port: int = self._listener.getsockname()[1]
         self.credentials = Credentials(self.port, Resumption(self._key()), self._renew)
         self._stopping = stopping or threading.Event()
-        self._locked_out = locked_out
+        self._report = report
 
     def _key(self, *, renewed: bool = False) -> bytes:
         """Return the key by which pages are let in again after a restart on the same port."""
@@ -109,7 +112,11 @@ class Server:
     def _renew(self) -> None:
         """Provide another key and another address: all pages were locked out, and know the former key."""
         self.credentials.resumption = Resumption(self._key(renewed=True))
-        self._locked_out(self.new_address())
+        self.offer("locked out")
+
+    def offer(self, occasion: Occasion) -> None:
+        """Report an address, and another one when a browser has come in by it."""
+        self._report(occasion, self.new_address(lambda: self.offer("used")))
 
     def new_address(self, used: Callable[[], None] = lambda: None) -> str:
         """Return an address of the page for one browser; `used` is called when that is let in."""
@@ -177,27 +184,21 @@ class _WebSocket(WebSocketsSansIOProtocol):
             self.transport.abort()
 
 
-def serve(
-    options: Options,
-    report_address: Callable[[str], None],
-    report_lockout: Callable[[str], None],
-    *,
-    launch: Callable[[LaunchPage], None] | None = None,
-) -> None:
+def serve(options: Options, report: Report, *, launch: Callable[[LaunchPage], None] | None = None) -> None:
     """Serve the editor until a signal comes, then exit.
 
-    `report_address` gets the address as soon as the page can be opened, `report_lockout` another one when all
-    pages were locked out. `launch`, such as `open_browser`, gets a page that leads to the editor. Raises
-    VisualHfsmError when a file cannot be opened or the port is not free.
+    `report` gets the first address as soon as the page can be opened. `launch`, such as `open_browser`, gets
+    a page that leads to the editor. Raises VisualHfsmError when a file cannot be opened or the port is not
+    free.
     """
     with (
         stop_on_signals() as stop,
-        contextlib.closing(Server(options, stop, report_lockout)) as server,
+        contextlib.closing(Server(options, stop, report)) as server,
         contextlib.ExitStack() as pages,
     ):
 
         def started() -> None:
-            report_address(server.new_address())
+            server.offer("started")
             if launch is None:
                 return
             try:
