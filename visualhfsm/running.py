@@ -45,8 +45,6 @@ _TRIAL: Final = "hfsm_pytest.trial"
 """The module that runs a component without a robot."""
 
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
-_LOGGED: Final = re.compile(r"\((.{1,200}?\.xml):(\d{1,9})\)", re.IGNORECASE)
-"""The pattern of a place in the component's own log: `follow_ball.py:57 (follow_ball.xml:31)`."""
 _STATE: Final = frozenset({"entry", "code", "exit", "argument"})
 _TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 
@@ -93,6 +91,11 @@ class RunningComponents:
         if run is not None:
             await complete(run.stop())
         return None
+
+    def announce_stop(self) -> None:
+        """Report that all processes are being stopped, before they are."""
+        for run in self._runs.values():
+            run.announce_stop()
 
     async def stop_all(self) -> None:
         """Stop all processes, also those that are being started."""
@@ -189,6 +192,11 @@ class _Run:
                 raise
             self._report("running")
 
+    def announce_stop(self) -> None:
+        """Report that the process, if there is one, is being stopped."""
+        if self._process.is_running:
+            self._report("stopping")
+
     async def stop(self, patience: Sequence[float] = _PATIENCE) -> None:
         """End the process, if there is one."""
         async with self._busy:
@@ -214,7 +222,7 @@ class _Run:
 
     async def _stop(self, patience: Sequence[float]) -> None:
         if self._process.is_running:
-            self._report("stopping")
+            self.announce_stop()
             await self._process.stop(patience)
 
     def _end(self, code: int, stopped: bool) -> None:
@@ -329,6 +337,8 @@ class Origins:
         self._name = name
         self._component = component
         self._source_map = source_map
+        self._logged = re.compile(rf"\({re.escape(name)}:(\d{{1,9}})\)")
+        """The pattern of a place in the component's own log: `follow_ball.py:57 (follow_ball.xml:31)`."""
 
     def find(self, line: str, *, automaton: int = 0, state: int = 0) -> Origin | None:
         """Return the piece of code that a line of output refers to; None for other documents'.
@@ -341,10 +351,10 @@ class Origins:
             number = int(frame[2])
             row = self._source_map.find(number) if Path(frame[1]).name == self._component.name else None
             return self._written(row, row.line_of(number)) if row and row.file == self._name else None
-        logged = _LOGGED.search(line)
-        if logged is None or logged[1] != self._name:
+        logged = self._logged.search(line)
+        if logged is None:
             return None
-        found = self._locator.find_code(int(logged[2]), automaton=automaton, state=state)
+        found = self._locator.find_code(int(logged[1]), automaton=automaton, state=state)
         return Origin(found.place, found.line) if found else None
 
     def _written(self, row: SourceRow, line: int) -> Origin | None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
+from collections import deque
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,6 +82,32 @@ class Output(Push):
     lines: list[OutputLine]
     dropped: int = 0
     whole: bool = False
+
+
+class RecentLines:
+    """The newest lines of output within two limits; the older ones are counted."""
+
+    def __init__(self, lines: int, characters: int) -> None:
+        self._most_lines = lines
+        self._most_characters = characters
+        self.lines: deque[OutputLine] = deque()
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all lines."""
+        self.lines.clear()
+        self._characters = 0
+        self.dropped = 0
+
+    def add(self, lines: Iterable[OutputLine], dropped: int = 0) -> None:
+        """Add lines; before them, `dropped` ones were left out."""
+        self.dropped += dropped
+        for line in lines:
+            self.lines.append(line)
+            self._characters += len(line.text)
+        while len(self.lines) > self._most_lines or self._characters > self._most_characters:
+            self._characters -= len(self.lines.popleft().text)
+            self.dropped += 1
 
 
 class RunPush(Push, tag="run"):

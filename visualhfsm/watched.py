@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -13,8 +15,12 @@ Stream = Literal["out", "err"]
 
 _LONGEST_LINE: Final = 4000
 """Characters of a line; the rest of a longer one is its continuation."""
-_MOST_LINES: Final = 500
-"""Lines that are reported at a time; of more, the oldest are dropped and counted."""
+_LINES: Final = 2000
+"""Lines that are reported in a second, and at a time; of more, the oldest are left out and counted."""
+_CHARACTERS: Final = 400_000
+"""Characters, in the same way."""
+_LAST: Final = 0.1
+"""The part of both that is reported at the end in any case: the last lines say why a process ended."""
 _PERIOD: Final = 0.05
 """Seconds between two reports of lines."""
 _INTERRUPTED: Final = 130
@@ -30,43 +36,80 @@ class Lines:
 
 
 class LineReports:
-    """Split the output of a `ChildProcess` into lines, and report them on the event loop periodically."""
+    """Split the output of a `ChildProcess` into lines, and report them on the event loop periodically.
+
+    It takes whatever comes, so that the process never waits, but splits only what it reports: the process may
+    write a hundred times as much.
+    """
 
     def __init__(self, report: Callable[[Lines], None]) -> None:
         self._report = report
         self._rests: dict[Stream, bytes] = {"out": b"", "err": b""}
-        self._pending: list[tuple[Stream, bytes]] = []
+        self._written: deque[tuple[Stream, bytes]] = deque()
+        """Whole lines that wait, as they came."""
+        self._size = 0
         self._dropped = 0
         self._flush: asyncio.TimerHandle | None = None
+        self._allowed = 1.0
+        """The part of the limits that may be reported now; it grows with time."""
+        self._reported_at = 0.0
 
     def __call__(self, descriptor: int, data: bytes) -> None:
         """Take output; empty data marks its end."""
         name: Stream = "out" if descriptor == 1 else "err"
-        *lines, rest = (self._rests[name] + data).rsplit(b"\n", _MOST_LINES)
-        if len(lines) == _MOST_LINES:  # of a flood of lines, most are only counted
-            self._dropped += lines[0].count(b"\n")
-            lines[0] = lines[0].rpartition(b"\n")[2]
-        while len(rest) > _LONGEST_LINE or (rest and not data):
-            lines.append(rest[:_LONGEST_LINE])
-            rest = rest[_LONGEST_LINE:]
+        whole, newline, rest = (self._rests[name] + data).rpartition(b"\n")
+        if newline:
+            self._keep(name, whole)
+        if len(rest) > _LONGEST_LINE or (rest and not data):
+            self._keep(name, rest)
+            rest = b""
         self._rests[name] = rest
-        self._pending.extend((name, line) for line in lines)
-        self._dropped += max(0, len(self._pending) - _MOST_LINES)
-        del self._pending[:-_MOST_LINES]
         if not data:
+            self._allowed = max(self._allowed, _LAST)
             self._hand_on()
-        elif self._pending and self._flush is None:
+        elif self._written and self._flush is None:
             self._flush = asyncio.get_running_loop().call_later(_PERIOD, self._hand_on)
+
+    def _keep(self, name: Stream, lines: bytes) -> None:
+        self._written.append((name, lines))
+        self._size += len(lines)
+        while self._size > _CHARACTERS and len(self._written) > 1:
+            _, oldest = self._written.popleft()
+            self._size -= len(oldest)
+            self._dropped += _count(oldest)
 
     def _hand_on(self) -> None:
         if self._flush is not None:
             self._flush.cancel()
             self._flush = None
-        if self._pending or self._dropped:
-            lines = tuple((name, text) for name, line in self._pending for text in _pieces(line))
-            dropped = self._dropped + max(0, len(lines) - _MOST_LINES)
-            self._pending, self._dropped = [], 0
-            self._report(Lines(lines[-_MOST_LINES:], dropped))
+        now = time.monotonic()
+        self._allowed = min(1.0, self._allowed + now - self._reported_at)
+        self._reported_at = now
+        if self._written or self._dropped:
+            lines = self._newest()
+            dropped, self._dropped = self._dropped, 0
+            self._report(Lines(tuple(lines), dropped))
+
+    def _newest(self) -> list[tuple[Stream, str]]:
+        """Return the newest lines that the limits allow, in their order, and count the others."""
+        found: list[tuple[Stream, str]] = []
+        room, characters = int(self._allowed * _LINES), int(self._allowed * _CHARACTERS)
+        for name, written in reversed(self._written):
+            lines = written.rsplit(b"\n", max(0, room))
+            if len(lines) > room:  # the first are more than one line
+                self._dropped += _count(lines.pop(0))
+            for text in (piece for line in reversed(lines) for piece in reversed([*_pieces(line)])):
+                room -= 1
+                characters -= len(text)
+                if room < 0 or characters < 0:
+                    self._dropped += 1
+                else:
+                    found.append((name, text))
+        self._written.clear()
+        self._size = 0
+        characters_used = sum(len(text) for _, text in found)
+        self._allowed -= max(len(found) / _LINES, characters_used / _CHARACTERS)
+        return found[::-1]
 
 
 class WatchedProcess:
@@ -120,6 +163,10 @@ def describe_exit(code: int, *, stopped: bool) -> str:
         hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}
         return f"it ended with exit code {code}{hint.get(code, '')}"
     return f"it was terminated by {signal_name(-code)}"
+
+
+def _count(lines: bytes) -> int:
+    return lines.count(b"\n") + 1
 
 
 def _pieces(line: bytes) -> Iterator[str]:

@@ -75,6 +75,9 @@ class NoService:
         raise VisualHfsmError("the poses are not available")
         yield
 
+    def announce_stop(self) -> None:
+        """Do nothing: nothing runs."""
+
     async def stop_all(self) -> None:
         """Do nothing: nothing runs."""
 

@@ -1,8 +1,9 @@
 """One websocket of a window: receive requests and execute them, send answers and pushes.
 
 Requests that change documents are executed in order; the others (`CONCURRENT`) run beside them. Help with
-code (`CODE_HELP`) has a separate limit, so that it never blocks a run; so has the operator's stop, which
-nothing may block. A window that reads too slowly gets fewer pushes; other windows are not affected.
+code (`CODE_HELP`) has a separate limit, so that it never blocks a run; so have `stopRun`, and the operator's
+stop, which nothing may block: it does not even wait until earlier requests were executed. A window that reads
+too slowly gets fewer pushes; other windows are not affected.
 """
 
 from __future__ import annotations
@@ -60,10 +61,10 @@ _logger = logging.getLogger(__name__)
 async def converse(websocket: WebSocket, workspace: Workspace, key: bytes) -> None:
     """Serve one window until it is closed; `key` is that of its resumption."""
     await websocket.accept()
-    window = Window(workspace.limits.output_lines)
+    window = Window(workspace.limits.room_for_output)
     connection = _Connection(websocket, window, workspace, key)
     try:
-        await until_one_ends(connection.read(), window.write(websocket.send_text))
+        await until_one_ends(connection.read(), connection.work(), window.write(websocket.send_text))
     except WebSocketDisconnect:
         pass
     finally:
@@ -95,6 +96,8 @@ class _Connection:
         self._workspace = workspace
         self._limits = workspace.limits
         self._under_way: dict[str, set[asyncio.Task[None]]] = defaultdict(set)
+        self._requests: asyncio.Queue[p.Request] = asyncio.Queue(self._limits.concurrent_operations)
+        """Requests that were read, in their order; when it is full, no more are read."""
 
     async def close(self) -> None:
         """Cancel all requests under way."""
@@ -104,6 +107,7 @@ class _Connection:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def read(self) -> None:
+        """Read requests, until the window is closed."""
         while True:
             message = await self._websocket.receive()
             if message["type"] == "websocket.disconnect":
@@ -118,10 +122,22 @@ class _Connection:
                 why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
                 self._refuse(p.request_id(text), f"not a request: {why}", "malformed")
                 continue
-            if isinstance(request, CODE_HELP):
-                self._begin(request, "code help")
+            if isinstance(request, p.OutputShown):
+                self._window.output_shown()
+                self._window.answer(p.Answer(re=request.id))
             elif isinstance(request, p.Control) and request.action == "emergencyStop":
                 self._begin(request, "stop")
+            else:
+                await self._requests.put(request)
+
+    async def work(self) -> None:
+        """Execute the requests that were read, or begin to, in their order."""
+        while True:
+            request = await self._requests.get()
+            if isinstance(request, CODE_HELP):
+                self._begin(request, "code help")
+            elif isinstance(request, p.StopRun):
+                self._begin(request, "stop of a run")
             elif isinstance(request, CONCURRENT):
                 self._begin(request, "others")
             else:

@@ -250,6 +250,10 @@ class StopRun(_Request):
     tab: TabId
 
 
+class OutputShown(_Request):
+    """Say that the last push `output` was shown, so that the next one may come."""
+
+
 class Simulate(_Request):
     """Start a simulated robot, or start it again with other options; what was started here before is ended.
 

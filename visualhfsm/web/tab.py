@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from typing import Concatenate, Final, ParamSpec, TypeVar
 
 from codegen.hfsm.document import Document
 from visualhfsm.editing.diff import differ
-from visualhfsm.services import OutputLine, RunPush, Source, retrieve
+from visualhfsm.services import RecentLines, RunPush, Source, retrieve
 from visualhfsm.sessions import session as sessions
 from visualhfsm.sessions.session import DocumentSession
 
@@ -71,7 +70,7 @@ class Tab:
         threads: Threads,
         *,
         changed: Callable[[Tab], None],
-        output_lines: int,
+        output: RecentLines,
         recording: Path | None = None,
     ) -> None:
         self.id = number
@@ -79,7 +78,7 @@ class Tab:
         self.outside: Outside | None = None
         self.problems: Problems | None = None
         self.run: RunPush | None = None
-        self.output: deque[OutputLine] = deque(maxlen=output_lines)
+        self.output = output
         self.generated: Document | None = None
         """The document as its component was generated last."""
         self.runs: Document | None = None

@@ -4,26 +4,32 @@ Only the changes of documents are sent. Versions of a document share what did no
 are compared quickly.
 
 Nothing grows here while a window is slow: only the newest value of each thing waits, and it is encoded when
-it can be sent. Answers wait in order; there are never more of them than requests under way. Output of
-components is kept line by line, and the oldest lines are dropped first.
+it can be sent. Answers wait in order; there are never more of them than requests under way.
+
+Output of components comes last, and one message at a time: the next one waits until the page has shown the
+former. Otherwise a component that prints without end would fill all buffers up to the page with lines, and
+the page would learn seconds late that the component was stopped. Of the lines that wait, the oldest are
+dropped and counted.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections import deque
 from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, State, Transition
 from visualhfsm.editing.views import view
-from visualhfsm.services import Output, OutputLine, Push, Snapshot, Stale, Structure
+from visualhfsm.services import Output, Push, RecentLines, RunPush, Snapshot, Stale, Structure
 
 from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, encode
 from .tab import Tab
+
+_SHOWN: Final = 1.0
+"""Seconds after which output counts as shown: a hidden page may be asleep."""
 
 Item = TypeVar("Item", State, Transition)
 
@@ -42,15 +48,16 @@ class Version(NamedTuple):
 class Window:
     """Gets the changes of all tabs after `greet`. Used on the event loop only."""
 
-    def __init__(self, output_lines: int) -> None:
+    def __init__(self, make_output: Callable[[], RecentLines]) -> None:
         self.greeted = False
         self._sent: dict[int, Version] = {}  # the documents as the window has them, by tab
         self._answers: list[bytes] = []
         self._pushes: dict[tuple[Hashable, object], Push | Tab] = {}
-        self._output: dict[int, deque[OutputLine]] = {}
-        self._dropped: dict[int, int] = {}
+        self._make_output = make_output
+        self._output: dict[int, RecentLines] = {}
         self._whole: set[int] = set()
-        self._output_lines = output_lines
+        self._showing: asyncio.TimerHandle | None = None
+        """Set while the window shows output: the end of our patience."""
         self._filled = asyncio.Event()
 
     def greet(self) -> None:
@@ -70,6 +77,10 @@ class Window:
         if isinstance(push, Output):
             self._add_output(push)
         else:
+            if isinstance(push, RunPush) and push.status == "generating":
+                self._add_output(
+                    Output(tab=push.tab, lines=[], whole=True)
+                )  # what waits is of the former run
             about = (
                 push.component
                 if isinstance(push, Snapshot | Structure | Stale)
@@ -87,41 +98,57 @@ class Window:
     def close(self, tab: int) -> None:
         """Announce that a tab is closed, and send no more of it."""
         self._sent.pop(tab, None)
+        self._output.pop(tab, None)
         for key in [key for key in self._pushes if key[1] == tab]:
             del self._pushes[key]
         self.push(Closed(tab=tab))
 
+    def output_shown(self) -> None:
+        """Note that the window has shown the last output, and can take more."""
+        if self._showing is not None:
+            self._showing.cancel()
+            self._showing = None
+            self._filled.set()
+
     async def write(self, send: Callable[[str], Awaitable[None]]) -> None:
-        """Send waiting messages as soon as there are any, pushes before answers, until cancelled."""
-        while True:
-            await self._filled.wait()
-            self._filled.clear()
-            answers, self._answers = self._answers, []
-            pushes, self._pushes = self._pushes, {}
-            output, self._output = self._output, {}
-            dropped, self._dropped = self._dropped, {}
-            whole, self._whole = self._whole, set()
-            # Output first: what a component wrote comes before the news that it ended.
-            messages: list[Push] = [
-                Output(tab=tab, lines=list(lines), dropped=dropped[tab], whole=tab in whole)
-                for tab, lines in output.items()
-            ]
-            messages += [self._document(news) if isinstance(news, Tab) else news for news in pushes.values()]
-            for message in [*map(encode, messages), *answers]:
-                await send(message.decode())
+        """Send waiting messages as soon as there are any, until cancelled: pushes, answers, then output."""
+        try:
+            while True:
+                await self._filled.wait()
+                self._filled.clear()
+                for message in self._news():
+                    await send(message.decode())
+                if self._output and self._showing is None and not self._filled.is_set():
+                    output = encode(self._take_output(next(iter(self._output))))
+                    self._showing = asyncio.get_running_loop().call_later(_SHOWN, self.output_shown)
+                    await send(output.decode())
+        finally:
+            if self._showing is not None:
+                self._showing.cancel()
+
+    def _news(self) -> list[bytes]:
+        """Return everything that waits, encoded, but output."""
+        answers, self._answers = self._answers, []
+        pushes, self._pushes = self._pushes, {}
+        messages: list[Push] = []
+        for news in pushes.values():
+            if isinstance(news, RunPush) and news.status == "ended" and news.tab in self._output:
+                messages.append(self._take_output(news.tab))  # its last lines say why it ended
+            messages.append(self._document(news) if isinstance(news, Tab) else news)
+        return [*map(encode, messages), *answers]
+
+    def _take_output(self, tab: int) -> Output:
+        output = self._output.pop(tab)
+        whole = tab in self._whole
+        self._whole.discard(tab)
+        return Output(tab=tab, lines=list(output.lines), dropped=output.dropped, whole=whole)
 
     def _add_output(self, push: Output) -> None:
         """Keep lines of output; a whole output replaces the lines that wait."""
         if push.whole:
             self._whole.add(push.tab)
             self._output.pop(push.tab, None)
-            self._dropped.pop(push.tab, None)
-        lines = self._output.setdefault(push.tab, deque())
-        lines.extend(push.lines)
-        excess = max(0, len(lines) - self._output_lines)
-        for _ in range(excess):
-            lines.popleft()
-        self._dropped[push.tab] = self._dropped.get(push.tab, 0) + excess + push.dropped
+        self._output.setdefault(push.tab, self._make_output()).add(push.lines, push.dropped)
 
     def _document(self, tab: Tab) -> DocumentPush:
         # Created when it is sent: a slow window gets one patch with all changes in between.

@@ -27,6 +27,7 @@ from visualhfsm.services import (
     Output,
     Publish,
     Push,
+    RecentLines,
     Robot,
     RunPush,
     Snapshot,
@@ -78,13 +79,20 @@ class Limits:
     """Longest duration of an operation, after which it is answered with an error."""
 
     output_lines: int = 2000
-    """Lines of a component's output that are kept for a window."""
+    """Lines of a component's output that are kept."""
+
+    output_characters: int = 200_000
+    """Characters of these lines."""
 
     quiet_seconds: float = 0.15
     """How long a document must be unchanged before it is checked."""
 
     file_check_seconds: float = 1.0
     """Seconds between two checks of the open files for changes by other programs."""
+
+    def room_for_output(self) -> RecentLines:
+        """Return room for the output of a component."""
+        return RecentLines(self.output_lines, self.output_characters)
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,7 +252,7 @@ class Workspace:
                 session,
                 self.threads,
                 changed=self._show,
-                output_lines=self.limits.output_lines,
+                output=self.limits.room_for_output(),
                 recording=recording,
             )
         )
@@ -326,7 +334,8 @@ class Workspace:
             for push in (tab.problems, tab.outside, tab.run):
                 if push is not None:
                     window.push(push)
-            window.push(Output(tab=tab.id, lines=list(tab.output), whole=True))
+            output = tab.output
+            window.push(Output(tab=tab.id, lines=list(output.lines), dropped=output.dropped, whole=True))
 
     async def leave(self, window: Window) -> None:
         """Forget a window; components that no other window follows are detached."""
@@ -421,6 +430,7 @@ class Workspace:
 
     async def emergency_stop(self) -> object:
         """Stop the robot and all components of its realm, then all processes of components started here."""
+        self.services.running.announce_stop()
         try:
             return await self.services.live.control("", "emergencyStop", {})
         finally:
@@ -487,11 +497,11 @@ class Workspace:
                 self._push(news)
             case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
                 self._push(news, self._followers.get(component, ()))
-            case Output(tab=number, lines=lines) if number in self._tabs:
-                self._tabs[number].output.extend(lines)
+            case Output(tab=number, lines=lines, dropped=dropped) if number in self._tabs:
+                self._tabs[number].output.add(lines, dropped)
                 self._push(news)
             case RunPush(tab=number) if number in self._tabs:
-                if news.status == "starting":
+                if news.status == "generating":
                     self._tabs[number].output.clear()
                 self._tabs[number].run = news
                 self.publish_state()  # first: a window follows the run by the name that the tab has now

@@ -86,7 +86,7 @@
  *   exportRun: {name: string, text: string},
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
  *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
- *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string, recording?: string}, stopRun: null, simulate: null,
+ *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string, recording?: string}, stopRun: null, outputShown: null, simulate: null,
  *   record: {recording: string} | null,
  *   connectRobot: null, moveBalls: null, endRobot: null, attach: Followed,
  *   detach: null, control: unknown, recording: Recording}} Answers `codeHelp` and
@@ -144,7 +144,7 @@ const LAST_RETRY = 5000;
 const LARGEST = 4 * 2 ** 20;
 const MERGED = 200_000; // characters; longer texts are not merged, but replaced
 /** Requests that do not depend on unsent text. */
-const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
+const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles", "outputShown"]);
 
 /** An answer of the server with the reason why a request failed. */
 export class RequestError extends Error {
@@ -387,6 +387,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         break;
     }
     this.#emit(message.push, message);
+    if (message.push === "output") this.request("outputShown").catch(() => {}); // the connection is lost
   }
 
   /** @param {Answer} message */

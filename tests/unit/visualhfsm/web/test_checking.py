@@ -10,6 +10,7 @@ from codegen.hfsm.document import Document
 from tests.support.limits import RUN_LIMIT
 from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.problems import Problem
+from visualhfsm.services import RecentLines
 from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.checking import Checking
 from visualhfsm.web.protocol import Problems
@@ -40,7 +41,7 @@ def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path) -> None:
         threads = Threads(1)
         for number in (1, 2):
             session = DocumentSession.new(Document(), f"{number}", journals=tmp_path)
-            checking.check(Tab(number, session, threads, changed=lambda _: None, output_lines=1))
+            checking.check(Tab(number, session, threads, changed=lambda _: None, output=RecentLines(1, 100)))
         async with asyncio.timeout(RUN_LIMIT):
             assert (await reported.get()).tab == 2
         running.cancel()

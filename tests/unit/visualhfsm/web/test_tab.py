@@ -13,6 +13,7 @@ import pytest
 from codegen.hfsm.document import Automaton, Document
 from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm.editing.commands.states import AddState
+from visualhfsm.services import RecentLines
 from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.tab import Tab, Threads
 
@@ -35,7 +36,7 @@ def run(tmp_path: Path) -> Callable[[Test, list[str]], None]:
                 def changed(tab: Tab) -> None:
                     log.append(f"changed to {tab.shown.revision}")
 
-                tabs.append(Tab(number, session, threads, changed=changed, output_lines=1))
+                tabs.append(Tab(number, session, threads, changed=changed, output=RecentLines(1, 100)))
                 return tabs[-1]
 
             try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Callable, Coroutine
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from codegen.hfsm.document import Automaton, Document
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from visualhfsm.editing.commands.states import AddState
-from visualhfsm.services import Output, OutputLine, RunPush
+from visualhfsm.services import Output, OutputLine, RecentLines, RunPush
 from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.protocol import Answer, Problems
 from visualhfsm.web.tab import Tab, Threads
@@ -24,7 +25,7 @@ def waiting(fill: Callable[[Window], None], lines: int = 5) -> list[dict[str, An
     """Return what is sent to a window that was filled with messages."""
 
     async def take() -> list[bytes]:
-        window = Window(lines)
+        window = Window(partial(RecentLines, lines, 1000))
         window.greet()
         fill(window)
         return await batch(window)
@@ -53,10 +54,10 @@ async def batch(window: Window) -> list[bytes]:
 def with_tab(directory: Path, test: Callable[[Tab, Window], Coroutine[Any, Any, None]]) -> None:
     async def run() -> None:
         threads = Threads(1)
-        window = Window(5)
+        window = Window(partial(RecentLines, 5, 1000))
         window.greet()
         session = DocumentSession.new(Document(automata=(Automaton(id=1),)), "new", journals=directory)
-        tab = Tab(1, session, threads, changed=window.show, output_lines=1)
+        tab = Tab(1, session, threads, changed=window.show, output=RecentLines(1, 100))
         try:
             await asyncio.wait_for(test(tab, window), RUN_LIMIT)
         finally:
@@ -109,17 +110,66 @@ def test_what_was_pushed_comes_before_the_answers_in_their_order() -> None:
     assert [each.get("push", each.get("re")) for each in waiting(fill)] == ["problems", 1, 2]
 
 
-def test_output_comes_first_and_loses_its_oldest_lines() -> None:
+def test_output_comes_last_but_before_the_news_that_its_component_has_ended() -> None:
     def fill(window: Window) -> None:
+        window.push(lines("x", tab=2))
         window.push(RunPush(tab=1, component="walk", status="ended"))
         window.push(lines("a", "b", "c"))
         window.push(lines("d", "e", "f", "g"))
-        window.push(lines("x", tab=2))
+        window.answer(Answer(re=1))
 
-    output, other, ended = waiting(fill)
+    output, ended, answer, other = waiting(fill)
     assert ([line["text"] for line in output["lines"]], output["dropped"]) == (["c", "d", "e", "f", "g"], 2)
-    assert other["tab"] == 2
     assert ended["status"] == "ended"
+    assert answer["re"] == 1
+    assert other["tab"] == 2
+
+
+def test_output_is_bounded_by_its_characters_too() -> None:
+    (output,) = waiting(lambda window: window.push(lines("a" * 400, "b" * 400, "c" * 400)))
+    assert [line["text"][0] for line in output["lines"]] == ["b", "c"]
+    assert output["dropped"] == 1
+
+
+def test_more_output_waits_until_the_window_has_shown_the_last() -> None:
+    async def run() -> list[dict[str, Any]]:
+        window = Window(partial(RecentLines, 5, 1000))
+        window.greet()
+        sent: asyncio.Queue[str] = asyncio.Queue()
+        writing = asyncio.create_task(window.write(sent.put))
+        received = []
+        try:
+            async with asyncio.timeout(RUN_LIMIT):
+                window.push(lines("a"))
+                received.append(await sent.get())
+                window.push(lines("b"))
+                window.push(lines("c"))
+                window.answer(Answer(re=1))
+                received.append(await sent.get())
+                window.output_shown()
+                received.append(await sent.get())
+                window.push(lines("d"))  # a window that is asleep says nothing
+                received.append(await sent.get())
+        finally:
+            writing.cancel()
+            await asyncio.gather(writing, return_exceptions=True)
+        return [json.loads(each) for each in received]
+
+    first, answer, second, third = asyncio.run(run())
+    assert answer["re"] == 1
+    shown = [[line["text"] for line in output["lines"]] for output in (first, second, third)]
+    assert shown == [["a"], ["b", "c"], ["d"]]
+
+
+def test_what_a_former_run_has_written_is_dropped_when_another_starts() -> None:
+    def fill(window: Window) -> None:
+        window.push(lines("a", "b"))
+        window.push(RunPush(tab=1, component="walk", status="generating"))
+        window.push(lines("c"))
+
+    run, output = waiting(fill)
+    assert run["status"] == "generating"
+    assert ([line["text"] for line in output["lines"]], output["whole"]) == (["c"], True)
 
 
 def test_the_whole_output_takes_the_place_of_what_waits() -> None:
@@ -144,7 +194,7 @@ def test_of_a_closed_tab_nothing_else_is_sent() -> None:
 
 def test_a_window_that_has_not_said_hello_gets_answers_alone() -> None:
     async def take() -> list[bytes]:
-        window = Window(5)
+        window = Window(partial(RecentLines, 5, 1000))
         window.push(problems(1))
         window.answer(Answer(re=1))
         return await batch(window)
@@ -155,7 +205,7 @@ def test_a_window_that_has_not_said_hello_gets_answers_alone() -> None:
 
 def test_nothing_is_sent_twice() -> None:
     async def take() -> None:
-        window = Window(5)
+        window = Window(partial(RecentLines, 5, 1000))
         window.answer(Answer(re=1))
         assert len(await batch(window)) == 1
         with pytest.raises(TimeoutError):

@@ -12,6 +12,7 @@ import {icon} from "../icons.js";
 import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
 import {needsRobot} from "../robot.js";
+import {runs} from "../runs.js";
 import {actionButton, menuButton} from "../shell.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
@@ -192,6 +193,7 @@ function statusOf() {
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
   if (!store.online) return {status: "stale", word: "The editor is offline"};
   if (monitor.ended && monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
+  if (isStopping()) return {status: "waiting", word: "Stopping…"};
   if (since)
     return {
       status: "stale",
@@ -209,6 +211,12 @@ function statusOf() {
   if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};
   const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
   return {status: STATUS[status].toLowerCase(), word};
+}
+
+/** Whether the editor is stopping the followed component, which it has started. */
+function isStopping() {
+  const run = runs.of(monitor.tab);
+  return run?.status === "stopping" && run.component === monitor.component;
 }
 
 /** Whether the followed component uses a robot; undefined when its document is not open. */

@@ -3,6 +3,7 @@
 import {store} from "../store.js";
 
 const KEPT = 5000; // lines of a tab
+const LONGEST = 1_000_000; // characters of these lines
 /** The pattern of an error in the component's log: the text before the message, and the file and line after it. */
 const BEFORE = /^[\d-]+ [\d:.]+ ERROR +[^:]+: /;
 const BEHIND = / at \S+:\d+ \(\S+:\d+\)$/;
@@ -18,11 +19,13 @@ const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
 class OutputLog extends /** @type {new () => import("../store.js").Target<LogEvents>} */ (EventTarget) {
   /** @type {Map<number, Line[]>} */
   #lines = new Map();
+  /** Characters of the lines of a tab. @type {Map<number, number>} */
+  #sizes = new Map();
 
   constructor() {
     super();
     store.addEventListener("output", ({detail}) => this.#take(detail));
-    store.addEventListener("closed", ({detail}) => this.#lines.delete(detail.tab));
+    store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
   }
 
   /** The lines of a tab. @returns {Line[]} @param {number} tab */
@@ -45,7 +48,7 @@ class OutputLog extends /** @type {new () => import("../store.js").Target<LogEve
 
   /** @param {number} tab */
   clear(tab) {
-    this.#lines.delete(tab);
+    this.#forget(tab);
     this.#emit("reset", {tab});
   }
 
@@ -53,12 +56,23 @@ class OutputLog extends /** @type {new () => import("../store.js").Target<LogEve
   #take({tab, lines, dropped = 0, whole = false}) {
     if (whole) this.clear(tab);
     /** @type {Line[]} */
-    const fresh = dropped ? [{text: `… ${dropped} lines left out …`, stream: "err"}, ...lines] : lines;
+    const fresh = dropped ? [{text: leftOut(dropped), stream: "err"}, ...lines] : lines;
     const kept = this.of(tab);
     kept.push(...fresh);
-    if (kept.length > KEPT) kept.splice(0, kept.length - KEPT);
+    let size = (this.#sizes.get(tab) ?? 0) + sizeOf(fresh);
+    let excess = Math.max(0, kept.length - KEPT);
+    size -= sizeOf(kept.slice(0, excess));
+    while (size > LONGEST) size -= kept[excess++].text.length;
+    kept.splice(0, excess);
     this.#lines.set(tab, kept);
+    this.#sizes.set(tab, size);
     this.#emit("lines", {tab, lines: fresh});
+  }
+
+  /** @param {number} tab */
+  #forget(tab) {
+    this.#lines.delete(tab);
+    this.#sizes.delete(tab);
   }
 
   /** @param {keyof LogEvents} kind @param {object} detail */
@@ -66,5 +80,11 @@ class OutputLog extends /** @type {new () => import("../store.js").Target<LogEve
     this.dispatchEvent(new CustomEvent(kind, {detail}));
   }
 }
+
+/** @param {number} lines */
+const leftOut = (lines) => `… ${lines.toLocaleString("en")} ${lines === 1 ? "line" : "lines"} left out …`;
+
+/** @param {Line[]} lines */
+const sizeOf = (lines) => lines.reduce((size, {text}) => size + text.length, 0);
 
 export const outputLog = new OutputLog();

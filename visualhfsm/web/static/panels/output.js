@@ -4,10 +4,12 @@ import {html} from "lit";
 import {PageElement} from "../element.js";
 import {monitor, STATUS as COMPONENT_STATUS} from "../monitor/monitor.js";
 import {page} from "../page.js";
+import {required} from "../required.js";
 import {runs} from "../runs.js";
 import {outputLog} from "./output-log.js";
 
 const SHOWN = 2000; // lines
+const LONGEST = 200_000; // characters of these lines, all of which are laid out
 const NEAR = 30; // px from the end that count as the end
 
 /** @type {Record<string, string>} */
@@ -22,6 +24,11 @@ class Output extends PageElement {
     super();
     this.follows = true;
     this.shownTab = -1;
+    /** Lines that the next frame adds. @type {import("./output-log.js").Line[]} */
+    this.waiting = [];
+    this.frame = 0;
+    /** Characters of the lines that are shown. */
+    this.size = 0;
   }
 
   connectedCallback() {
@@ -70,19 +77,35 @@ class Output extends PageElement {
 
   #fill() {
     this.#lines?.replaceChildren();
+    this.size = 0;
+    this.waiting = [];
     this.#append(outputLog.of(this.shownTab));
   }
 
   /**
-   * Hundreds of lines may arrive per second: they are appended without redrawing the others.
+   * Thousands of lines may arrive per second: each frame appends what has come, without redrawing the others.
    *
    * @param {import("./output-log.js").Line[]} lines
    */
   #append(lines) {
+    this.waiting.push(...lines.slice(-SHOWN));
+    this.waiting.splice(0, this.waiting.length - SHOWN);
+    this.frame ||= requestAnimationFrame(() => this.#showWaiting());
+  }
+
+  #showWaiting() {
+    this.frame = 0;
     const list = this.#lines;
     if (!list) return;
-    list.append(...lines.slice(-SHOWN).map(asElement));
-    while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
+    const elements = this.waiting.map(asElement);
+    this.waiting = [];
+    for (const each of elements) this.size += each.textContent.length;
+    list.append(...elements);
+    while (list.childElementCount > SHOWN || this.size > LONGEST) {
+      const first = required(list.firstElementChild, "line");
+      this.size -= first.textContent.length;
+      first.remove();
+    }
     if (this.follows) list.scrollTop = list.scrollHeight;
   }
 
