@@ -90,6 +90,8 @@ class Run:
     in_cycle: bool = False
     began: int = 0
     """When the running, or the last, cycle really began, which may be later than the time it belongs to."""
+    began_wall: float = 0.0
+    """The same as `time.perf_counter()`."""
     in_step: bool = False
     """Whether the running cycle is a single step."""
     queue: deque[Event] = field(default_factory=deque)

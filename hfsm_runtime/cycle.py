@@ -47,7 +47,6 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
     if not tree.begin_cycle(run):
         return
     began = run.began = supervisor.now()
-    began_wall = time.perf_counter()
     for observer in tree.observers:
         observer.cycle_began(run, now)
     try:
@@ -57,7 +56,7 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
         pass
     finally:
         run.cycles += 1
-        run.last_cycle = time.perf_counter() - began_wall
+        run.last_cycle = time.perf_counter() - run.began_wall
         run.longest_cycle = max(run.longest_cycle, run.last_cycle)
         run.overruns += supervisor.now() - began > run.automaton.interval
         run.last_slot = now

@@ -12,7 +12,7 @@ from zenoh_ice.clock import Clock
 
 from .automaton import Automaton
 from .automaton_run import make_event
-from .component import Component, equip, make_automata, parameters_of
+from .component import Component, equip, make_automata, parameters_of, source_of
 from .errors import (
     ComponentStoppedError,
     OnError,
@@ -23,6 +23,7 @@ from .errors import (
 )
 from .marks import Mark, Marks
 from .observer import Observer
+from .source_map import locate_frame
 from .supervision import Refusal, Supervision
 from .threads import Threads
 from .timeline import Timeline
@@ -35,6 +36,10 @@ _GAP: Final = 0.5
 """Wall seconds to wait for a moment without any cycle, in which the automata are replaced."""
 _END: Final = 0.5
 """Wall seconds for running cycles to end if there is no such moment; meanwhile no other begins."""
+_HANGS: Final = 2.0
+"""Wall seconds after which a cycle hangs, if its automaton has a short period."""
+_HANGS_PERIODS: Final = 10
+"""Periods after which the cycle of any other hangs."""
 RETRY: Final = 1.0
 """Wall seconds from a refused command until the automata may try again, and between two questions for it."""
 
@@ -112,6 +117,20 @@ class Runtime(Observer):
     def in_cycle(self) -> bool:
         """Whether a cycle is running at this moment."""
         return any(run.in_cycle for run in self.tree.runs)
+
+    def hanging(self, run: Run) -> tuple[float, str]:
+        """Return for how many wall seconds the cycle of an automaton hangs, and the line that it executes.
+
+        The line is in the form of `locate`. Both are 0 and empty for a cycle that is not longer than 2 s and
+        ten periods, or whose code sleeps by `self.sleep`, which ends when it must.
+        """
+        seconds = time.perf_counter() - run.began_wall
+        if not run.in_cycle or seconds < max(_HANGS, _HANGS_PERIODS * run.automaton.period):
+            return 0.0, ""
+        frame = self._threads.frame(run)
+        if frame is None or not run.in_cycle:
+            return 0.0, ""
+        return seconds, locate_frame(frame, source_of(self.component))
 
     def begin_at(self, automaton: int, state: int) -> None:
         """Make a state, and those above it, the first ones to enter; call it before `start`.

@@ -12,7 +12,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from operator import itemgetter
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any, Final, NamedTuple
 
 _NAME: Final = "SOURCE_MAP"
@@ -57,11 +57,7 @@ def last_line(error: BaseException, file: str) -> tuple[int, Row | None]:
     if found is None:
         return 0, None
     line = found.tb_lineno
-    # While the module is being imported it has no map yet.
-    rows = _rows(found.tb_frame.f_globals) or _read(file)
-    index = bisect_right(rows, line, key=itemgetter(0)) - 1
-    row = Row(*rows[index]) if index >= 0 else None
-    return line, row if row and line <= row.last else None
+    return line, _row_of(line, found.tb_frame.f_globals, file)
 
 
 def locate(error: BaseException, file: str) -> str:
@@ -71,10 +67,18 @@ def locate(error: BaseException, file: str) -> str:
     text is empty when the file is not involved.
     """
     line, row = last_line(error, file)
-    if not line:
-        return ""
-    place = f"{Path(file).name}:{line}"
-    return f"{place} ({row.place_of(line)})" if row else place
+    return _place(line, row, file) if line else ""
+
+
+def locate_frame(frame: FrameType, file: str) -> str:
+    """Return which line of a component a thread executes, in the same form; `frame` is its innermost one."""
+    outer: FrameType | None = frame
+    while outer is not None:
+        if outer.f_code.co_filename == file:
+            line = outer.f_lineno
+            return _place(line, _row_of(line, outer.f_globals, file), file)
+        outer = outer.f_back
+    return ""
 
 
 def text_of_guard(guard: Callable[..., object]) -> str:
@@ -87,6 +91,19 @@ def text_of_guard(guard: Callable[..., object]) -> str:
     row = Row(*rows[index])  # the code that follows the `def`
     lines = linecache.getlines(code.co_filename)[row.first - 1 : row.last]
     return " ".join(" ".join(lines).split()).removeprefix("return ")
+
+
+def _place(line: int, row: Row | None, file: str) -> str:
+    place = f"{Path(file).name}:{line}"
+    return f"{place} ({row.place_of(line)})" if row else place
+
+
+def _row_of(line: int, namespace: Mapping[str, object], file: str) -> Row | None:
+    """Return the row of a line of a component; None for a generated line."""
+    rows = _rows(namespace) or _read(file)  # while the module is being imported it has no map yet
+    index = bisect_right(rows, line, key=itemgetter(0)) - 1
+    row = Row(*rows[index]) if index >= 0 else None
+    return row if row and line <= row.last else None
 
 
 def _rows(namespace: Mapping[str, object]) -> tuple[Any, ...]:

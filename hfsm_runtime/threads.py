@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import heapq
 import logging
+import sys
 import threading
 import time
 from collections.abc import Callable
 from itertools import count
+from types import FrameType
 from typing import Final
 
 from zenoh_ice.clock import Clock
@@ -131,15 +133,26 @@ class Threads(Observer):
         if worker is None:
             return False
         end = clock.now() + seconds
-        while not ended.is_set():
-            worker.wake.clear()
-            if not self._tree.may_go_on(worker.run):
-                raise CycleCutError
-            left = end - clock.now()
-            if left < _RESOLUTION:  # a clock of whole ns would not wait for less, and so never end
-                break
-            clock.wait(worker.wake, left)
+        worker.asleep = True
+        try:
+            while not ended.is_set():
+                worker.wake.clear()
+                if not self._tree.may_go_on(worker.run):
+                    raise CycleCutError
+                left = end - clock.now()
+                if left < _RESOLUTION:  # a clock of whole ns would not wait for less, and so never end
+                    break
+                clock.wait(worker.wake, left)
+        finally:
+            worker.asleep = False
         return True
+
+    def frame(self, run: Run) -> FrameType | None:
+        """Return what the thread of an automaton executes; None while user code lets it sleep by `sleep`."""
+        worker = self._workers.get(run)
+        if worker is None or worker.asleep:
+            return None
+        return sys._current_frames().get(worker.thread.ident or 0)
 
     def add(self, runs: tuple[Run, ...]) -> None:
         """Start the threads of automata that are about to join the tree."""
@@ -217,6 +230,7 @@ class _Worker:
         self.run = run
         self.index = index
         self.retired = False
+        self.asleep = False
         self.wake = threading.Event()
         self.stepped = threading.Event()
         self.thread = threading.Thread(

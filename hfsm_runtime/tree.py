@@ -6,6 +6,7 @@ Times are integer nanoseconds of component time.
 from __future__ import annotations
 
 import threading
+import time
 
 import msgspec
 
@@ -118,6 +119,7 @@ class Tree:
             stepping, run.stepping = run.stepping, False
             if not run.active or run.finished or (self.held and not stepping):
                 return False
+            run.began_wall = time.perf_counter()
             run.in_cycle, run.in_step = True, stepping
             run.claimed = run.activations
             if not run.cut:

@@ -31,6 +31,8 @@ def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> h
     with runtime.tree.lock:
         now, reloads = runtime.timeline.now(), runtime.reloads
         automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
+        for run, (_, snapshot) in zip(runtime.tree.runs, automata, strict=True):
+            snapshot.hangsFor, snapshot.hangsAt = runtime.hanging(run)
     for automaton, snapshot in automata:
         snapshot.variables = variables_of(automaton)  # user code, so without the lock
     return hfsm.ComponentSnapshot(

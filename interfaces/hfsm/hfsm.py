@@ -173,6 +173,12 @@ class AutomatonSnapshot(ice.Struct):
     """Wall seconds that the longest cycle took."""
     inCycle: bool = False
     """Whether a cycle runs at this moment, which a pause does not cut short."""
+    hangsFor: float = 0.0
+    """Wall seconds since the running cycle began, if it hangs: after 2 s and ten periods; else 0."""
+    hangsAt: str = ""
+    """The line of the component's code that it runs then, in the form of an error's location, if it is
+    known.
+    """
 
 
 class ComponentStatus(ice.IntEnum):
@@ -308,7 +314,7 @@ class ReloadRefused(ice.UserException, id="::hfsm::ReloadRefused"):
     reason: str = ""
 
 
-class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="5c7c03957652f521"):
+class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="49d9e57b0778ac5c"):
     """Watch a component and steer it."""
 
     @ice.operation(idempotent=True)

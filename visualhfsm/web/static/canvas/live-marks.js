@@ -5,9 +5,9 @@ import {make, set} from "./svg.js";
 
 /**
  * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?:
- *   boolean, finished?: boolean,
+ *   boolean, finished?: boolean, hanging?: boolean,
  *   breakpoint?: "set" | "conditional" | "hit", note?: string}} Live
- *   of a state `status`, `finished` and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains),
+ *   of a state `status`, `finished`, `hanging` (its code does not end) and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains),
  *   `remaining` (s), `guard` (its last value) and `fired` (0..1, 1 just now)
  */
 
@@ -17,12 +17,13 @@ const FINISHED = `M-8 ${14 - RADIUS}l5 5L7 ${9 - RADIUS}`;
 const BREAKPOINTS = {set: "breakpoint", conditional: "breakpoint with a condition", hit: "paused at this breakpoint"};
 
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
-export function markState(view, {status, trail = 0, finished = false, breakpoint, note} = {}) {
+export function markState(view, {status, trail = 0, finished = false, hanging = false, breakpoint, note} = {}) {
   const {group} = view;
   const {classList} = group;
   classList.toggle("active", status === "active");
   classList.toggle("ghost", status === "ghost");
   classList.toggle("finished", finished);
+  classList.toggle("hanging", hanging);
   classList.toggle("trail", trail > 0 && !status);
   set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
   markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));

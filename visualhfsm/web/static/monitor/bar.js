@@ -16,6 +16,7 @@ import {runs} from "../runs.js";
 import {actionButton, menuButton} from "../shell.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
+import {find, show} from "./failing-code.js";
 import {monitor, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
@@ -31,10 +32,15 @@ class MonitorBar extends MonitorElement {
   static watches = {page: ["change"], store: ["connection", "document", "robot", "run", "workspace"]};
 
   #stop = ""; // the breakpoints at which it paused last
+  #hangsAt = ""; // the code that does not end, as the component calls it
+  #line = 0; // its line in the document
 
   connectedCallback() {
     super.connectedCallback();
-    this.listen(monitor, "snapshot", () => this.#arrive());
+    this.listen(monitor, "snapshot", () => {
+      this.#arrive();
+      this.#findLine();
+    });
   }
 
   render() {
@@ -76,7 +82,7 @@ class MonitorBar extends MonitorElement {
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
-      ${this.#stoppedAt()}${this.#elsewhere()}
+      ${this.#stoppedAt()}${this.#hanging()}${this.#elsewhere()}
       ${
         recording
           ? nothing
@@ -144,6 +150,35 @@ class MonitorBar extends MonitorElement {
     </button>`;
   }
 
+  /** A link to the code that does not end. */
+  #hanging() {
+    const {hanging} = monitor;
+    if (!hanging) return nothing;
+    const {id: automaton, state, hangsAt: location} = hanging;
+    const line = this.#line && location === this.#hangsAt ? `, line ${this.#line}` : "";
+    return html`<button
+      type="button"
+      class="link"
+      title="Show the code that does not end"
+      @click=${() => show({automaton, state, location})}
+    >
+      in ${monitor.stateName(automaton, state)}${line}
+    </button>`;
+  }
+
+  /** Look up the line of code that does not end. */
+  async #findLine() {
+    const {hanging} = monitor;
+    if (!hanging || hanging.hangsAt === this.#hangsAt) return;
+    const {id: automaton, state, hangsAt: location} = hanging;
+    this.#hangsAt = location;
+    this.#line = 0;
+    const found = await find({automaton, state, location});
+    if (location !== this.#hangsAt) return;
+    this.#line = found?.line ?? 0;
+    this.requestUpdate();
+  }
+
   /** Show a breakpoint, if its document is open. @param {Breakpoint} place */
   #goTo({automaton, state, transition}) {
     const {tab} = monitor;
@@ -204,6 +239,15 @@ function statusOf() {
   if (robot === "lost" && usesRobot() !== false && !monitor.isTrial)
     return {status: "lost", word: `Robot lost since ${clockTime(store.robot.since)}`, why: "It may come back."};
   if (!newest) return {status: "waiting", word: "Waiting"};
+  const {hanging} = monitor;
+  if (hanging) {
+    const name = monitor.automaton(hanging.id)?.name ?? `automaton ${hanging.id}`;
+    return {
+      status: "hanging",
+      word: `Hanging for ${Math.floor(hanging.hangsFor)} s`,
+      why: `A cycle of ${name} does not end: its code must not wait or repeat for so long. Stop ends it.`,
+    };
+  }
   const {status, stoppedAt, refusal, speed} = newest.component;
   if (status === 0 && speed) return {status: "running", word: `Trying, ${speed} x`, why: "No robot moves."};
   if (status === 0 && robot !== "present" && usesRobot())

@@ -2,9 +2,8 @@
 
 import {html, nothing} from "lit";
 
-import {page} from "../page.js";
-import {store} from "../store.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
+import {show} from "./failing-code.js";
 import {monitor} from "./monitor.js";
 
 class LiveErrors extends MonitorElement {
@@ -20,7 +19,7 @@ class LiveErrors extends MonitorElement {
                 ${grouped(errors).map(
                   ([each, count]) =>
                     html`<li>
-                      <button type="button" class="row" @click=${() => jump(each)}>
+                      <button type="button" class="row" @click=${() => show(each)}>
                         <span class="severity-sign error" role="img" aria-label="error"></span
                         ><span class="message"
                           >${each.message}${
@@ -78,22 +77,6 @@ function grouped(errors) {
     else found.set(key, [each, 1]);
   }
   return [...found.values()];
-}
-
-/**
- * Show the code that failed: its line where that is known, else the code of the state.
- *
- * @param {import("./monitor.js").ErrorReport} error
- */
-async function jump({automaton, state, location}) {
-  const {tab} = monitor;
-  if (!tab) return;
-  page.show(tab);
-  const found =
-    location && (await store.request("locate", {tab, text: location, automaton, state}).catch(() => undefined));
-  if (page.tab !== tab) return;
-  if (found) page.jump(found.place, {line: found.line});
-  else page.jump({kind: "state", automaton, id: state, part: "code"});
 }
 
 customElements.define("hfsm-live-errors", LiveErrors);

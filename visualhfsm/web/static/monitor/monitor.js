@@ -18,7 +18,7 @@
  * @typedef {{id: number, state: number, ghost: boolean, finished: boolean, lastTransition: number, enteredAt: number,
  *   timers: {transition: number, remaining: number}[], guards: {transition: number, value: boolean}[],
  *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number,
- *   inCycle: boolean}} AutomatonNow
+ *   inCycle: boolean, hangsFor: number, hangsAt: string}} AutomatonNow
  * @typedef {{time: number, automaton: number, state: number, location: string, message: string}} ErrorReport
  * @typedef {{camera: string, u: number, v: number, label: string}} Mark
  * @typedef {{startedAt: number, time: number, status: number, generation: number, automata: AutomatonNow[],
@@ -165,6 +165,13 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   /** Whether it has ended, and no moment of the past is shown. */
   get isOver() {
     return Boolean(this.ended) && !this.looking;
+  }
+
+  /** The automaton whose cycle does not end; of several, the one that has hung for the longest time. */
+  get hanging() {
+    if (!this.isLive || this.ended || this.since) return undefined;
+    const hanging = (this.newest?.component.automata ?? []).filter((each) => each.hangsFor);
+    return hanging.toSorted((one, other) => other.hangsFor - one.hangsFor).at(0);
   }
 
   /** Whether it is shown with a document; after its end, only with its own document. @param {number} tab */

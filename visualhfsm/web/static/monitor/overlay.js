@@ -31,7 +31,7 @@ function liveOf(id, {component}) {
   const put = (key, what) => live.set(key, {...live.get(key), ...what});
   const now = monitor.now(id);
   if (now) {
-    const {state, ghost, finished, timers, guards} = now;
+    const {state, ghost, finished, timers, guards, hangsFor} = now;
     const left = monitor.past.latest(id, component.time, 12);
     const newest = left.at(0);
     for (const {origin, time} of left) {
@@ -41,7 +41,9 @@ function liveOf(id, {component}) {
       const trail = TRAIL[seen] * Math.max(0, 1 - (component.time - time) / FADING);
       if (trail > 0.03) put(`s${origin}`, {trail});
     }
-    put(`s${state}`, {status: ghost ? "ghost" : "active", finished, note: finished ? "finished" : ""});
+    const hanging = hangsFor > 0;
+    const note = finished ? "finished" : hanging ? "its code does not end" : "";
+    put(`s${state}`, {status: ghost ? "ghost" : "active", finished, hanging, note});
     if (newest?.transition) {
       const age = component.time - newest.time;
       put(`t${newest.transition}`, {fired: age < FLASH && !ghost ? Math.max(AFTERGLOW, 1 - age / FLASH) : AFTERGLOW});

@@ -43,6 +43,7 @@ const SIGNS = [
     svg`<g class="state active finished" transform="translate(15,12)">
       <circle class="body" r="8"></circle><path class="finished-sign" d="M-3.500 0L-1 2.500L3.500-2.500"></path></g>`,
   ],
+  ["hanging: its code does not end", circle("active hanging")],
   [
     "fired last",
     svg`<g class="transition fired">
