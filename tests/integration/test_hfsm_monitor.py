@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -26,7 +28,7 @@ from interfaces.hfsm import (
 )
 from tests.conftest import Pair
 from tests.support.automata import component
-from tests.support.limits import EVENT_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from zenoh_ice import WallClock
 
 
@@ -127,6 +129,45 @@ def test_snapshots_report_states_timers_guards_variables_and_cycles(pair: Pair) 
     assert int(child.variables["count"]) >= 3
     assert child.lastCycle <= child.longestCycle < EVENT_LIMIT
     assert snapshot.errors == []
+
+
+def test_a_cycle_that_does_not_end_is_reported_with_its_line_and_one_that_sleeps_is_not(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hfsm_runtime.runtime._HANGS", 0.2)
+    release, asleep = threading.Event(), threading.Event()
+
+    class Walker(Component, document="walker.xml"):
+        def automaton(self) -> Automaton:
+            def sleeps() -> None:
+                asleep.set()
+                self.sleep(FOREVER)
+
+            def hangs() -> None:
+                release.wait(FOREVER)
+
+            below = (
+                Automaton(
+                    id=2, name="a", period=0.02, states=(State(id=1, name="s", initial=True, code=sleeps),)
+                ),
+                Automaton(
+                    id=3, name="b", period=0.02, states=(State(id=1, name="h", initial=True, code=hangs),)
+                ),
+            )
+            top = State(id=1, name="both", initial=True, children=below)
+            return Automaton(id=1, name="walker", period=0.02, states=(top,))
+
+    made = Walker()
+    with monitored(pair, made.automaton(), made) as (_, proxy):
+        assert asleep.wait(EVENT_LIMIT)
+        seen = until(proxy, lambda snapshot: snapshot.automata[2].hangsFor > 0.5)
+        root, sleeping, hanging = seen.automata
+        assert (root.hangsFor, sleeping.hangsFor, sleeping.hangsAt) == (0, 0, "")
+        assert sleeping.inCycle
+        number = int(hanging.hangsAt.removeprefix("test_hfsm_monitor.py:"))
+        assert Path(__file__).read_text().split("\n")[number - 1].strip() == "release.wait(FOREVER)"
+        release.set()
+        until(proxy, lambda snapshot: snapshot.automata[2].cycles > 1 and not snapshot.automata[2].hangsFor)
 
 
 def test_snapshots_come_each_tenth_of_a_second_and_at_every_change(pair: Pair) -> None:

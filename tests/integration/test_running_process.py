@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import psutil
@@ -65,6 +66,54 @@ def test_a_flood_is_bounded_and_counted() -> None:
         assert len(output.lines) + output.dropped == 100_000
         assert output.dropped > 0
         assert output.lines[-1] == ("out", "99999")
+
+    asyncio.run(go())
+
+
+def test_a_flood_is_bounded_in_a_second_and_its_last_lines_are_kept() -> None:
+    """A flood takes longer than the shortest time between two reports, so that the rate counts."""
+
+    async def go() -> None:
+        output = Output()
+        code = (
+            "import sys, time\n"
+            "end = time.monotonic() + 1\n"
+            "while time.monotonic() < end: sys.stdout.write('x' * 99 + chr(10))\n"
+            "sys.stdout.flush()\n"
+            "raise ValueError('at last')"
+        )
+        began = time.monotonic()
+        child = await started(code, output)
+        assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 1
+        seconds = time.monotonic() - began
+        assert len(output.lines) <= 2000 * (seconds + 1.2)
+        assert output.dropped > len(output.lines)
+        assert output.lines[-1] == ("err", "ValueError: at last")
+
+    asyncio.run(go())
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "b'x' * 100_000_000",
+        "b'x' * 20_000_000 + bytes([10])",
+        "os.urandom(5_000_000)",
+        "bytes([10]) * 5_000_000",
+    ],
+)
+def test_whatever_is_written_is_bounded(written: str) -> None:
+    async def go() -> None:
+        output = Output()
+        child = await started(
+            f"import os, sys; sys.stdout.buffer.write({written}); sys.stdout.flush(); print('\\ndone')",
+            output,
+        )
+        assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 0
+        assert output.lines[-1] == ("out", "done")
+        assert max(len(line) for _, line in output.lines) <= 4000
+        assert output.dropped > 0
+        assert sum(len(line) for _, line in output.lines) < 10_000_000
 
     asyncio.run(go())
 

@@ -34,6 +34,7 @@ from visualhfsm.services import (
     Snapshot,
     Source,
 )
+from visualhfsm.sessions.session import Change, DocumentSession
 from visualhfsm.web.workspace import Limits, Services
 
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
@@ -451,6 +452,32 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
         assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
         gate.set()
         assert [window.answer(helping), window.answer(explaining)] == [True, "explain"]
+
+
+def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gate = threading.Event()
+    undo = DocumentSession.undo
+
+    def slow(session: DocumentSession) -> Change:
+        gate.wait(FOREVER)
+        return undo(session)
+
+    class Steered(NoService):
+        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+            return action
+
+    monkeypatch.setattr(DocumentSession, "undo", slow)
+    found = make_services(live=Steered())
+    with editor(root, make_services=lambda _: found) as running, running.window() as window:
+        window.ask("open", path="robot.xml")
+        window.ask("do", tab=1, command=ADD_STATE)
+        undoing = window.send("undo", tab=1)
+        steering = window.send("control", component="", action="pause")
+        assert window.ask("control", component="", action="emergencyStop") == "emergencyStop"
+        assert not window.answers
+        gate.set()
+        assert window.answer(undoing)["name"] == "Add a state"
+        assert window.answer(steering) == "pause"
 
 
 # ------------------------------------------------------------------------------------------ imports

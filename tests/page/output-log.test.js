@@ -25,3 +25,25 @@ test("without one in the log it is the last line of a traceback", () => {
   assert.equal(outputLog.lastError(2).text, "ImportError: no module named ball");
   assert.equal(outputLog.lastError(3), undefined);
 });
+
+test("what was left out is counted in words", () => {
+  const push = (dropped) =>
+    store.dispatchEvent(new CustomEvent("output", {detail: {tab: 4, lines: [{text: "rest", stream: "out"}], dropped}}));
+  push(48213);
+  push(1);
+  assert.deepEqual(
+    outputLog.of(4).map(({text}) => text),
+    ["… 48,213 lines left out …", "rest", "… 1 line left out …", "rest"],
+  );
+});
+
+test("lines and characters of a tab are bounded", () => {
+  for (let index = 0; index < 6000; index++) write(5, {text: `${index}`, stream: "out"});
+  assert.equal(outputLog.of(5).length, 5000);
+  assert.equal(outputLog.of(5).at(-1).text, "5999");
+  for (let index = 0; index < 300; index++) write(5, {text: "x".repeat(4000), stream: "out"});
+  assert.equal(outputLog.of(5).length, 250);
+  outputLog.clear(5);
+  for (let index = 0; index < 250; index++) write(5, {text: "x".repeat(4000), stream: "out"});
+  assert.equal(outputLog.of(5).length, 250);
+});

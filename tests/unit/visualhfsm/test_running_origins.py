@@ -62,6 +62,13 @@ def test_a_line_of_the_log_is_led_back_too(origins: Origins) -> None:
     assert origins.find(logged) == Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)
 
 
+def test_what_the_line_says_before_does_not_matter(origins: Origins) -> None:
+    place = f"(walk.xml:{line_of('raise ValueError', TEXT)})"
+    expected = Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)
+    for before in ("walk/go (again): f() at ", "(old.xml:3) ", "(" * 4000):
+        assert origins.find(f"{before}{place}") == expected
+
+
 def test_a_comment_of_a_person_is_never_taken_for_the_place_of_code(tmp_path: Path) -> None:
     path = tmp_path / "walk.xml"
     functions = "# walk.xml:1\ndef help(self):\n    # copied from old.xml:200\n    return 1\n"

@@ -32,8 +32,8 @@ class MonitorBar extends MonitorElement {
   static watches = {page: ["change"], store: ["connection", "document", "robot", "run", "workspace"]};
 
   #stop = ""; // the breakpoints at which it paused last
-  #hangsAt = ""; // the code that does not end, as the component calls it
-  #line = 0; // its line in the document
+  /** The cycle that hangs, and where it was first seen to: a loop has several lines. */
+  #hang = {cycle: "", location: "", line: 0};
 
   connectedCallback() {
     super.connectedCallback();
@@ -154,28 +154,27 @@ class MonitorBar extends MonitorElement {
   #hanging() {
     const {hanging} = monitor;
     if (!hanging) return nothing;
-    const {id: automaton, state, hangsAt: location} = hanging;
-    const line = this.#line && location === this.#hangsAt ? `, line ${this.#line}` : "";
+    const {id: automaton, state} = hanging;
+    const {location, line} = this.#hang;
     return html`<button
       type="button"
       class="link"
       title="Show the code that does not end"
       @click=${() => show({automaton, state, location})}
     >
-      in ${monitor.stateName(automaton, state)}${line}
+      in ${monitor.stateName(automaton, state)}${line ? `, line ${line}` : ""}
     </button>`;
   }
 
-  /** Look up the line of code that does not end. */
+  /** Look up the line of code that does not end, once for each cycle that hangs. */
   async #findLine() {
     const {hanging} = monitor;
-    if (!hanging || hanging.hangsAt === this.#hangsAt) return;
-    const {id: automaton, state, hangsAt: location} = hanging;
-    this.#hangsAt = location;
-    this.#line = 0;
-    const found = await find({automaton, state, location});
-    if (location !== this.#hangsAt) return;
-    this.#line = found?.line ?? 0;
+    if (!hanging) return;
+    const {id: automaton, state, cycles, hangsAt: location} = hanging;
+    const cycle = `${automaton}.${cycles}`;
+    if (cycle === this.#hang.cycle) return;
+    const hang = (this.#hang = {cycle, location, line: 0});
+    hang.line = (await find({automaton, state, location}))?.line ?? 0;
     this.requestUpdate();
   }
 

@@ -1,0 +1,72 @@
+"""Components that print without end or hang: what the page shows, and that they are stopped."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from interfaces.nao import SafetyPrx
+from tests.support.monitor import (
+    DOCUMENT,
+    expect_current,
+    monitor_page,
+    robot_and_editor,
+    run,
+    status,
+)
+
+FLOOD = DOCUMENT.replace(
+    "count += 1\n", "while True:\n    count += 1\n    print('flood', count, 'x' * 200)\n"
+)
+HANGING = DOCUMENT.replace("count += 1\n", "count += 1\nwhile count &gt; 3:\n    pass\n")
+
+WATCH = """() => {
+  window.words = [];
+  const note = () => {
+    const word = document.querySelector(".live-status")?.innerText ?? "";
+    if (word !== window.words.at(-1)) window.words.push(word);
+  };
+  new MutationObserver(note).observe(document.body, {subtree: true, childList: true, characterData: true});
+}"""
+
+
+@pytest.mark.parametrize("key", ["Shift+F5", "Control+Shift+Space"])
+def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
+    browser: Browser, tmp_path: Path, key: str
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "flood.xml", FLOOD) as (robot, editor),
+        robot.client() as client,
+        monitor_page(browser, editor) as shown,
+    ):
+        shown.press("Alt+o")
+        run(shown)
+        lines = shown.page.locator("hfsm-output .line")
+        expect(lines.filter(has_text=re.compile(r"^… [\d,]+ lines left out …$")).first).to_be_attached()
+        shown.page.evaluate(WATCH)
+        shown.press(key)
+        expect(status(shown)).to_contain_text("Ended: stopped")
+        words = shown.page.evaluate("window.words")
+        assert words[words.index("Stopping…") :].count("Running") == 0
+        assert lines.count() <= 2000
+        if key == "Control+Shift+Space":
+            assert client.proxy(SafetyPrx, "Safety").getSafetyState().stopped
+
+
+def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "hanging.xml", HANGING) as (_, editor),
+        monitor_page(browser, editor) as shown,
+    ):
+        shown.press("F5")
+        expect(status(shown)).to_contain_text(re.compile(r"Hanging for \d+ s"))
+        expect_current(shown, "wait", "its code does not end")
+        shown.page.get_by_role("button", name=re.compile(r"in wait, line [23]")).click()
+        expect(shown.page.locator(".cm-activeLine")).to_have_text(re.compile(r"^(while count > 3:| *pass)$"))
+        shown.press("Shift+F5")
+        expect(status(shown)).to_have_text("Ended: stopped")
