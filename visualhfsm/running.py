@@ -155,6 +155,7 @@ class _Run:
         self._generated: _Generated | None = None
         self._process = WatchedProcess(self._take, self._end)
         self._busy = asyncio.Lock()
+        self._stopping = False
         self.component = ""
         """The name of the component that starts or runs; empty when there is none."""
 
@@ -180,6 +181,7 @@ class _Run:
             await self._stop(_PATIENCE)
             self._directory.close()
             self.component = source.component
+            self._stopping = False
             self._report("generating")
             try:
                 generated = await self._generate(source)
@@ -195,6 +197,7 @@ class _Run:
     def announce_stop(self) -> None:
         """Report that the process, if there is one, is being stopped."""
         if self._process.is_running:
+            self._stopping = True
             self._report("stopping")
 
     async def stop(self, patience: Sequence[float] = _PATIENCE) -> None:
@@ -226,7 +229,7 @@ class _Run:
             await self._process.stop(patience)
 
     def _end(self, code: int, stopped: bool) -> None:
-        self._report("ended", code, describe_exit(code, stopped=stopped))
+        self._report("ended", code, describe_exit(code, stopped=stopped or self._stopping))
 
     def _report(self, status: _Status, exit_code: int | None = None, message: str = "") -> None:
         self._publish(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -157,7 +158,7 @@ class WatchedProcess:
 
 def describe_exit(code: int, *, stopped: bool) -> str:
     """Describe how a process ended; `stopped` when that was requested."""
-    if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
+    if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED, -signal.SIGINT)):
         return "it was stopped" if stopped else "it has finished"
     if code > 0:
         hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}

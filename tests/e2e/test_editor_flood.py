@@ -52,6 +52,7 @@ def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
         words = shown.page.evaluate("window.words")
         assert words[words.index("Stopping…") :].count("Running") == 0
         assert lines.count() <= 2000
+        expect(shown.page.get_by_role("checkbox", name="Follow")).to_be_checked()
         if key == "Control+Shift+Space":
             assert client.proxy(SafetyPrx, "Safety").getSafetyState().stopped
 

@@ -29,6 +29,8 @@ class Output extends PageElement {
     this.frame = 0;
     /** Characters of the lines that are shown. */
     this.size = 0;
+    /** How far the lines were scrolled last. */
+    this.top = 0;
   }
 
   connectedCallback() {
@@ -106,23 +108,35 @@ class Output extends PageElement {
       this.size -= first.textContent.length;
       first.remove();
     }
-    if (this.follows) list.scrollTop = list.scrollHeight;
+    if (this.follows) this.#scrollToEnd(list);
+  }
+
+  /** @param {HTMLElement} list */
+  #scrollToEnd(list) {
+    list.scrollTop = list.scrollHeight;
+    this.top = list.scrollTop;
   }
 
   /** @param {import("../element.js").From<HTMLInputElement>} event */
   #follow = ({target}) => {
     this.follows = target.checked;
     const list = this.#lines;
-    if (this.follows && list) list.scrollTop = list.scrollHeight;
+    if (this.follows && list) this.#scrollToEnd(list);
   };
 
   /**
-   * Scrolling back stops following, and scrolling to the end resumes it.
+   * Scrolling back stops following, and scrolling to the end resumes it. The end also moves away by itself: lines that
+   * come into view turn out to be longer than they were taken to be.
    *
    * @param {import("../element.js").From<HTMLElement>} event
    */
   #scrolled = ({target}) => {
-    this.follows = target.scrollHeight - target.scrollTop - target.clientHeight < NEAR;
+    const isAtEnd = target.scrollHeight - target.scrollTop - target.clientHeight < NEAR;
+    const isBack = target.scrollTop < this.top;
+    this.top = target.scrollTop;
+    if (isAtEnd) this.follows = true;
+    else if (isBack) this.follows = false;
+    else if (this.follows) this.#scrollToEnd(target);
   };
 }
 
