@@ -76,6 +76,12 @@ def test_the_head_table_interpolates_and_ends_at_its_edges():
     assert HEAD.at((a + b) / 2) == pytest.approx(((low_a + low_b) / 2, (high_a + high_b) / 2))
 
 
+def test_a_range_over_a_sweep_is_the_narrowest_on_the_way():
+    table = RangeTable("HeadYaw", "HeadPitch", ((-1.0, -2.0, 2.0), (0.5, -0.1, 0.2), (1.0, -2.0, 2.0)))
+    assert table.over((1.0, -1.0)) == (-0.1, 0.2)
+    assert table.over((-1.0, 0.0)) == table.at(0.0)
+
+
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=3), st.floats(0, 1))
 def test_a_range_over_a_sweep_holds_everywhere_in_it(angles, share):
     lower, upper = HEAD.over(angles)

@@ -38,7 +38,7 @@ def killed(path: Path) -> Gate:
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    return tmp_path / "robots" / "nao.json"
+    return tmp_path / "visualhfsm" / "robots" / "nao.json"
 
 
 def test_at_first_and_after_an_orderly_end_commands_are_accepted(path: Path) -> None:
@@ -93,13 +93,14 @@ def test_a_server_that_was_killed_after_a_reset_is_stopped_for_its_end_alone(pat
         assert gate.state().reason == "its server ended without warning"
 
 
-def test_a_record_that_cannot_be_read_counts_as_a_stop(path: Path) -> None:
-    path.parent.mkdir()
+def test_a_record_that_cannot_be_read_counts_as_a_stop(path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path.parent.mkdir(parents=True)
     for content in (b"", b"{", b'{"stop": 7}', b"x" * 100_000):
         path.write_bytes(content)
         with Latch(path) as latch:
             gate = gate_of(latch)
             assert "cannot be read" in gate.state().reason
+            assert caplog.messages[0].startswith(f"{path}: ")
             gate.reset()
         with server(path) as gate:
             assert not gate.state().stopped
@@ -119,10 +120,35 @@ def test_a_lease_outlasts_its_server_for_the_rest_of_its_time(path: Path) -> Non
         assert gate.state().holder == ""
 
 
-def test_a_lease_outlasts_a_killed_server_too(path: Path) -> None:
-    killed(path).acquire("a", "Ann", 30.0)
+@pytest.mark.parametrize("reason", ["", "smoke"])
+def test_a_lease_outlasts_a_killed_server_too(path: Path, reason: str) -> None:
+    gate = killed(path)
+    gate.acquire("a", "Ann", 30.0)
+    if reason:
+        gate.stop(reason)
     gate = killed(path)
     assert (gate.state().stopped, gate.state().holder) == (True, "Ann")
+
+
+def test_the_last_moment_of_a_lease_counts_too(path: Path) -> None:
+    with server(path) as gate:
+        gate.acquire("a", "Ann", 0.9)
+    with server(path) as gate:
+        assert gate.state().holder == "Ann"
+
+
+def test_a_record_that_somebody_removed_is_no_trouble(path: Path) -> None:
+    with server(path):
+        path.unlink()
+
+
+def test_a_record_that_cannot_be_written_at_the_end_is_logged(
+    path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with server(path) as gate:
+        gate.stop("smoke")
+        path.parent.rename(path.parent.with_name("away"))
+    assert f"the emergency stop could not be kept in {path}" in caplog.messages
 
 
 def test_a_kept_lease_ends_in_time_whatever_the_clock_of_the_machine_did(
@@ -140,8 +166,11 @@ def test_a_kept_lease_ends_in_time_whatever_the_clock_of_the_machine_did(
 
 
 def test_a_server_that_cannot_keep_a_stop_does_not_begin(path: Path) -> None:
-    path.parent.write_text("no folder")
-    with pytest.raises(RobotError, match=r"cannot be kept in .*nao\.json.*XDG_STATE_HOME"), Latch(path):
+    path.parent.parent.write_text("no folder")
+    with (
+        pytest.raises(RobotError, match=r"cannot be kept in .*nao\.json: .*; set XDG_STATE_HOME to a"),
+        Latch(path),
+    ):
         pass
 
 

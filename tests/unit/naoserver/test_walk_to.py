@@ -125,6 +125,34 @@ def test_it_ends_and_does_not_begin_again(rig, end):
     assert (state.status, bool(state.message)) == (ActionStatus.Stopped, True)
 
 
+def test_its_progress_is_the_share_of_way_and_turn():
+    way = Way((1.0, 0.0, 1.0), START, LIMITS)
+    assert way.progress(START) == 0.0
+    assert way.progress(Odometry(0.0, 0.5, 0.0, 0.0)) == pytest.approx(0.25)
+    assert way.progress(Odometry(0.0, 1.0, 0.0, 0.5)) == pytest.approx(0.75)
+    assert way.progress(Odometry(0.0, 1.0, 0.0, 1.0)) == 1.0
+    assert way.progress(Odometry(0.0, -9.0, 0.0, 0.0)) == 0.0
+
+
+def test_at_its_end_nothing_is_left_to_say(rig):
+    begin(rig)
+    go(rig)
+    assert (rig.walk_to.state().message, rig.walk_to.state().progress) == ("", 1.0)
+    begin(rig)
+    go(rig, 2.0)
+    rig.walk_to.stop()
+    go(rig, 1.0)
+    assert 0.1 < rig.walk_to.state().progress < 0.9
+
+
+def test_it_says_that_another_command_took_its_place(rig):
+    begin(rig)
+    go(rig, 1.0)
+    rig.walk.drive({"turn": 0.5}, "berta")
+    go(rig, 1.0)
+    assert rig.walk_to.state().message == "the walk was stopped, or walks by another command now"
+
+
 def test_it_was_stopped_only_if_it_was_on_its_way(rig):
     rig.walk_to.stop()
     assert rig.walk_to.state().message == ""
