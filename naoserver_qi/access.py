@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -21,12 +21,11 @@ from naoserver.robot import Robot
 from naoserver.servants.motions import PosturesI
 from naoserver.walk import WalkGuard, Way
 from naoserver_qi.arguments import JointNames, text
-from naoserver_qi.calls import Call, Faults, failed
+from naoserver_qi.calls import Faults, failed
+from naoserver_qi.clients import MOTION, SERVER, Belongings, Call, CallTable, Client, begins_any
 
 _logger = logging.getLogger(__name__)
 
-CLIENT: Final = "NAOqi"
-"""The client in the eyes of the guards: libqi does not distinguish its clients. It holds no lease."""
 PERIOD: Final = 0.02
 """Robot seconds between two setpoints: ALMotion's cycle."""
 _TORSO, _WORLD, _ROBOT = 0, 1, 2
@@ -55,6 +54,8 @@ class Access:
         self.disk = disk.resolve()
         """The folder that represents its disk."""
         self.faults: Final = Faults(robot.senses, enabled=faults)
+        self.calls: Final = CallTable(robot.clock)
+        """The calls of all clients."""
         self.body: Final = assembly.body
         """Its joints."""
         self.joints: Final = JointNames(robot.body.joint_names)
@@ -69,9 +70,13 @@ class Access:
         self.postures: Final = postures
         self.walking: Final = Walking(self)
         """Its walk, renewed."""
+        self.lend: Callable[[object], object] = lambda lent: lent
+        """Return an object as one that libqi lends to clients, and releases."""
         self.find: Callable[[str], qi.Future] = lambda name: failed(f"there is no service {name}")
         """Begin to look up the service of a program by its name."""
         self._services: dict[type[Service], Service] = {}
+        self._drop_client: Final = assembly.drop_client
+        assembly.gate.on_stop(self._stop)
 
     def service(self, kind: type[S]) -> S:
         """Return the only service of a kind."""
@@ -79,12 +84,29 @@ class Access:
         assert isinstance(service, kind)
         return service
 
+    def lose(self, client: Client) -> None:
+        """End everything that a lost client commanded, and remove what it kept in the services."""
+        with ExitStack() as steps:  # each whatever the others raise
+            steps.callback(client.close, wait=False)
+            for service in self._services.copy().values():
+                steps.callback(service._forget, client)
+            steps.callback(self._drop_client, client.name)
+            with self.calls.stopping(lambda call: call.client is client):
+                client.gone = True
+                self.walking.drop(client)
+
+    def _stop(self) -> None:
+        """End all calls that move the robot, in an emergency, lest one begins after the reset."""
+        with self.calls.stopping(begins_any(*MOTION), "the robot was stopped before it began"):
+            pass
+
     def free(self, call: Call) -> None:
         """End the walk and other motion; return when no joint is claimed, or after some seconds."""
         joints = [joint.name for joint in self.body.joints]
         for _ in range(round(_ENDING / PERIOD)):
-            if not self.body.claims.stop(joints) or call.wait(PERIOD):
+            if call.stopped.is_set() or not self.body.claims.stop(joints):
                 return
+            call.wait(PERIOD)
 
     def angles(self, *, measured: bool) -> dict[str, float]:
         """Return the measured angle or the setpoint of every joint in rad."""
@@ -122,8 +144,21 @@ class Service:
         self._access = access
         self._robot = access.robot
         self._lock = threading.Lock()
+        self._belongings: list[Belongings[Any, Any]] = []
         self.kept: Final[dict[tuple[Any, ...], Any]] = {}
         """Values that clients set, and that have no effect."""
+
+    def _bounded(self, what: str, most: int) -> Belongings[Any, Any]:
+        """Return a place for at most `most` values of each client, which are removed when it is lost."""
+        place: Belongings[Any, Any] = Belongings(self._access.calls, what, most)
+        self._belongings.append(place)
+        return place
+
+    def _forget(self, client: Client) -> None:
+        """Remove what a lost client kept."""
+        with self._lock:
+            for place in self._belongings:
+                place.take(client)
 
 
 S = TypeVar("S", bound=Service)
@@ -132,8 +167,8 @@ S = TypeVar("S", bound=Service)
 class Walking:
     """Walk through the guard, and renew its commands until something ends the walk.
 
-    The guard stops commands that are not renewed. libqi does not report lost clients, so a walk continues,
-    as on the real robot, until stopMove, another client, a fall, the emergency stop or the service's end.
+    The guard stops commands that are not renewed. A walk continues until stopMove, another client, a fall,
+    the emergency stop or the service's end, and unlike that of the real robot until its client is lost.
     """
 
     def __init__(self, access: Access) -> None:
@@ -141,7 +176,7 @@ class Walking:
         self._access = access
         self._lock = threading.Lock()
         self._wanted = _STILL
-        self._stopped = 0.0  # steady wall time in s when calls that waited were stopped last
+        self._client = SERVER  # of the wanted velocity
 
     @property
     def guard(self) -> WalkGuard:
@@ -160,36 +195,45 @@ class Walking:
 
     def go(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
         """Walk at a velocity within limits until further notice. Raises as `WalkGuard.drive` does."""
-        with self._lock:
-            self.guard.drive(asdict(velocity), CLIENT, limits)
-            self._wanted = self.guard.commanded()  # as it was limited
+        calls = self._access.calls
+        with calls.beginning() as may, self._lock:
+            if may:
+                self._client = calls.current.client
+                self.guard.drive(asdict(velocity), self._client.name, limits)
+                self._wanted = self.guard.commanded()  # as it was limited
 
-    def stop(self, *, waiting: bool = False) -> None:
-        """End the walk on both feet, never refused; calls that are `waiting` for a thread then begin none."""
+    def stop(self) -> None:
+        """End the walk on both feet, never refused."""
         with self._lock:
-            if waiting:
-                self._stopped = time.monotonic()
             self._wanted = _STILL
             if self._access.walk is not None:
                 self._access.walk.stop()
+
+    def drop(self, client: Client) -> None:
+        """Renew the velocity of a lost client no more; the guard stops it."""
+        with self._lock:
+            if self._client is client:
+                self._wanted = _STILL
 
     def go_to(
         self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
     ) -> bool:
         """Walk to a place in m and rad relative to `start`; return whether the robot arrived."""
         walk_to = needed(self._access.walk_to, "does not walk")
-        with self._lock:
-            if call.begun < self._stopped:
+        with self._access.calls.beginning(call) as may, self._lock:
+            if not may:
                 return False
-            walk_to.begin(Way(place, start, highest), CLIENT)
-        try:
-            while walk_to.busy:
-                if call.wait(PERIOD):
-                    return False
-            return walk_to.state().status is ActionStatus.Done
-        finally:
-            self.stop()
-            self._access.free(call)
+            self._client, self._wanted = call.client, _STILL
+            walk_to.begin(Way(place, start, highest), call.client.name)
+            count = walk_to.state().count
+        while walk_to.busy and walk_to.state().count == count:
+            if call.wait(PERIOD):
+                with self._lock:
+                    if walk_to.busy and walk_to.state().count == count:  # no later walk has replaced it
+                        self.guard.stop()
+                return False
+        now = walk_to.state()
+        return now.count == count and now.status is ActionStatus.Done
 
     def renew(self) -> None:
         """Renew the commanded velocity, unless something ended the walk; due every RENEWAL while `active`."""
@@ -197,7 +241,7 @@ class Walking:
             if self._wanted == _STILL:
                 return
             try:
-                self.guard.drive(asdict(self._wanted), CLIENT, after=self._wanted)
+                self.guard.drive(asdict(self._wanted), self._client.name, after=self._wanted)
             except RobotError as error:
                 _logger.warning("the walk ends: %s", error)
                 self._wanted = _STILL

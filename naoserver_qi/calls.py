@@ -12,51 +12,31 @@ import inspect
 import logging
 import math
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
 from itertools import count
 from types import MethodType
 from typing import Any, Final
+from weakref import WeakSet
 
 import qi
 
 from naoserver.capabilities import Senses, SonarReading
-from naoserver.errors import HardwareFailure, RobotError
+from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.fake.robot import FakeSenses
 from naoserver_qi.arguments import chosen, constant, listed, number, number_within, text, texts
+from naoserver_qi.clients import Activity, Call, CallTable, Client, running
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
 
-MOST: Final = 64
-"""Maximum long calls that run at the same time; further ones wait."""
-MOST_WAITING: Final = 1000
-"""Maximum long calls that run or wait; further ones are refused."""
 VERSION: Final = "2.8.6.23"
 """Version of the emulated NAOqi."""
 LOOK: Final = 0.05
 """Robot seconds between two checks of the condition that a call waits for."""
-
-
-class Call:
-    """A long call that is running; its caller or the end of the service may cancel it.
-
-    An operation whose first parameter is `call` is a long call: it gets a `Call` and a thread.
-    """
-
-    def __init__(self, clock: Clock) -> None:
-        self.stopped: Final = threading.Event()
-        self.begun: Final = time.monotonic()
-        """Steady wall time in s of its arrival, perhaps before a thread took it."""
-        self._clock = clock
-
-    def wait(self, seconds: float) -> bool:
-        """Wait some robot seconds; return at once, and True, when the call is cancelled."""
-        return self._clock.wait(self.stopped, seconds)
 
 
 class Faults:
@@ -139,10 +119,15 @@ class Faults:
         return not any(fnmatchcase(key, pattern) for pattern in self._forgotten.copy())
 
 
+_Invoke = Callable[..., Any]
+"""Performs an operation for a client, which precedes the arguments."""
+
+
 class _Tasks:
     """The common operations of all services: calls that run in the background, as tasks with numbers."""
 
-    def __init__(self, clock: Clock, operations: Mapping[str, Callable[..., Any]]) -> None:
+    def __init__(self, calls: CallTable, clock: Clock, operations: Mapping[str, _Invoke]) -> None:
+        self._calls = calls
         self._clock = clock
         self._operations = operations
         self._numbers = count(1)
@@ -154,7 +139,7 @@ class _Tasks:
         operation = self._operations[chosen(method, "operation", self._operations)]
         for task in [task for task, future in self._tasks.copy().items() if future.isFinished()]:
             self._tasks.pop(task, None)
-        task, future = next(self._numbers), operation(None, *arguments)
+        task, future = next(self._numbers), operation(self._calls.current.client, *arguments)
         if isinstance(future, qi.Future):
             self._tasks[task] = future
         return task
@@ -181,58 +166,84 @@ class _Tasks:
 
 
 class Calls:
-    """Run the operations of services for libqi."""
+    """Run the operations of services for libqi.
 
-    def __init__(self, clock: Clock, faults: Faults) -> None:
+    Short operations run in the thread of libqi that received the call, so a stop waits for nobody. Long ones
+    run in the threads of their client.
+    """
+
+    def __init__(self, clock: Clock, calls: CallTable, faults: Faults) -> None:
         self._clock = clock
+        self._calls = calls
         self._faults = faults
-        self._executor = ThreadPoolExecutor(MOST, thread_name_prefix="qi call")
+        self._clients: WeakSet[Client] = WeakSet()
         self._lock = threading.Lock()
-        self._running: set[Call] = set()
         self._closed = False
 
-    def facade(self, name: str, parts: Sequence[object]) -> Callable[[], object]:
-        """Return the factory of an object for libqi with only the public methods of some parts, as `name`."""
+    def facade(self, name: str, parts: Sequence[object]) -> Callable[[Client], object]:
+        """Return the factory of a client's object with only the public methods of some parts, as `name`."""
+        invokes: dict[str, _Invoke] = {}
         operations: dict[str, Callable[..., Any]] = {}
-        for each in (_Tasks(self._clock, operations), *parts):  # the service's own win
+        for each in (_Tasks(self._calls, self._clock, invokes), *parts):  # the service's own win
             for method in dir(type(each)):
                 if not method.startswith("_") and inspect.isfunction(getattr(type(each), method)):
-                    operations[method] = self._operation(f"{name}::{method}", getattr(each, method))
-        made: type[object] = qi.multiThreaded()(type(name, (), operations))
-        return made
+                    operation: MethodType = getattr(each, method)
+                    invokes[method] = invoke = self._invoke(f"{name}::{method}", operation)
+                    operations[method] = self._described(invoke, operation)
+        made = qi.multiThreaded()(type(name, (), operations))
+
+        def make(client: Client) -> object:
+            facade = made()
+            facade._client = client
+            result: object = facade
+            return result
+
+        return make
 
     def close(self) -> None:
-        """Cancel the running calls, and wait for their end."""
+        """Stop the running calls, begin no others, and wait for their end."""
         with self._lock:
             self._closed = True
-            running = list(self._running)
-        for call in running:
-            call.stopped.set()
-        self._executor.shutdown()
+            clients = list(self._clients)
+        with self._calls.stopping(lambda _call: True):
+            pass
+        for client in clients:
+            client.close(wait=True)
 
-    def _operation(self, name: str, operation: MethodType) -> Callable[..., Any]:
-        signature, long, description = _form(operation.__func__)
+    def _invoke(self, name: str, operation: MethodType) -> _Invoke:
+        form = _form(operation.__func__)
 
-        def called(_self: object, *arguments: object) -> object:
+        def invoke(client: Client, *arguments: object) -> object:
             try:
-                signature.bind(*arguments)
+                form.signature.bind(*arguments)
             except TypeError as error:
                 return failed(f"{name}: {error}")
+            call = Call(self._clock, client, form.activities, arguments)
             delay = self._faults._delay(name)
 
-            def work(call: Call) -> object:
+            def work() -> object:
                 call.stopped.wait(delay)
                 self._faults._strike(name)
-                return operation(call, *arguments) if long else operation(*arguments)
+                with running(call):
+                    return operation(call, *arguments) if form.long else operation(*arguments)
 
-            if long or delay:
-                return self._begin(name, work)
+            if form.long or delay:
+                return self._begin(name, call, work, urgent=form.urgent)
             try:
-                return work(Call(self._clock))
+                return self._do(call, work)
             except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
                 return failed(_reported(name, error))
 
-        parameters = signature.parameters.values()
+        return invoke
+
+    def _described(self, invoke: _Invoke, operation: MethodType) -> Callable[..., Any]:
+        """Return the method of a facade with what libqi wants to know about it."""
+
+        def called(facade: Any, *arguments: object) -> object:  # noqa: ANN401 - its class is made here
+            return invoke(facade._client, *arguments)
+
+        form = _form(operation.__func__)
+        parameters = form.signature.parameters.values()
         plain = all(p.kind is p.POSITIONAL_OR_KEYWORD and p.default is p.empty for p in parameters)
         called.__qi_signature__ = f"({'m' * len(parameters)})" if plain else "m"  # type: ignore[attr-defined]
         result = getattr(operation, "__qi_return_signature__", None)
@@ -240,40 +251,89 @@ class Calls:
             result = f"+{result}"  # or no value, which only newer clients understand
         called.__qi_return_signature__ = result  # type: ignore[attr-defined]
         called.__qi_name__ = None  # type: ignore[attr-defined]
-        called.__doc__ = description
+        called.__doc__ = form.description
         return called
 
-    def _begin(self, name: str, work: Callable[[Call], object]) -> object:
-        """Do some work in a thread of the pool; return the future of its result."""
-        call = Call(self._clock)
-        promise = qi.Promise(lambda _promise: call.stopped.set())
+    def _do(self, call: Call, work: Callable[[], object]) -> object:
+        """Do the work of a short call, registered if it begins something."""
+        if not call.activities:
+            return work()
+        self._calls.add(call, waits=False)
+        try:
+            return work()
+        finally:
+            self._calls.remove(call)
+
+    def _begin(self, name: str, call: Call, work: Callable[[], object], *, urgent: bool) -> object:
+        """Do the work of a long call in a thread of its client; return the future of its result."""
+        promise = qi.Promise(lambda _promise: call.stop())
+
+        def give_up() -> None:
+            """Answer a call that was stopped before a thread took it."""
+            if call.refusal:
+                promise.setError(f"{name}: {call.refusal}")
+            else:
+                promise.setValue(None)
 
         def run() -> None:
+            if call.stopped.is_set():
+                give_up()
+                return
             try:
-                promise.setValue(work(call))
+                promise.setValue(work())
             except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
                 promise.setError(_reported(name, error))
-            finally:
-                with self._lock:
-                    self._running.discard(call)
 
+        def ended(done: Future[None]) -> None:
+            self._calls.remove(call)
+            if done.cancelled():
+                give_up()
+
+        client = call.client
         with self._lock:
             if self._closed:
                 return failed(f"{name}: the robot is shutting down")
-            if len(self._running) >= MOST_WAITING:
-                return failed(f"{name}: {MOST_WAITING} calls are already running")
-            self._running.add(call)
-            self._executor.submit(run)
+            self._clients.add(client)
+        try:
+            self._calls.add(call, waits=not urgent)
+            call.work = (client.urgent_threads if urgent else client.threads).submit(run)
+        except InvalidCommand as error:
+            return failed(f"{name}: {error}")
+        except RuntimeError as error:  # the program is gone, or no thread can start
+            call.stop()
+            self._calls.remove(call)
+            return failed(f"{name}: {error}")
+        call.work.add_done_callback(ended)
+        if call.stopped.is_set():  # meanwhile
+            call.stop()
         return promise.future()
 
 
+@dataclass(frozen=True, slots=True)
+class _Form:
+    """The form of a client's call of an operation."""
+
+    signature: inspect.Signature
+    """The parameters of the client."""
+    long: bool
+    """Whether a `call` precedes them."""
+    urgent: bool
+    activities: frozenset[Activity]
+    description: str | None
+
+
 @cache
-def _form(method: Callable[..., Any]) -> tuple[inspect.Signature, bool, str | None]:
-    """Return the parameters of a client's call, whether a `call` precedes them, and the description."""
+def _form(method: Callable[..., Any]) -> _Form:
     signature = inspect.signature(method)
     parameters = list(signature.parameters.values())[1:]  # without self
     long = "call" in signature.parameters
-    return signature.replace(parameters=parameters[long:]), long, inspect.getdoc(method)
+    return _Form(
+        signature.replace(parameters=parameters[long:]),
+        long,
+        getattr(method, "urgent", False),
+        getattr(method, "begins", frozenset()),
+        inspect.getdoc(method),
+    )
 
 
 def _reported(name: str, error: Exception) -> str:

@@ -27,7 +27,7 @@ from naoserver_qi.arguments import (
     texts,
     vector,
 )
-from naoserver_qi.calls import Call
+from naoserver_qi.clients import Activity, Call, begins
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.trajectory import Trajectory, check_times, smooth_trajectory
 
@@ -66,6 +66,7 @@ def _transform(value: object) -> Matrix:
 def _interpolation(read: _Read) -> Operation:
     """Return the operation that moves effectors along paths."""
 
+    @begins(Activity.JOINTS)
     def follow(  # noqa: PLR0917 - the order is NAOqi's
         self: EffectorMotion,
         call: Call,
@@ -118,6 +119,7 @@ def _interpolation(read: _Read) -> Operation:
 def _targets(read: _Read, *, absolute: bool) -> Operation:
     """Return the operation that sends effectors to places, relative to their present ones unless absolute."""
 
+    @begins(Activity.JOINTS)
     def send(  # noqa: PLR0917 - the order is NAOqi's
         self: EffectorMotion,
         effectorNames: object,
@@ -143,6 +145,7 @@ def _targets(read: _Read, *, absolute: bool) -> Operation:
 def _steps(entries: str, read: Check) -> Operation:
     """Return the operation that takes steps; `read` checks the entries of a further list, one for each."""
 
+    @begins(Activity.WALK)
     def walk(  # noqa: PLR0917 - the order is NAOqi's
         self: EffectorMotion,
         call: Call,

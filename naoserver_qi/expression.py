@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import re
 import threading
 from functools import partial
-from time import monotonic
 from typing import Final
 
 from naoserver.capabilities import Color, Lights, Voice
@@ -15,7 +13,8 @@ from naoserver.expression import LONGEST_TEXT
 from naoserver.naoqi_names import LIGHT_GROUPS
 from naoserver_qi.access import Access, Service, needed
 from naoserver_qi.arguments import chosen, constant, kept, listed, number, number_within, one_of, text, within
-from naoserver_qi.calls import LOOK, Call
+from naoserver_qi.calls import LOOK
+from naoserver_qi.clients import Activity, Call, begins, begins_any
 from naoserver_qi.memory import ALMemory
 
 GROUPS: Final = {
@@ -60,7 +59,7 @@ class ALLeds(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._groups: dict[str, tuple[str, ...]] = dict(GROUPS)
+        self._created = self._bounded("groups of lights", _MOST)
 
     @property
     def _lights(self) -> Lights:
@@ -117,7 +116,7 @@ class ALLeds(Service):
 
     def listGroups(self) -> list[str]:
         """Return the names of the groups."""
-        return list(self._groups)
+        return list(self._groups())
 
     def listGroup(self, groupName: object) -> list[str]:
         """Return the lights of a group."""
@@ -125,11 +124,10 @@ class ALLeds(Service):
 
     def createGroup(self, groupName: object, ledNames: object) -> None:
         """Create a group from others, under a new name."""
-        if len(self._groups) >= _MOST:
-            raise InvalidCommand("groupName", f"there are {_MOST} groups already")
         groups = [self._members(name)[0] for name in listed(ledNames, "ledNames")]
         members = dict.fromkeys(light for group in groups for light in group)
-        self._groups[text(groupName, "groupName")] = tuple(members)
+        with self._lock:
+            self._created[text(groupName, "groupName")] = tuple(members)
 
     def _members(self, name: object) -> tuple[tuple[str, ...], str]:
         """Return the lights of a group, and the only color component meant by `FaceLedsRed` and the like."""
@@ -141,7 +139,12 @@ class ALLeds(Service):
             part = next((part for part in _PARTS if part in group), "")
             return tuple(f"{side}{light}" for side in meant or sides), part
         part = next((part for part in _PARTS if group.endswith(f"Leds{part}")), "")
-        return self._groups[chosen(group.removesuffix(part), "group of lights", self._groups)], part
+        groups = self._groups()
+        return groups[chosen(group.removesuffix(part), "group of lights", groups)], part
+
+    def _groups(self) -> dict[str, tuple[str, ...]]:
+        with self._lock:
+            return {**GROUPS, **self._created}
 
     def _fade(self, name: object, color: Color, seconds: float) -> None:
         for light in self._members(name)[0]:
@@ -194,12 +197,12 @@ class ALTextToSpeech(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._beginning = threading.Lock()
-        self._silenced = -math.inf  # steady wall time of the newest stopAll: earlier calls are not said
+        self._speaking = threading.Lock()
 
     getAvailableLanguages = constant("Return the languages that can be set.", list(_VOICES))
     getAvailableVoices = constant("Return the names of the voices.", list(_VOICES.values()))
 
+    @begins(Activity.SPEECH)
     def say(self, call: Call, stringToSay: object, language: object = None) -> None:
         """Say a text after the earlier ones; return when it has been said."""
         if language is not None:
@@ -208,12 +211,12 @@ class ALTextToSpeech(Service):
         if len(words) > LONGEST_TEXT:
             raise InvalidCommand("text", f"the text has {len(words)} characters, more than {LONGEST_TEXT}")
         voice, memory = self._voice(), self._access.service(ALMemory)
-        while not self._lock.acquire(timeout=0.1):  # one text at a time
+        while not self._speaking.acquire(timeout=0.1):  # one text at a time
             if call.stopped.is_set():
                 return
         try:
-            with self._beginning:
-                if not words or call.stopped.is_set() or call.begun < self._silenced:
+            with self._access.calls.beginning(call) as may:
+                if not words or not may:
                     return
                 before = voice.utterance().count
                 voice.say(words)
@@ -225,12 +228,11 @@ class ALTextToSpeech(Service):
             memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
             memory.raiseEvent("ALTextToSpeech/TextDone", 1)
         finally:
-            self._lock.release()
+            self._speaking.release()
 
     def stopAll(self) -> None:
         """Stop speaking, and drop what has not been said yet."""
-        with self._beginning:
-            self._silenced = monotonic()
+        with self._access.calls.stopping(begins_any(Activity.SPEECH)):
             self._voice().stop()
 
     def getVoice(self) -> str:
@@ -253,6 +255,7 @@ class ALTextToSpeech(Service):
 class ALAnimatedSpeech(Service):
     """Say texts without the tags of animations."""
 
+    @begins(Activity.SPEECH)
     def say(self, call: Call, text_: object, _configuration: object = None) -> None:
         """Say a text; returns when it has been said."""
         self._access.service(ALTextToSpeech).say(call, _ANIMATION.sub(" ", text(text_, "text")))

@@ -6,7 +6,7 @@ import logging
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import qi
 
@@ -15,7 +15,8 @@ from naoserver.errors import InvalidCommand
 from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.robot import JointReading
 from naoserver_qi.access import Access, Service
-from naoserver_qi.arguments import MOST, chosen, keepable, text, texts
+from naoserver_qi.arguments import chosen, keepable, text, texts
+from naoserver_qi.clients import Client
 from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.sensors import ALSonar, touch_part
 
@@ -23,6 +24,12 @@ _logger = logging.getLogger(__name__)
 
 NOTIFYING: Final = 0.02
 """Wall seconds between two checks for changes."""
+MOST_KEYS: Final = 250
+"""Maximum keys of a client, and maximum keys to which it listens."""
+MOST_LEFT: Final = 1000
+"""Maximum keys that lost clients leave behind; the oldest ones go first."""
+MOST_CALLBACKS: Final = 100
+"""Maximum callbacks of a client."""
 _RAISED: Final = (
     "ALTextToSpeech/CurrentSentence",
     "ALTextToSpeech/TextDone",
@@ -33,7 +40,7 @@ _RAISED: Final = (
     "LandmarkDetected",
     "redBallDetected",
 )
-"""The events that services raise."""
+"""The events that services raise; they take no room from the keys of clients."""
 
 
 # -- keys that the robot itself keeps ---------------------------------------------------------------------
@@ -162,15 +169,25 @@ class Subscriber:
         self.signal = qi.Signal("(m)")
 
 
+class _Heard(NamedTuple):
+    """A key to which clients listen: its signal, and the subscriber that they get."""
+
+    signal: qi.Signal
+    lent: object
+
+
 class ALMemory(Service):
     """Keep what clients and services insert, and look up everything else when it is asked for."""
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._parts = {key: part for part in parts_of(access) for key in part()}
-        self._callbacks: dict[tuple[str, str], int] = {}  # links to signals by event and module
-        self._inserted: dict[str, Any] = {}
-        self._subscribers: dict[str, Subscriber] = {}
+        self._raised: dict[str, Any] = {}  # values of the services' own events
+        self._inserted = self._bounded("keys", MOST_KEYS)
+        self._left: dict[str, Any] = {}  # what lost clients had inserted, the oldest first
+        self._heard: dict[str, _Heard] = {}
+        self._listening = self._bounded("keys to which it listens", MOST_KEYS)  # by client and key
+        self._callbacks = self._bounded("callbacks", MOST_CALLBACKS)  # links to signals by event and module
         self._seen: dict[str, Any] = {}
 
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
@@ -190,46 +207,41 @@ class ALMemory(Service):
         """Write a value under a key without a signal; measured values stay."""
         name, kept = text(key, "key"), keepable(value, "value")
         with self._lock:
-            if name not in self._inserted and len(self._inserted) >= MOST:
-                raise InvalidCommand("key", f"there are {MOST} keys already: remove some")
-            self._inserted[name] = kept
+            if name in _RAISED:
+                self._raised[name] = kept
+            else:
+                self._inserted[name] = kept
+                self._left.pop(name, None)
 
     def raiseEvent(self, name: object, value: object) -> None:
         """Write a value under a key, and send its signal."""
         self.insertData(name, value)
-        if (subscriber := self._subscribers.get(text(name, "name"))) is not None:
-            subscriber.signal(value)
+        if (heard := self._heard.get(text(name, "name"))) is not None:
+            heard.signal(value)
 
     raiseMicroEvent = raiseEvent
 
     def removeData(self, key: object) -> None:
         """Remove what was written under a key."""
+        name = text(key, "key")
         with self._lock:
-            self._inserted.pop(text(key, "key"), None)
+            for values in (self._raised, self._inserted, self._left):
+                values.pop(name, None)
 
     def getDataListName(self) -> list[str]:
         """Return every key."""
         with self._lock:
-            return sorted(filter(self._access.faults._knows, {*self._parts, *self._inserted}))
+            known = {*self._parts, *self._raised, *self._inserted, *self._left}
+        return sorted(filter(self._access.faults._knows, known))
 
     def getDataList(self, filter: object) -> list[str]:
         """Return the keys that contain a text."""
         part = text(filter, "filter")
         return [key for key in self.getDataListName() if part in key]
 
-    def subscriber(self, event: object) -> Subscriber:
+    def subscriber(self, event: object) -> object:
         """Return an object whose `signal` sends the value of a key, or of a later event, at each change."""
-        name = text(event, "event")
-        with self._lock:
-            if name not in self._subscribers:
-                if len(self._subscribers) >= MOST:
-                    raise InvalidCommand("event", f"{MOST} keys already have listeners")
-                if name in self._parts:
-                    self._seen[name] = self._look(name)[1]
-                elif name not in self._inserted and name not in _RAISED:
-                    _logger.warning("%r never happens here unless a program raises it", name[:200])
-                self._subscribers[name] = Subscriber()
-            return self._subscribers[name]
+        return self._listen(text(event, "event")).lent
 
     def subscribeToEvent(self, name: object, callbackModule: object, *callbackMethod: object) -> None:
         """Call a service's operation, named last, with key, value and the text before it at each change."""
@@ -237,18 +249,27 @@ class ALMemory(Service):
         event, module = text(name, "event"), text(callbackModule, "module")
         if len(message) > 1 or not method or method.startswith("_"):
             raise InvalidCommand("callback", "give event, module and the operation to call")
-        self.unsubscribeToEvent(event, module)
 
         def call_back(value: object) -> None:
             self._access.find(module).addCallback(lambda found: _call(found, method, event, value, *message))
 
-        self._callbacks[event, module] = self.subscriber(event).signal.connect(call_back)
+        self.unsubscribeToEvent(event, module)
+        signal = self._listen(event).signal
+        link = signal.connect(call_back)
+        try:
+            with self._lock:
+                self._callbacks[event, module] = signal, link
+        except InvalidCommand:
+            signal.disconnect(link)
+            raise
 
     def unsubscribeToEvent(self, name: object, callbackModule: object) -> None:
         """Stop calling a program's service when a key changes."""
-        event = text(name, "event")
-        if (link := self._callbacks.pop((event, text(callbackModule, "module")), None)) is not None:
-            self.subscriber(event).signal.disconnect(link)
+        with self._lock:
+            key = text(name, "event"), text(callbackModule, "module")
+            signal, link = self._callbacks.pop(key, (None, 0))
+        if signal is not None:
+            signal.disconnect(link)
 
     subscribeToMicroEvent = subscribeToEvent
     unsubscribeToMicroEvent = unsubscribeToEvent
@@ -262,7 +283,38 @@ class ALMemory(Service):
         if TOUCH in changed:  # as on a robot, only the sensors that have changed
             changed[TOUCH] = [part for part in changed[TOUCH] if part not in seen[TOUCH]]
         for name, value in changed.items():
-            self._subscribers[name].signal(value)
+            if (heard := self._heard.get(name)) is not None:
+                heard.signal(value)
+
+    def _listen(self, name: str) -> _Heard:
+        """Listen to a key for the current client; it is heard while one of its clients is there."""
+        listener = self._access.calls.current.client, name
+        value = self._look(name)[1]
+        if (heard := self._heard.get(name)) is None:
+            subscriber = Subscriber()
+            heard = _Heard(subscriber.signal, self._access.lend(subscriber))
+        with self._lock:
+            self._listening[listener] = None
+            if name not in self._heard:
+                if name in self._parts:
+                    self._seen[name] = value
+                elif not any(name in known for known in (_RAISED, self._inserted, self._left)):
+                    _logger.warning("%r never happens here unless a program raises it", name[:200])
+            return self._heard.setdefault(name, heard)
+
+    def _forget(self, client: Client) -> None:
+        """Keep what a lost client had inserted; end its callbacks, and subscribers that nobody else has."""
+        with self._lock:
+            self._left |= self._inserted.take(client)
+            for name in list(self._left)[:-MOST_LEFT]:
+                del self._left[name]
+            callbacks = self._callbacks.take(client)
+            self._listening.take(client)
+            for name in self._heard.keys() - {name for _, name in self._listening}:
+                del self._heard[name]
+                self._seen.pop(name, None)
+        for signal, link in callbacks.values():
+            signal.disconnect(link)
 
     def _look(
         self, key: str, read: Callable[[Part], Mapping[str, Any]] = operator.call
@@ -272,7 +324,11 @@ class ALMemory(Service):
             return False, None
         if key in self._parts:
             return True, read(self._parts[key])[key]
-        return key in self._inserted, self._inserted.get(key)
+        with self._lock:
+            for values in (self._raised, self._inserted, self._left):
+                if key in values:
+                    return True, values[key]
+        return False, None
 
 
 _STATES: Final = ("disabled", "solitary", "interactive", "safeguard")

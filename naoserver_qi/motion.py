@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import astuple
 from functools import partial
 from typing import Final
@@ -27,11 +28,13 @@ from naoserver_qi.arguments import (
     one_of,
     switch,
     text,
+    texts,
     vector,
 )
-from naoserver_qi.calls import LOOK, Call
+from naoserver_qi.calls import LOOK
+from naoserver_qi.clients import MOTION, Activity, Call, begins, begins_any, urgent
 from naoserver_qi.postures import ALRobotPosture
-from naoserver_qi.trajectory import JointTasks, Key, Task, Trajectory, check_times, smooth_trajectory
+from naoserver_qi.trajectory import JointTasks, Key, Trajectory, check_times, smooth_trajectory
 
 _PEAK: Final = 1.5
 """Ratio of the highest to the mean speed of a cubic from rest to rest."""
@@ -83,11 +86,13 @@ class ALMotion(Service):
 
     # -- joints ------------------------------------------------------------------------------------------
 
+    @begins(Activity.JOINTS)
     def setAngles(self, names: object, angles: object, maxSpeedFraction: object) -> None:
         """Send joints to angles in rad at a fraction of their full speed; returns at once."""
         joints = self._joints.of(names)
         self._send(joints, numbers(angles, "angles", len(joints)), maxSpeedFraction)
 
+    @begins(Activity.JOINTS)
     def changeAngles(self, names: object, changes: object, maxSpeedFraction: object) -> None:
         """Send joints to angles relative to their setpoints; returns at once."""
         joints = self._joints.of(names)
@@ -101,6 +106,7 @@ class ALMotion(Service):
         angles = self._access.angles(measured=bool(useSensors))
         return [angles[joint] for joint in self._joints.of(names)]
 
+    @begins(Activity.JOINTS)
     def angleInterpolation(
         self, call: Call, names: object, angleLists: object, timeLists: object, isAbsolute: object
     ) -> None:
@@ -118,6 +124,7 @@ class ALMotion(Service):
 
         self._follow(call, "angleInterpolation", joints, paths)
 
+    @begins(Activity.JOINTS)
     def angleInterpolationWithSpeed(
         self, call: Call, names: object, targetAngles: object, maxSpeedFraction: object
     ) -> None:
@@ -138,6 +145,7 @@ class ALMotion(Service):
 
         self._follow(call, "angleInterpolationWithSpeed", joints, paths)
 
+    @begins(Activity.JOINTS)
     def angleInterpolationBezier(
         self, call: Call, jointNames: object, times: object, controlPoints: object
     ) -> None:
@@ -152,27 +160,31 @@ class ALMotion(Service):
 
         self._follow(call, "angleInterpolationBezier", joints, paths)
 
+    @begins(Activity.JOINTS)
     def openHand(self, call: Call, handName: object) -> None:
         """Open a hand, `LHand` or `RHand`; returns when it is open."""
         self.angleInterpolationWithSpeed(call, handName, 1.0, 1.0)
 
+    @begins(Activity.JOINTS)
     def closeHand(self, call: Call, handName: object) -> None:
         """Close a hand, `LHand` or `RHand`; returns when it is closed."""
         self.angleInterpolationWithSpeed(call, handName, 0.0, 1.0)
 
     # -- stiffness ---------------------------------------------------------------------------------------
 
+    @begins(Activity.JOINTS)
     def setStiffnesses(self, names: object, stiffnesses: object) -> None:
         """Set how strongly joints hold, from 0, limp, to 1; returns at once."""
         joints = self._joints.of(names)
         values = numbers(self._joints.spread(names, stiffnesses), "stiffnesses", len(joints))
-        self._body.stiffen(dict(zip(joints, values, strict=True)), 0.0)
+        self._stiffen(dict(zip(joints, values, strict=True)), 0.0)
 
     def getStiffnesses(self, names: object) -> list[float]:
         """Return how strongly joints hold, from 0 to 1."""
         values = self._body.read().stiffnesses
         return [values[self._body.index(joint)] for joint in self._joints.of(names)]
 
+    @begins(Activity.JOINTS)
     def stiffnessInterpolation(
         self, call: Call, names: object, stiffnessLists: object, timeLists: object
     ) -> None:
@@ -187,26 +199,27 @@ class ALMotion(Service):
             changes += [(b, joint, v, e - b) for b, e, v in zip(begins, moments, own, strict=True)]
         now = 0.0
         for begin, joint, value, seconds in sorted(changes):
-            if call.wait(begin - now):
+            if call.wait(begin - now) or not self._stiffen({joint: value}, seconds, call):
                 return
             now = begin
-            self._body.stiffen({joint: value}, seconds)
         call.wait(max((moments[-1] for moments in times), default=0.0) - now)
 
+    @begins(Activity.JOINTS, Activity.POSTURE)
     def wakeUp(self, call: Call) -> None:
         """Make every motor stiff, and stand up; returns when the robot stands."""
         stiffnesses = zip(self._body.joints, self._body.read().stiffnesses, strict=True)
         if limp := {joint.name: 1.0 for joint, stiffness in stiffnesses if stiffness < 1.0}:
-            self._body.stiffen(limp, _WAKING)
+            self._stiffen(limp, _WAKING, call)
             call.wait(_WAKING)
         self._postures.goToPosture(call, "Stand", _PACE)
 
+    @urgent
+    @begins(Activity.JOINTS, Activity.POSTURE)
     def rest(self, call: Call) -> None:
         """Crouch, and then let every motor go limp; returns when they are."""
         if max(self._body.read().stiffnesses) > 0.0:
             self._postures.goToPosture(call, "Crouch", _PACE)
-        if not call.stopped.is_set():
-            self._body.stiffen({joint.name: 0.0 for joint in self._body.joints}, _RESTING)
+        if self._stiffen({joint.name: 0.0 for joint in self._body.joints}, _RESTING, call):
             call.wait(_RESTING)
 
     def robotIsWakeUp(self) -> bool:
@@ -215,17 +228,20 @@ class ALMotion(Service):
 
     # -- the walk, as fast as that of a Nao with the parameters of its gait ---------------------------------
 
+    @begins(Activity.WALK)
     def move(self, x: object, y: object, theta: object, *moveConfig: object) -> None:
         """Walk at a velocity in m/s and rad/s until further notice; returns at once."""
         wanted = WalkVelocity(number(x, "x"), number(y, "y"), number(theta, "theta"))
         self._walking.go(wanted, self._walk_limits(moveConfig))
 
+    @begins(Activity.WALK)
     def moveToward(self, x: object, y: object, theta: object, *moveConfig: object) -> None:
         """Walk at fractions, from -1 to 1, of the top velocities until further notice; returns at once."""
         shares = [number_within(v, what, -1.0, 1.0) for v, what in ((x, "x"), (y, "y"), (theta, "theta"))]
         highest = astuple(self._walk_limits(moveConfig))
         self._walking.go(WalkVelocity(*(share * limit for share, limit in zip(shares, highest, strict=True))))
 
+    @begins(Activity.WALK)
     def setWalkTargetVelocity(
         self, x: object, y: object, theta: object, frequency: object, *moveConfig: object
     ) -> None:
@@ -233,6 +249,7 @@ class ALMotion(Service):
         share = abs(number_within(frequency, "frequency", -1.0, 1.0))
         self.moveToward(x, y, theta, [["MaxStepFrequency", share]], *moveConfig)
 
+    @begins(Activity.WALK)
     def moveTo(self, call: Call, *goal: object) -> bool:
         """Walk by x, y, theta in m and rad, or through a list of such; returns whether it arrived."""
         if goal and isinstance(goal[0], (list, tuple)):
@@ -260,7 +277,8 @@ class ALMotion(Service):
 
     def stopMove(self) -> None:
         """End the walk on both feet."""
-        self._walking.stop(waiting=True)
+        with self._access.calls.stopping(begins_any(Activity.WALK)):
+            self._walking.stop()
 
     killMove = stopMove
     # Former names.
@@ -298,18 +316,21 @@ class ALMotion(Service):
 
     def killTask(self, motionTaskID: object) -> bool:
         """Cancel a task; returns whether there was one."""
-        return self._kill(lambda task: task.number == motionTaskID)
+        calls = [task.call for task in self._tasks.all() if task.number == motionTaskID]
+        with self._access.calls.stopping(lambda call: call in calls):
+            return bool(calls)
 
     def killTasksUsingResources(self, resourceNames: object) -> None:
-        """Cancel the tasks that move any of some joints."""
+        """Cancel the calls that move any of some joints along a path, or wait for it."""
         joints = self._joints.of(resourceNames)
-        self._kill(lambda task: not task.joints.isdisjoint(joints))
+        with self._access.calls.stopping(lambda call: self._needs(call, joints)):
+            pass
 
     def killAll(self) -> None:
-        """Cancel every task, end the walk, and hold every joint where it is."""
-        self._walking.stop(waiting=True)
-        self._kill(lambda _task: True)
-        self._body.hold()
+        """Cancel every call that moves the robot or waits for it, end the walk, and hold every joint."""
+        with self._access.calls.stopping(begins_any(*MOTION)):
+            self._walking.stop()
+            self._body.hold()
 
     # -- the body ----------------------------------------------------------------------------------------
 
@@ -414,16 +435,30 @@ class ALMotion(Service):
 
     def _send(self, joints: Sequence[str], targets: Sequence[float], speed: object) -> None:
         share = fraction(speed, "the fraction")
-        self._tasks.take(joints)
         speeds = {joint: share * self._body.facts(joint).max_velocity for joint in joints}
-        self._body.move(dict(zip(joints, targets, strict=True)), speeds)
+        calls = self._access.calls
+        with calls.beginning() as may:
+            if may:
+                self._tasks.take(joints)
+                goals = dict(zip(joints, targets, strict=True))
+                self._body.move(goals, speeds, client=calls.current.client.name)
 
-    def _kill(self, chosen: Callable[[Task], bool]) -> bool:
-        """Cancel tasks, whose joints stay where they are; return whether there were any."""
-        tasks = [task for task in self._tasks.all() if chosen(task)]
-        for task in tasks:
-            task.call.stopped.set()
-        return bool(tasks)
+    def _stiffen(self, stiffnesses: Mapping[str, float], seconds: float, call: Call | None = None) -> bool:
+        """Change how strongly joints hold, unless the call was stopped; return whether it did."""
+        calls = self._access.calls
+        with calls.beginning(call) as may:
+            if may:
+                self._body.stiffen(stiffnesses, seconds, client=calls.current.client.name)
+        return may
+
+    def _needs(self, call: Call, joints: Sequence[str]) -> bool:
+        """Return whether a call, perhaps one that still waits for a thread, moves any of some joints."""
+        if Activity.JOINTS not in call.activities or not call.arguments:
+            return False
+        with suppress(InvalidCommand):  # as the call itself will report
+            names = ["Legs" if name == "Torso" else name for name in texts(call.arguments[0], "names")]
+            return not set(joints).isdisjoint(self._joints.of(names))
+        return False
 
     def _follow(self, call: Call, name: str, joints: Sequence[str], paths: _Paths) -> None:
         """Move joints along paths from their setpoints, once no other task moves them."""

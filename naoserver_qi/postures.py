@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Final
 
@@ -11,9 +10,10 @@ from naoserver.motions.keyframes import Motion, load_motions
 from naoserver.motions.player import MotionRoute
 from naoserver.motions.postures import nearest_posture
 from naoserver.servants.motions import MOTION, POSTURE
-from naoserver_qi.access import CLIENT, Access, Service
+from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import chosen, constant, fraction, kept, text, texts, within
-from naoserver_qi.calls import LOOK, Call
+from naoserver_qi.calls import LOOK
+from naoserver_qi.clients import SERVER, Activity, Call, Client, begins, begins_any
 
 FAMILIES: Final[Mapping[str, str]] = {
     "Crouch": "Crouching",
@@ -30,21 +30,21 @@ UNKNOWN: Final = "Unknown"
 class ALRobotPosture(Service):
     """Go into postures, and report the current one."""
 
-    _stopped = 0.0  # steady wall time in s of the last `stopMove`
-
+    @begins(Activity.POSTURE)
     def goToPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
         """End a walk, and go to a posture at a fraction of full pace; returns whether it was reached."""
         postures = self._access.postures
         name = chosen(postureName, "posture", postures.names)
         pace = fraction(maxSpeedFraction, "the fraction")
         self._access.free(call)
-        if call.stopped.is_set() or call.begun < self._stopped:
-            return False
-        postures.go(name, pace, CLIENT)
-        count = postures.progress().count
+        with self._access.calls.beginning(call) as may:
+            if not may:
+                return False
+            postures.go(name, pace, call.client.name)
+            count = postures.progress().count
         while (now := postures.progress()).status is ActionStatus.Moving and now.count == count:
             if call.wait(LOOK):
-                self._end()
+                self._end(count)
                 return False
         return now.status is ActionStatus.Done and now.count == count
 
@@ -54,10 +54,13 @@ class ALRobotPosture(Service):
 
     def stopMove(self) -> None:
         """Stop on the way to a posture; calls that wait for the end of a walk no longer go there."""
-        self._stopped = time.monotonic()
-        self._end()
+        with self._access.calls.stopping(begins_any(Activity.POSTURE)):
+            self._end(self._access.postures.progress().count)
 
-    def _end(self) -> None:
+    def _end(self, count: int) -> None:
+        """Stop on the way to a posture, unless it was replaced by a later one."""
+        if self._access.postures.progress().count != count:
+            return
         if self._robot.postures is not None:
             self._robot.postures.stop()
         else:
@@ -88,40 +91,45 @@ class ALBehaviorManager(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._player = access.player
-        self._stopped: dict[str, float] = {}  # steady wall time in s of the last stop, by behavior
+        self._started = SERVER, 0  # client and count of the newest behavior that nobody waits for
 
     setDefaultBehaviors, getDefaultBehaviors = kept(
         "the behaviors that a robot runs when it starts", [], behaviors=texts
     )
 
+    @begins(Activity.BEHAVIOR)
     def runBehavior(self, call: Call, name: object) -> None:
         """Run a behavior; returns at its end. Whatever else moves the body is stopped first."""
         motion = self._motion(name)
         self._access.free(call)
-        if call.stopped.is_set() or call.begun < self._stopped.get(motion.name, 0.0):
-            return
-        self.startBehavior(name)
-        count = self._player.progress(MOTION).count
+        with self._access.calls.beginning(call) as may:
+            if not may:
+                return
+            count = self._start(motion, call.client)
         while motion.name in self.getRunningBehaviors() and self._player.progress(MOTION).count == count:
-            if call.wait(LOOK) and motion.name in self.getRunningBehaviors():
-                self._player.stop(MOTION)
+            if call.wait(LOOK):
+                self._end(count)
 
+    @begins(Activity.BEHAVIOR)
     def startBehavior(self, name: object) -> None:
         """Start a behavior; returns at once."""
-        motion = self._motion(name)
-        route = MotionRoute(motion, load_motions().values())
-        self._player.begin(MOTION, motion.name, route, client=CLIENT)
+        motion, calls = self._motion(name), self._access.calls
+        with calls.beginning() as may, self._lock:
+            if may:
+                self._started = calls.current.client, self._start(motion, calls.current.client)
 
     def stopBehavior(self, name: object) -> None:
         """Stop a behavior."""
-        self._stopped[self._motion(name).name] = time.monotonic()
-        if name in self.getRunningBehaviors():
-            self._player.stop(MOTION)
+        motion = self._motion(name)
+        chosen = begins_any(Activity.BEHAVIOR)
+        with self._access.calls.stopping(lambda call: chosen(call) and call.arguments[:1] == (name,)):
+            if motion.name in self.getRunningBehaviors():
+                self._player.stop(MOTION)
 
     def stopAllBehaviors(self) -> None:
         """Stop the running behavior, and those that are about to start."""
-        self._stopped = dict.fromkeys(load_motions(), time.monotonic())
-        self._player.stop(MOTION)
+        with self._access.calls.stopping(begins_any(Activity.BEHAVIOR)):
+            self._player.stop(MOTION)
 
     def getInstalledBehaviors(self) -> list[str]:
         """Return the names of the behaviors."""
@@ -148,6 +156,24 @@ class ALBehaviorManager(Service):
     def isBehaviorRunning(self, name: object) -> bool:
         """Return whether a behavior runs."""
         return text(name, "name") in self.getRunningBehaviors()
+
+    def _forget(self, client: Client) -> None:
+        """Stop the behavior that a lost client started; one that it ran ends with its call."""
+        super()._forget(client)
+        starter, count = self._started
+        if starter is client:
+            self._end(count)
+
+    def _start(self, motion: Motion, client: Client) -> int:
+        """Start a behavior; return the count of the player."""
+        route = MotionRoute(motion, load_motions().values())
+        self._player.begin(MOTION, motion.name, route, client=client.name)
+        return self._player.progress(MOTION).count
+
+    def _end(self, count: int) -> None:
+        """Stop a behavior, unless it was replaced by a later one."""
+        if self._player.progress(MOTION).count == count:
+            self._player.stop(MOTION)
 
     def _motion(self, name: object) -> Motion:
         motions = load_motions()

@@ -11,6 +11,7 @@ from naoserver_qi.arguments import constant, text
 from naoserver_qi.calls import VERSION
 
 _MOST_SUBSCRIBERS: Final = 100
+"""Of a client."""
 
 
 def touch_part(name: str) -> str:
@@ -23,14 +24,13 @@ class Extractor(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
+        # Period and precision, without effect, by name.
+        self._subscribers = self._bounded("subscribers", _MOST_SUBSCRIBERS)
 
     def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:
         """Start measuring for a subscriber."""
         self._require()
         with self._lock:
-            if len(self._subscribers) >= _MOST_SUBSCRIBERS:
-                raise InvalidCommand("name", f"there are {_MOST_SUBSCRIBERS} subscribers already")
             self._subscribers[text(name, "name")] = (period, precision)
 
     def unsubscribe(self, name: object) -> None:

@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
+import secrets
 import tempfile
-import threading
 import time
 import tomllib
-import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import Final
+from weakref import WeakSet
 
 import msgspec
 import qi
 
 from naoserver.assembly import Assembly
-from naoserver.errors import HardwareFailure, RobotError
+from naoserver.errors import HardwareFailure
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
 from naoserver_qi import expression, memory, motion, postures, sensors, sound, video, vision
 from naoserver_qi.access import RENEWAL, Access, Service
-from naoserver_qi.calls import Calls, failed
+from naoserver_qi.calls import Calls
+from naoserver_qi.clients import Client
+from naoserver_qi.connections import Connections, Offer
 from naoserver_qi.effectors import EffectorMotion
 from zenoh_ice import WallClock
 
@@ -50,8 +53,6 @@ REFUSED: Final = msgspec.convert(
 
 _logger = logging.getLogger(__name__)
 
-_ANSWERING: Final = 0.05
-"""Wall seconds in which the client that requests an interruption gets its answer."""
 _RELEASING: Final = 2.0
 """Wall seconds for libqi to release the services."""
 _POLL: Final = 0.005
@@ -65,15 +66,23 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
     with ExitStack() as steps:  # all run, the last first, whatever they raise
         folder = disk or Path(steps.enter_context(tempfile.TemporaryDirectory(prefix="nao-disk-")))
         access = Access(robot, assembly, folder, faults=faults)
-        calls = Calls(robot.clock, access.faults)
+        calls = Calls(robot.clock, access.calls, access.faults)
         parts: dict[str, Sequence[object]] = {
             name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
         }
         parts |= {name: [_refused_service(name)] for name in REFUSED}
         if faults:
             parts["Faults"] = [access.faults]
-        listener = _Listener(url, {name: calls.facade(name, own) for name, own in parts.items()})
-        access.find, access.faults.interrupt = listener.find, listener.interrupt
+        libqi = _Libqi({name: calls.facade(name, own) for name, own in parts.items()})
+        steps.callback(libqi.close)
+        access.find, access.lend = libqi.find, libqi.lend
+
+        def lose(client: Client) -> None:
+            libqi.door.close(client)
+            access.lose(client)
+
+        connections = Connections(url, libqi.offer, lose)
+        access.faults.interrupt = connections.interrupt
         wall, walking, tracker = WallClock(), access.walking, access.service(vision.ALTracker)
         detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
         sight = partial(Periodic, clock=robot.clock, period=lambda: vision.LOOKING, thread="NAOqi sight")
@@ -85,11 +94,11 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
             sight("ALTracker", work=tracker._follow, wanted=tracker.isActive),
         ]
         steps.callback(walking.stop)
-        steps.callback(listener.close)  # no client can walk any more
+        steps.callback(connections.close)  # no client can walk any more
         steps.callback(tracker.stopTracker)
         steps.callback(calls.close)
         steps.enter_context(JobThreads(jobs))
-        yield listener.url
+        yield connections.url
 
 
 @cache
@@ -104,79 +113,92 @@ def _refused_service(name: str) -> object:
     return service
 
 
-class _Listener:
-    """Offer services at a URL until it is closed."""
+class _Door:
+    """Lends each client its own objects of the services; see `naoserver_qi.connections`."""
 
-    def __init__(self, url: str, services: Mapping[str, Callable[[], object]]) -> None:
-        """Offer services by their names, each made by a function. Raises RobotError when it cannot listen."""
+    def __init__(
+        self, facades: Mapping[str, Callable[[Client], object]], lend: Callable[[object], object]
+    ) -> None:
+        self._facades = facades
+        self._lend = lend
+        self._clients: dict[str, Client] = {}  # by their secrets
+
+    def admit(self, client: Client) -> str:
+        """Admit a client; return its secret."""
+        key = secrets.token_hex(16)
+        self._clients[key] = client
+        return key
+
+    def close(self, client: Client) -> None:
+        """Lend a client nothing more."""
+        for key in [key for key, known in self._clients.items() if known is client]:
+            del self._clients[key]
+
+    def object(self) -> object:
+        """Return the object for libqi, whose only method lends objects."""
+
+        def borrow(_self: object, key_and_name: str) -> object:
+            key, _, name = key_and_name.partition(" ")
+            return self._lend(self._facades[name](self._clients[key]))
+
+        borrow.__qi_signature__, borrow.__qi_return_signature__ = "(s)", "o"  # type: ignore[attr-defined]
+        made: object = qi.multiThreaded()(type("_Door", (), {"borrow": borrow}))()
+        return made
+
+
+class _Libqi:
+    """The services in libqi, at an address of its own on the loopback interface, until it is closed."""
+
+    def __init__(self, facades: Mapping[str, Callable[[Client], object]]) -> None:
         start_libqi()
-        self.url = url
-        """The address it listens on, with the port that the system picked."""
-        self._services = services
-        self._lock = threading.Lock()
-        self._session: qi.Session | None = None
-        self._offered: list[weakref.ref[object]] = []
-        self._break: threading.Thread | None = None
-        self._closing = threading.Event()
-        self._listen()
+        self._given: WeakSet[object] = WeakSet()  # to libqi
+        self._numbers = itertools.count(1)
+        self._session, self._workshop = self._opened(), self._opened()
+        self.door: Final = _Door(facades, self.lend)
+        # What is called here is the door alone: a program's calls of a service reach an object that it lent.
+        services = {self._register(name, type(name, (), {})()): name for name in facades}
+        door = self._register("_Door", self.door.object())
+        self.offer: Final = Offer(str(self._session.endpoints()[0]), services, door, self.door.admit)
 
-    def interrupt(self, seconds: float) -> None:
-        """Close every connection soon, unless already requested, and listen again after some wall seconds."""
-        with self._lock:
-            if self._closing.is_set() or (self._break is not None and self._break.is_alive()):
-                return
-            self._break = threading.Timer(_ANSWERING, self._take_a_break, (seconds,))
-            self._break.daemon = True
-            self._break.start()
+    def lend(self, lent: object) -> object:
+        """Return an object as one that libqi lends to clients, and releases when they are gone.
+
+        It is a service for a moment, in a session of its own: libqi never releases an object that an
+        operation in Python returns as it is.
+        """
+        self._given.add(lent)
+        name = str(next(self._numbers))
+        number = self._workshop.registerService(name, lent)
+        result: object = self._workshop.service(name)
+        self._workshop.unregisterService(number)
+        return result
 
     def find(self, name: str) -> qi.Future:
-        """Begin to look up a service, also one of a client."""
-        session = self._session
-        return failed("nobody is connected") if session is None else session.service(name, _async=True)
+        """Begin to look up a service of a client."""
+        return self._session.service(name, _async=True)
 
     def close(self) -> None:
-        """Close every connection."""
-        with self._lock:
-            self._closing.set()
-            pause = self._break
-        if pause is not None:
-            pause.join()
-        self._hang_up()
-
-    def _listen(self) -> None:
-        session = qi.Session()
-        try:
-            session.listenStandalone(self.url)
-        except RuntimeError as error:
-            raise RobotError(f"cannot listen at {self.url}: {error}; give another address") from None
-        for name, make in self._services.items():
-            service = make()
-            self._offered.append(weakref.ref(service))
-            session.registerService(name, service)
-        self.url = str(session.endpoints()[0])
-        self._session = session
-
-    def _hang_up(self) -> None:
-        session, self._session = self._session, None
-        if session is None:
-            return
-        session.close()
-        del session
+        """End the services."""
+        for session in (self._session, self._workshop):
+            session.close()
+        del self._session, self._workshop, session
         # libqi releases the services on its own thread. A process that ends meanwhile hangs: that
         # thread waits for Python's lock, which is held while libqi waits for its threads.
         limit = time.monotonic() + _RELEASING
-        while any(service() is not None for service in self._offered):
+        while self._given:
             if time.monotonic() > limit:
                 _logger.warning("libqi has not released the services within %g s", _RELEASING)
                 break
             time.sleep(_POLL)
-        self._offered = []
         time.sleep(_GRACE)
 
-    def _take_a_break(self, seconds: float) -> None:
-        self._hang_up()
-        if not self._closing.wait(seconds):
-            try:
-                self._listen()
-            except RobotError:
-                _logger.exception("NAOqi is not served any more")
+    def _register(self, name: str, service: object) -> int:
+        self._given.add(service)
+        number: int = self._session.registerService(name, service)
+        return number
+
+    @staticmethod
+    def _opened() -> qi.Session:
+        session = qi.Session()
+        session.listenStandalone("tcp://127.0.0.1:0")
+        return session

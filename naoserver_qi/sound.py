@@ -31,12 +31,15 @@ from naoserver_qi.arguments import (
     text,
     within,
 )
-from naoserver_qi.calls import LOOK, Call
+from naoserver_qi.calls import LOOK
+from naoserver_qi.clients import SERVER, Activity, Belongings, Call, Client, begins, begins_any
 
 _logger = logging.getLogger(__name__)
 
 MOST: Final = 100
-"""Maximum number of loaded sounds, and of recorded files."""
+"""Maximum number of a client's loaded sounds, and of recorded files."""
+_DEEPEST: Final = 16
+"""Maximum folders above a file."""
 LONGEST_RECORDING: Final = 3600.0
 """Robot seconds."""
 UNKNOWN_LENGTH: Final = 1.0
@@ -59,6 +62,8 @@ def path_on(disk: Path, name: object) -> Path:
     with suppress(OSError, RuntimeError, ValueError):  # too long, a cycle of links, a null character
         place = disk.joinpath(*path.parts[1:]).resolve()
         if place.is_relative_to(disk) and place != disk:
+            if len(place.relative_to(disk).parts) > _DEEPEST + 1:
+                raise InvalidCommand("file name", f"a file is in at most {_DEEPEST} folders")
             return place
     raise InvalidCommand("file name", f"{str(path)[:200]!r} is no file on the robot's disk")
 
@@ -85,7 +90,7 @@ class ALAudioPlayer(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._numbers = count(1)
-        self._sounds: dict[float, _Sound] = {}  # by their numbers
+        self._sounds: Belongings[float, _Sound] = self._bounded("loaded sounds", MOST)  # by their numbers
 
     setMasterVolume, getMasterVolume = kept("the volume of all sounds, from 0 to 1", 1.0, volume=_SHARE)
 
@@ -93,8 +98,6 @@ class ALAudioPlayer(Service):
         """Load a sound; returns its number."""
         sound = _Sound(text(fileName, "file name"), self._length(fileName))
         with self._lock:
-            if len(self._sounds) >= MOST:
-                raise InvalidCommand("file name", f"{MOST} sounds are loaded already: unload some")
             loaded = next(self._numbers)
             self._sounds[loaded] = sound
         return loaded
@@ -107,30 +110,36 @@ class ALAudioPlayer(Service):
 
     def unloadAllFiles(self) -> None:
         """Unload all sounds, which stop."""
-        for loaded in self.getLoadedFilesIds():
-            self.unloadFile(loaded)
+        self.stopAll()
+        with self._lock:
+            self._sounds.clear()
 
     def getLoadedFilesIds(self) -> list[float]:
         """Return the numbers of the loaded sounds."""
         with self._lock:
             return list(self._sounds)
 
+    @begins(Activity.SOUND)
     def play(self, call: Call, id_: object, volume: object = 1.0, pan: object = 0.0) -> None:
         """Play a loaded sound; returns at its end."""
         self._play(call, self._sound(id_), volume, pan)
 
+    @begins(Activity.SOUND)
     def playInLoop(self, call: Call, id_: object, volume: object = 1.0, pan: object = 0.0) -> None:
         """Play a loaded sound in a loop; returns when something stops it."""
         self._play(call, self._sound(id_), volume, pan, loop=True)
 
+    @begins(Activity.SOUND)
     def playFile(self, call: Call, fileName: object, volume: object = 1.0, pan: object = 0.0) -> None:
         """Play a file; returns at its end."""
         self._play_file(call, fileName, volume, pan)
 
+    @begins(Activity.SOUND)
     def playFileInLoop(self, call: Call, fileName: object, volume: object = 1.0, pan: object = 0.0) -> None:
         """Play a file in a loop; returns when something stops it."""
         self._play_file(call, fileName, volume, pan, loop=True)
 
+    @begins(Activity.SOUND)
     def playFileFromPosition(
         self, call: Call, fileName: object, position: object, volume: object = 1.0, pan: object = 0.0
     ) -> None:
@@ -143,14 +152,17 @@ class ALAudioPlayer(Service):
         sound.paused = not sound.paused
 
     def stop(self, id_: object) -> None:
-        """Stop a sound; the call that plays it returns."""
-        if (call := self._sound(id_).call) is not None:
-            call.stopped.set()
+        """Stop a sound; the calls that play it, or are to play it, return."""
+        sound, chosen = self._sound(id_), begins_any(Activity.SOUND)
+        with self._access.calls.stopping(
+            lambda call: call is sound.call or (chosen(call) and call.arguments[:1] == (id_,))
+        ):
+            pass
 
     def stopAll(self) -> None:
-        """Stop every sound."""
-        for loaded in self.getLoadedFilesIds():
-            self.stop(loaded)
+        """Stop every sound, and drop those that have not begun yet."""
+        with self._access.calls.stopping(begins_any(Activity.SOUND)):
+            pass
 
     def getCurrentPosition(self, id_: object) -> float:
         """Return the position of a sound in s."""
@@ -221,9 +233,14 @@ class ALAudioPlayer(Service):
 class ALAudioRecorder(Service):
     """Record from the microphones, which hear nothing: the files are silent."""
 
-    _made = 0
     _recording: tuple[Path, float, int, int] | None = None
     """File, beginning in robot time, samples a second, and channels."""
+    _recorder = SERVER
+    """The client that records."""
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._made: set[Path] = set()
 
     def startMicrophonesRecording(
         self,
@@ -244,9 +261,10 @@ class ALAudioRecorder(Service):
         with self._lock:
             if self._recording is not None:
                 raise InvalidCommand("file name", "it is recording already: stop that first")
-            if self._made >= MOST:
-                raise InvalidCommand("file name", f"{MOST} files were recorded already")
-            self._made += 1
+            if path not in self._made and len(self._made) >= MOST:
+                raise InvalidCommand("file name", f"{MOST} files were recorded already: reuse a name")
+            self._made.add(path)
+            self._recorder = self._access.calls.current.client
             self._recording = path, self._robot.clock.now(), rate, used
             self._write(0.0)
 
@@ -256,6 +274,12 @@ class ALAudioRecorder(Service):
             if self._recording is not None:
                 self._write(min(LONGEST_RECORDING, self._robot.clock.now() - self._recording[1]))
             self._recording = None
+
+    def _forget(self, client: Client) -> None:
+        """Stop the recording of a lost client."""
+        super()._forget(client)
+        if self._recorder is client:
+            self.stopMicrophonesRecording()
 
     def _write(self, seconds: float) -> None:
         """Write the recording as a file of silence, which is sparse: it takes no room on the disk."""

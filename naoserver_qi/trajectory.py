@@ -12,7 +12,7 @@ from typing import Final
 
 from naoserver.errors import InvalidCommand
 from naoserver_qi.access import PERIOD, Access
-from naoserver_qi.calls import Call
+from naoserver_qi.clients import Call
 
 _BISECTIONS: Final = 30
 _EXACT: Final = 1e-12  # s
@@ -170,7 +170,9 @@ class JointTasks:
         begin = self._clock.now()
         while not task.call.stopped.is_set():
             ahead = min(self._clock.now() - begin + PERIOD, end)
-            self._step(task, trajectories, ahead)
+            with self._access.calls.beginning(task.call) as may:  # no step follows a stop
+                if may:
+                    self._step(task, trajectories, ahead)
             if ahead >= end:
                 break
             task.call.wait(PERIOD)
@@ -181,6 +183,8 @@ class JointTasks:
             if not any(self._late(joint, trajectories[joint].at(end)) for joint in own):
                 return
             task.call.wait(PERIOD)
+        if task.call.stopped.is_set():
+            self._body.gate.require("")  # an emergency stop is reported
 
     def _own(self, task: Task, joints: Iterable[str]) -> list[str]:
         """Return the joints that no other command has taken from a task."""
@@ -200,7 +204,7 @@ class JointTasks:
                 speed = min(speed, cap)  # catching up is no reason for a warning
             targets[joint], speeds[joint] = target, speed
         if targets:
-            self._body.move(targets, speeds)
+            self._body.move(targets, speeds, client=task.call.client.name)
 
     def _late(self, joint: str, target: float) -> bool:
         """Return whether a setpoint still has to approach its end; that of a limp motor never does."""

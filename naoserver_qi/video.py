@@ -18,13 +18,14 @@ from naoserver.pixel_formats import PIXEL_FORMATS
 from naoserver.robot import CameraFacts, Frame
 from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import kept, number, number_within, text, within
+from naoserver_qi.clients import Belongings, Call
 
 _logger = logging.getLogger(__name__)
 
 MOST_OF_A_NAME: Final = 8
 """Maximum subscriptions of one name, as in NAOqi."""
-MOST: Final = 64
-"""Maximum subscriptions of all names."""
+MOST: Final = 16
+"""Maximum subscriptions of a client."""
 _SELECT: Final = 18
 """NAOqi's parameter that chooses the camera."""
 CAMERAS: Final = ("Camera", "CameraBottom")
@@ -101,8 +102,7 @@ def _setting(field: str) -> tuple[Callable[..., int], Callable[..., bool]]:
             _logger.warning("ALVideoDevice: %s", error)
             return False
         with self._lock:
-            if handle in self._subscriptions:
-                self._subscriptions[str(handle)] = after
+            self._subscriptions.change(str(handle), after)
         return True
 
     return get, change
@@ -114,7 +114,7 @@ class ALVideoDevice(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._cameras = [each for name in CAMERAS for each in self._robot.cameras if each.name == name]
-        self._subscriptions: dict[str, _Subscription] = {}
+        self._subscriptions: Belongings[str, _Subscription] = self._bounded("subscriptions of cameras", MOST)
         self._counter = count()
         self._active = 0
         self._taking = {facts.name: threading.Lock() for facts in self._cameras}
@@ -129,7 +129,7 @@ class ALVideoDevice(Service):
             subscription = self._checked(cameraIndex, resolution, colorSpace, fps)
             owner = text(name, "name")
             with self._lock:
-                if len(self._of(owner)) >= MOST_OF_A_NAME or len(self._subscriptions) >= MOST:
+                if len(self._of(owner)) >= MOST_OF_A_NAME:
                     raise InvalidCommand("name", f"{owner[:60]!r} has too many subscriptions: unsubscribe")
                 handle = f"{owner}_{next(self._counter)}"
                 self._subscriptions[handle] = subscription
@@ -160,7 +160,7 @@ class ALVideoDevice(Service):
         with self._lock:
             return list(self._subscriptions)
 
-    def getImageRemote(self, handle: object) -> Picture | None:
+    def getImageRemote(self, call: Call, handle: object) -> Picture | None:  # noqa: ARG002 - it may take long
         """Return the newest picture, at most as old as the period of the subscription."""
         subscription = self._get(handle)
         if self._access.faults._blind:

@@ -21,6 +21,7 @@ from naoserver.kinematics import numbers_of
 from naoserver.robot import CameraFacts
 from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import chosen, constant, listed, number, number_within, switch, vector
+from naoserver_qi.clients import Activity, Client, begins, running
 from naoserver_qi.memory import ALMemory
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.sensors import Extractor
@@ -285,6 +286,7 @@ class ALTracker(Service):
         self._distance = _NEAR
         self._missed = 0
         self._at: tuple[float, float, float] | None = None  # distance, and angles to the left and down
+        self._tracking = access.calls.current  # the call for which it follows
 
     getAvailableModes = constant("Return the modes.", list(_MODES))
 
@@ -301,6 +303,7 @@ class ALTracker(Service):
         self.stopTracker()
         self._detector(name).subscribe(_NAME)
         with self._lock:
+            self._tracking = self._access.calls.current
             self._sizes.setdefault(name, _TARGETS[name][1])
             self._target, self._missed, self._at = name, _LOST, None
 
@@ -368,6 +371,7 @@ class ALTracker(Service):
         point = (ahead * math.cos(left), ahead * math.sin(left), -distance * math.sin(down), 1.0)
         return [float(part) for part in (place @ point)[:3]]
 
+    @begins(Activity.JOINTS)
     def lookAt(self, position: object, *rest: object) -> None:
         """Turn the head to a point of x, y and z in m: in a frame, at a fraction of full speed, or both."""
         x, y, z = vector(position, "position", 3)
@@ -382,15 +386,24 @@ class ALTracker(Service):
         ahead, left, up = (part - own for part, own in zip((ahead, left, up), neck, strict=True))
         self._aim(math.atan2(left, ahead), -math.atan2(up, math.hypot(ahead, left)), share)
 
+    def _forget(self, client: Client) -> None:
+        """Stop following for a lost client."""
+        super()._forget(client)
+        if self._tracking.client is client:
+            self.stopTracker()
+
     def _detector(self, target: str) -> Detector:
         return self._access.service(_TARGETS[target][0])
 
     def _follow(self) -> None:
         """Correct the head, and the walk, by the newest picture; due every LOOKING."""
         with self._lock:
-            target = self._target
-        if not target:
-            return
+            target, call = self._target, self._tracking
+        if target:
+            with running(call):
+                self._aim_at(target)
+
+    def _aim_at(self, target: str) -> None:
         seen = self._detector(target).seen
         if not seen:
             self._missed = min(self._missed + 1, _LOST)

@@ -11,7 +11,7 @@ from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver_qi.access import Access
-from naoserver_qi.calls import Call
+from naoserver_qi.clients import SERVER, Call, Client, running
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALRobotPosture
 from tests.support.limits import EVENT_LIMIT
@@ -26,8 +26,8 @@ _STEP: Final = 0.02
 class LongCall:
     """An operation that runs in a thread."""
 
-    def __init__(self, clock: SteppedClock, operation: Callable[..., Any], *arguments: object) -> None:
-        self.call = Call(clock)
+    def __init__(self, call: Call, operation: Callable[..., Any], *arguments: object) -> None:
+        self.call = call
         self.result: Any = None
         self.error: Exception | None = None
         self._thread = threading.Thread(target=self._run, args=(operation, arguments), name="long call")
@@ -45,7 +45,8 @@ class LongCall:
 
     def _run(self, operation: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         try:
-            self.result = operation(self.call, *arguments)
+            with running(self.call):
+                self.result = operation(self.call, *arguments)
         except Exception as error:  # noqa: BLE001 - the test looks at it
             self.error = error
 
@@ -77,10 +78,17 @@ class Rig:
             for watched in self.assembly.watched:
                 watched.watch()
 
-    def begin(self, operation: Callable[..., Any], *arguments: object) -> LongCall:
+    def arrive(self, operation: Callable[..., Any], *arguments: object, client: Client = SERVER) -> Call:
+        """Return a call of an operation that has arrived, but that no thread has taken."""
+        activities = getattr(operation, "begins", frozenset())
+        call = Call(self.clock, client, activities, arguments)
+        self.access.calls.add(call)
+        return call
+
+    def begin(self, operation: Callable[..., Any], *arguments: object, client: Client = SERVER) -> LongCall:
         """Run a long operation until it first waits for time to pass, or ends."""
         waiting = self.clock.waiting
-        call = LongCall(self.clock, operation, *arguments)
+        call = LongCall(self.arrive(operation, *arguments, client=client), operation, *arguments)
         while not call.ended and self.clock.waiting == waiting:
             threading.Event().wait(0.001)
         return call

@@ -6,7 +6,6 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver_qi.calls import Call
 from naoserver_qi.expression import ALAnimatedSpeech, ALLeds, ALTextToSpeech
 from naoserver_qi.sensors import ALSonar, ALTouch
 
@@ -112,7 +111,7 @@ def test_stop_all_ends_what_is_being_said(rig, speech):
 
 
 def test_stop_all_forgets_what_was_not_begun_yet(rig, speech):
-    late = Call(rig.clock)  # it came in, but no thread has taken it
+    late = rig.arrive(speech.say, "a long text " * 20)
     speech.stopAll()
     speech.say(late, "a long text " * 20)
     assert rig.robot.voice.utterance().count == 0

@@ -9,7 +9,6 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
-from naoserver_qi.calls import Call
 from naoserver_qi.effectors import EffectorMotion
 from naoserver_qi.postures import ALBehaviorManager
 from tests.support.qi_service import LongCall
@@ -83,7 +82,9 @@ def test_of_two_interpolations_of_a_joint_the_later_waits(rig):
 
 def test_an_interpolation_that_is_broken_off_while_it_waits_takes_no_joint_away(rig):
     first = rig.begin(rig.motion.angleInterpolation, "HeadYaw", 0.5, 1.0, True)
-    second = LongCall(rig.clock, rig.motion.angleInterpolation, "HeadYaw", -0.5, 1.0, True)
+    arguments = "HeadYaw", -0.5, 1.0, True
+    arrived = rig.arrive(rig.motion.angleInterpolation, *arguments)
+    second = LongCall(arrived, rig.motion.angleInterpolation, *arguments)
     eventually(lambda: len(rig.motion.getTaskList()) == 2)
     second.call.stopped.set()
     second.join()
@@ -269,7 +270,7 @@ def test_a_walk_that_somebody_ended_is_not_restarted(rig):
 
 
 def test_a_walk_that_was_stopped_before_it_began_does_not_begin(rig):
-    waiting = Call(rig.clock)
+    waiting = rig.arrive(rig.motion.moveTo, 0.2, 0.0, 0.0)
     rig.motion.stopMove()
     assert not rig.motion.moveTo(waiting, 0.2, 0.0, 0.0)
     assert not rig.motion.moveIsActive()
@@ -310,11 +311,11 @@ def test_a_posture_that_is_stopped_while_it_waits_for_the_end_of_the_walk_is_not
 
 def test_a_cancelled_posture_leaves_the_next_one_that_waits(rig):
     first = rig.begin(rig.postures.goToPosture, "Crouch", 0.8)
-    waiting = Call(rig.clock)
+    waiting = rig.arrive(rig.postures.goToPosture, "StandZero", 0.8)
     first.call.stopped.set()
     rig.advance(0.5)
     first.join()
-    second = LongCall(rig.clock, lambda _call: rig.postures.goToPosture(waiting, "StandZero", 0.8))
+    second = LongCall(waiting, rig.postures.goToPosture, "StandZero", 0.8)
     while not second.ended:
         rig.advance(0.02)
     assert second.result

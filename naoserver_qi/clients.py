@@ -1,0 +1,262 @@
+"""The programs that are connected, their calls from arrival to end, and what they keep in the services.
+
+One rule decides whether something begins: a call is registered when it arrives, before a thread takes it, a
+stop marks every registered call that it ends, and both the beginning and the stop hold the lock of the
+`CallTable`. So no stop slips in between a call's check and what it begins, and none overlooks a call that
+still waits for a thread.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator, MutableMapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
+from enum import Enum, auto
+from typing import Any, Final, TypeVar
+
+from naoserver.errors import InvalidCommand
+from zenoh_ice import Clock
+
+MOST_RUNNING: Final = 16
+"""Maximum long calls of a client that run at the same time; further ones wait."""
+MOST_URGENT: Final = 2
+"""Maximum long calls of a client that stop something and run at the same time, besides `MOST_RUNNING`."""
+MOST_WAITING: Final = 1000
+"""Maximum long calls of a client that run or wait; further ones are refused."""
+
+
+class Activity(Enum):
+    """What a call begins, and by which it can be stopped."""
+
+    JOINTS = auto()
+    WALK = auto()
+    POSTURE = auto()
+    BEHAVIOR = auto()
+    SPEECH = auto()
+    SOUND = auto()
+
+
+MOTION: Final = frozenset((Activity.JOINTS, Activity.WALK, Activity.POSTURE, Activity.BEHAVIOR))
+"""Everything that moves the robot."""
+
+_Operation = TypeVar("_Operation", bound=Callable[..., Any])
+
+
+def begins(*activities: Activity) -> Callable[[_Operation], _Operation]:
+    """Mark an operation by what its calls begin; a call without marks ends only with its client."""
+
+    def mark(operation: _Operation) -> _Operation:
+        operation.begins = frozenset(activities)  # type: ignore[attr-defined]
+        return operation
+
+    return mark
+
+
+def urgent(operation: _Operation) -> _Operation:
+    """Mark a long operation that stops something: it waits for no other call of any client."""
+    operation.urgent = True  # type: ignore[attr-defined]
+    return operation
+
+
+class Client:
+    """A connected program, with threads of its own: no other one can take them."""
+
+    def __init__(self, name: str) -> None:
+        self.name: Final = name
+        """The client in the eyes of the guards. It holds no lease."""
+        self.gone = False
+        """Whether it is lost: its calls begin nothing any more."""
+        self.threads: Final = ThreadPoolExecutor(MOST_RUNNING, thread_name_prefix="qi call")
+        self.urgent_threads: Final = ThreadPoolExecutor(MOST_URGENT, thread_name_prefix="qi stop")
+
+    def close(self, *, wait: bool) -> None:
+        """Take no further calls, and end the threads after the present ones; `wait` for that if asked to."""
+        for threads in (self.threads, self.urgent_threads):
+            threads.shutdown(wait=wait)
+
+
+SERVER: Final = Client("NAOqi")
+"""Stands for the server itself, where no client called."""
+
+
+class Call:
+    """A call from its arrival on, perhaps before a thread took it.
+
+    An operation whose first parameter is `call` is a long call: it gets its `Call`, and a thread.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        client: Client = SERVER,
+        activities: frozenset[Activity] = frozenset(),
+        arguments: tuple[object, ...] = (),
+    ) -> None:
+        self.stopped: Final = threading.Event()
+        """Set when it is to end: by its caller, by another call that stops it, or with its client."""
+        self.client: Final = client
+        self.activities: Final = activities
+        self.arguments: Final = arguments
+        self.work: Future[None] | None = None
+        """Its place in the queue of its client's threads."""
+        self.refusal = ""
+        """What its caller is told if it was stopped before it began; empty if that is no error."""
+        self._clock = clock
+
+    def wait(self, seconds: float) -> bool:
+        """Wait some robot seconds; return at once, and True, when the call is stopped."""
+        return self._clock.wait(self.stopped, seconds)
+
+    def stop(self) -> None:
+        """Make it end; one that still waits for a thread ends at once."""
+        self.stopped.set()
+        if self.work is not None:
+            self.work.cancel()
+
+
+_current: ContextVar[Call | None] = ContextVar("current call", default=None)
+
+
+@contextmanager
+def running(call: Call) -> Iterator[None]:
+    """Run a call in a `with` block: `CallTable.current` is this call there."""
+    token = _current.set(call)
+    try:
+        yield
+    finally:
+        _current.reset(token)
+
+
+class CallTable:
+    """The calls that have arrived and not ended, and the lock of everything that they begin."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._lock = threading.RLock()
+        self._calls: dict[Client, set[Call]] = {}
+        self._own = Call(clock)
+
+    @property
+    def current(self) -> Call:
+        """The call that runs in this thread; one of the server itself where no client called."""
+        return _current.get() or self._own
+
+    def add(self, call: Call, *, waits: bool = True) -> None:
+        """Register a call at its arrival; that of a lost client is stopped.
+
+        Raises InvalidCommand when it may have to wait (`waits`), and too many calls of its client do.
+        """
+        with self._lock:
+            own = self._calls.setdefault(call.client, set())
+            if waits and len(own) >= MOST_WAITING:
+                raise InvalidCommand("call", f"{MOST_WAITING} calls of this program run or wait already")
+            own.add(call)
+            if call.client.gone:
+                call.stop()
+
+    def remove(self, call: Call) -> None:
+        """Remove a call at its end."""
+        with self._lock:
+            own = self._calls[call.client]
+            own.discard(call)
+            if not own:
+                del self._calls[call.client]
+
+    @contextmanager
+    def beginning(self, call: Call | None = None) -> Iterator[bool]:
+        """Begin something in a `with` block, which gets whether the call may: not if it was stopped.
+
+        Nothing stops it during the block. Without a `call` it is the current one.
+        """
+        with self._lock:
+            call = call or self.current
+            yield not (call.stopped.is_set() or call.client.gone)
+
+    @contextmanager
+    def stopping(self, chosen: Callable[[Call], bool], refusal: str = "") -> Iterator[None]:
+        """Stop all calls that are `chosen`, and in the `with` block what they have begun.
+
+        The callers of those that had begun nothing get an error if there is a `refusal`.
+        """
+        with self._lock:
+            found = [call for own in self._calls.values() for call in own if chosen(call)]
+            for call in found:
+                call.refusal = refusal
+                call.stopped.set()
+            yield
+        for call in found:
+            call.stop()
+
+
+def begins_any(*activities: Activity) -> Callable[[Call], bool]:
+    """Return the choice of the calls that begin any of some activities."""
+    chosen = frozenset(activities)
+    return lambda call: not chosen.isdisjoint(call.activities)
+
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class Belongings(MutableMapping[K, V]):
+    """Values that clients keep in a service, each with its client: few of one, and none of a lost one.
+
+    Not thread-safe.
+    """
+
+    def __init__(self, calls: CallTable, what: str, most: int) -> None:
+        """Keep at most `most` of each client; the error says `what` they are."""
+        self._calls = calls
+        self._what = what
+        self._most = most
+        self._values: dict[K, tuple[Client, V]] = {}
+        self._counts: Counter[Client] = Counter()
+
+    def __setitem__(self, key: K, value: V) -> None:
+        """Set a value, which belongs to the current client from now on.
+
+        Raises InvalidCommand when that client has too many values, or is lost.
+        """
+        client = self._calls.current.client
+        if client.gone:
+            raise InvalidCommand(self._what, "the program is gone")
+        if self.owner(key) is not client:
+            if self._counts[client] >= self._most:
+                message = f"this program has {self._most} {self._what} already: remove some"
+                raise InvalidCommand(self._what, message)
+            self.pop(key, None)
+            self._counts[client] += 1
+        self._values[key] = client, value
+
+    def __getitem__(self, key: K) -> V:
+        return self._values[key][1]
+
+    def __delitem__(self, key: K) -> None:
+        client, _ = self._values.pop(key)
+        self._counts[client] -= 1
+        if not self._counts[client]:
+            del self._counts[client]
+
+    def __iter__(self) -> Iterator[K]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def owner(self, key: K) -> Client | None:
+        """Return the client of a value; None when there is no such value."""
+        return self._values[key][0] if key in self._values else None
+
+    def change(self, key: K, value: V) -> None:
+        """Change a value, if it is there; it stays with its client."""
+        if key in self._values:
+            self._values[key] = self._values[key][0], value
+
+    def take(self, client: Client) -> dict[K, V]:
+        """Remove and return the values of a client."""
+        taken = {key: value for key, (owner, value) in self._values.items() if owner is client}
+        for key in taken:
+            del self[key]
+        return taken
