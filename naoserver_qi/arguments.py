@@ -18,7 +18,7 @@ from naoserver.errors import InvalidCommand
 _logger = logging.getLogger(__name__)
 
 MOST: Final = 1000
-"""Maximum entries of a list, and maximum values that a service keeps for its clients."""
+"""Maximum entries of a list, and maximum values without effect that a service keeps: the newest ones."""
 LONGEST: Final = 10_000
 """Maximum characters of a text."""
 _QUOTED: Final = 60  # characters of a foreign value in an error
@@ -202,7 +202,7 @@ def kept(
     def remember(self: Any, *arguments: object) -> object:  # noqa: ANN401 - any service
         *key, new = _checked(checks, arguments)
         if len(self.kept) >= MOST and (what, *key) not in self.kept:
-            raise InvalidCommand(what, f"{MOST} values are kept already")
+            self.kept.pop(next(iter(self.kept)), None)  # the oldest
         self.kept[what, *key] = new
         _logger.info("%s is %s, which has no effect", what, reprlib.repr(new))
         return result

@@ -69,6 +69,10 @@ class Client:
         """The client in the eyes of the guards. It holds no lease."""
         self.gone = False
         """Whether it is lost: its calls begin nothing any more."""
+        self.long_calls = 0
+        """How many of its long calls run or wait; they are answered at their end."""
+        self.on_long_call: Callable[[], object] = lambda: None
+        """Called when there is one more."""
         self.threads: Final = ThreadPoolExecutor(MOST_RUNNING, thread_name_prefix="qi call")
         self.urgent_threads: Final = ThreadPoolExecutor(MOST_URGENT, thread_name_prefix="qi stop")
 
@@ -153,14 +157,17 @@ class CallTable:
             if waits and len(own) >= MOST_WAITING:
                 raise InvalidCommand("call", f"{MOST_WAITING} calls of this program run or wait already")
             own.add(call)
+            call.client.long_calls = len(own)
             if call.client.gone:
                 call.stop()
+        call.client.on_long_call()
 
     def remove(self, call: Call) -> None:
         """Remove a call at its end."""
         with self._lock:
             own = self._calls[call.client]
             own.discard(call)
+            call.client.long_calls = len(own)
             if not own:
                 del self._calls[call.client]
 

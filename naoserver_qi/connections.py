@@ -27,14 +27,14 @@ from naoserver_qi.clients import Client
 
 _logger = logging.getLogger(__name__)
 
-LARGEST: Final = 1 << 20
-"""Maximum bytes of a message from a program; libqi takes a second to decode a megabyte of single numbers."""
+LARGEST: Final = 1 << 18
+"""Maximum bytes of a message from a program: libqi decodes it in one go, 20,000 numbers in some 0.1 s."""
 MOST_CONNECTIONS: Final = 500
 """Maximum connections, also of those who send nothing."""
 MOST_PROGRAMS: Final = 64
 """Maximum connections that use services."""
-MOST_UNANSWERED: Final = 2000
-"""Maximum calls of a program without an answer; further ones are refused."""
+MOST_SHORT: Final = 4
+"""Maximum short calls of a program that libqi has not answered; what follows them waits in the connection."""
 _ANSWERING: Final = 0.05
 """Wall seconds in which the client that requests an interruption gets its answer."""
 _PATIENCE: Final = 10.0
@@ -212,6 +212,7 @@ class _Program:
         self._origins: dict[tuple[int, int], int] = {}  # and the reverse
         self._borrowing: asyncio.Future[tuple[int, bytes]] | None = None
         self._unanswered: set[int] = set()  # calls
+        self._fewer = asyncio.Event()  # whenever fewer short ones may be left
         self._own_calls = itertools.count(_OWN_CALLS)
 
     async def pass_messages(self) -> None:
@@ -250,8 +251,7 @@ class _Program:
                     raise _Refused(f"a message of {header.size} bytes is too large: {LARGEST} at most")
                 payload = await self._reader.readexactly(header.size)
                 if header.type == _CALL:
-                    if len(self._unanswered) >= MOST_UNANSWERED:
-                        raise _Refused(f"{MOST_UNANSWERED} calls of this program are not answered yet")
+                    await self._have_room()
                     self._unanswered.add(header.id)
                 if header.service in self._offer.services and header.object == _MAIN:
                     service, lent = self._lent.get(header.service) or await self._borrow(
@@ -278,6 +278,7 @@ class _Program:
                 continue
             if header.type in (_REPLY, _ERROR, _CANCELED):
                 self._unanswered.discard(header.id)
+                self._fewer.set()
             if header.service == _DIRECTORY:  # services are where the program has found this one
                 payload = payload.replace(self._announced, self._reached)
             origin = self._origins.get((header.service, header.object))
@@ -285,10 +286,18 @@ class _Program:
                 header = header._replace(service=origin, object=_MAIN)
             await _send(self._writer, header._replace(size=len(payload)), payload)
 
+    async def _have_room(self) -> None:
+        """Wait while libqi is busy with the program: others' calls, such as a stop, queue behind few."""
+        while len(self._unanswered) - (self.client.long_calls if self.client else 0) >= MOST_SHORT:
+            self._fewer.clear()
+            await self._fewer.wait()
+
     async def _borrow(self, service: int, libqi: asyncio.StreamWriter) -> tuple[int, int]:
         """Return the address of the program's own object of a service. Raises _Refused."""
         if self.client is None:
-            self.client = self._admit()
+            self.client = client = self._admit()
+            loop = asyncio.get_running_loop()
+            client.on_long_call = lambda: loop.call_soon_threadsafe(self._fewer.set)
             self._key = self._offer.key(self.client)
         door = self._offer.door
         argument = f"{self._key} {self._offer.services[service]}".encode()

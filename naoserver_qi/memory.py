@@ -189,6 +189,7 @@ class ALMemory(Service):
         self._listening = self._bounded("keys to which it listens", MOST_KEYS)  # by client and key
         self._callbacks = self._bounded("callbacks", MOST_CALLBACKS)  # links to signals by event and module
         self._seen: dict[str, Any] = {}
+        self._unknown: set[str] = set()  # keys of which was logged that nothing raises them
 
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
@@ -299,8 +300,14 @@ class ALMemory(Service):
                 if name in self._parts:
                     self._seen[name] = value
                 elif not any(name in known for known in (_RAISED, self._inserted, self._left)):
-                    _logger.warning("%r never happens here unless a program raises it", name[:200])
+                    self._warn(name)
             return self._heard.setdefault(name, heard)
+
+    def _warn(self, name: str) -> None:
+        """Log once that nothing raises an event."""
+        if name not in self._unknown and len(self._unknown) < MOST_LEFT:
+            self._unknown.add(name)
+            _logger.warning("%r never happens here unless a program raises it", name[:200])
 
     def _forget(self, client: Client) -> None:
         """Keep what a lost client had inserted; end its callbacks, and subscribers that nobody else has."""

@@ -158,7 +158,8 @@ class _Libqi:
         # What is called here is the door alone: a program's calls of a service reach an object that it lent.
         services = {self._register(name, type(name, (), {})()): name for name in facades}
         door = self._register("_Door", self.door.object())
-        self.offer: Final = Offer(str(self._session.endpoints()[0]), services, door, self.door.admit)
+        url = str(self._session.endpoints()[0])
+        self.offer: Final = Offer(url, services, door, self.door.admit)
 
     def lend(self, lent: object) -> object:
         """Return an object as one that libqi lends to clients, and releases when they are gone.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -312,7 +313,8 @@ class ALTracker(Service):
         with self._lock:
             target, self._target, self._at = self._target, "", None
         if target:
-            self._detector(target).unsubscribe(_NAME)
+            with suppress(InvalidCommand):  # anybody may have unsubscribed it
+                self._detector(target).unsubscribe(_NAME)
             if self._mode == "Move":
                 self._walking.stop()
 

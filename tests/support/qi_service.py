@@ -11,7 +11,7 @@ from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver_qi.access import Access
-from naoserver_qi.clients import SERVER, Call, Client, running
+from naoserver_qi.clients import SERVER, Activity, Call, Client, running
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALRobotPosture
 from tests.support.limits import EVENT_LIMIT
@@ -80,7 +80,7 @@ class Rig:
 
     def arrive(self, operation: Callable[..., Any], *arguments: object, client: Client = SERVER) -> Call:
         """Return a call of an operation that has arrived, but that no thread has taken."""
-        activities = getattr(operation, "begins", frozenset())
+        activities: frozenset[Activity] = getattr(operation, "begins", frozenset())
         call = Call(self.clock, client, activities, arguments)
         self.access.calls.add(call)
         return call
