@@ -112,8 +112,11 @@ def test_a_program_that_takes_all_its_threads_takes_none_of_another_or_of_a_stop
     for program in (session, other):
         assert program.service("ALMotion").rest(_async=True).wait(MILLISECONDS) == VALUE
     assert waiting.isRunning()
+    other.service("ALMotion").killAll()
+    eventually(lambda: ended([waiting]))
+    assert all(loop.isRunning() for loop in loops)
     player.stopAll()
-    eventually(lambda: ended([*loops, waiting]))
+    eventually(lambda: ended(loops))
     motion.wakeUp()
 
 
