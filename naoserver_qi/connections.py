@@ -14,6 +14,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import logging
+import secrets
 import socket
 import struct
 import threading
@@ -100,7 +101,6 @@ class Connections:
         """The address, with the port that the system picked."""
         self._offer = offer
         self._lose = lose
-        self._numbers = itertools.count(1)
         self._open: dict[asyncio.Task[None], _Program] = {}
         self._loop = asyncio.new_event_loop()
         self._changed = asyncio.Event()
@@ -184,7 +184,7 @@ class Connections:
         """Return a new client. Raises _Refused when there are too many."""
         if sum(program.client is not None for program in self._open.values()) >= MOST_PROGRAMS:
             raise _Refused(f"{MOST_PROGRAMS} programs are connected already: end one of them")
-        return Client(f"NAOqi {next(self._numbers)}")
+        return Client(f"NAOqi {secrets.token_hex(8)}")
 
 
 class _Refused(Exception):

@@ -13,7 +13,7 @@ from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import chosen, constant, fraction, kept, text, texts, within
 from naoserver_qi.calls import LOOK
-from naoserver_qi.clients import SERVER, Activity, Call, Client, begins, begins_any
+from naoserver_qi.clients import Activity, Call, Client, begins, begins_any
 
 FAMILIES: Final[Mapping[str, str]] = {
     "Crouch": "Crouching",
@@ -44,7 +44,8 @@ class ALRobotPosture(Service):
             count = postures.progress().count
         while (now := postures.progress()).status is ActionStatus.Moving and now.count == count:
             if call.wait(LOOK):
-                self._end(count)
+                if not call.client.gone:  # half way it might fall, while at its end the robot is safe
+                    self._end(count)
                 return False
         return now.status is ActionStatus.Done and now.count == count
 
@@ -91,7 +92,6 @@ class ALBehaviorManager(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._player = access.player
-        self._started = SERVER, 0  # client and count of the newest behavior that nobody waits for
 
     setDefaultBehaviors, getDefaultBehaviors = kept(
         "the behaviors that a robot runs when it starts", [], behaviors=texts
@@ -108,15 +108,17 @@ class ALBehaviorManager(Service):
             count = self._start(motion, call.client)
         while motion.name in self.getRunningBehaviors() and self._player.progress(MOTION).count == count:
             if call.wait(LOOK):
-                self._end(count)
+                if not call.client.gone and self._player.progress(MOTION).count == count:
+                    self._player.stop(MOTION)
+                return
 
     @begins(Activity.BEHAVIOR)
     def startBehavior(self, name: object) -> None:
         """Start a behavior; returns at once."""
         motion, calls = self._motion(name), self._access.calls
-        with calls.beginning() as may, self._lock:
+        with calls.beginning() as may:
             if may:
-                self._started = calls.current.client, self._start(motion, calls.current.client)
+                self._start(motion, calls.current.client)
 
     def stopBehavior(self, name: object) -> None:
         """Stop a behavior."""
@@ -157,23 +159,11 @@ class ALBehaviorManager(Service):
         """Return whether a behavior runs."""
         return text(name, "name") in self.getRunningBehaviors()
 
-    def _forget(self, client: Client) -> None:
-        """Stop the behavior that a lost client started; one that it ran ends with its call."""
-        super()._forget(client)
-        starter, count = self._started
-        if starter is client:
-            self._end(count)
-
     def _start(self, motion: Motion, client: Client) -> int:
         """Start a behavior; return the count of the player."""
         route = MotionRoute(motion, load_motions().values())
         self._player.begin(MOTION, motion.name, route, client=client.name)
         return self._player.progress(MOTION).count
-
-    def _end(self, count: int) -> None:
-        """Stop a behavior, unless it was replaced by a later one."""
-        if self._player.progress(MOTION).count == count:
-            self._player.stop(MOTION)
 
     def _motion(self, name: object) -> Motion:
         motions = load_motions()
