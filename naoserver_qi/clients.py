@@ -62,7 +62,7 @@ def urgent(operation: _Operation) -> _Operation:
 
 
 class Client:
-    """A connected program, with threads of its own: no other one can take them."""
+    """A connected program, with its threads: no other one can take them."""
 
     def __init__(self, name: str) -> None:
         self.name: Final = name
@@ -107,7 +107,7 @@ class Call:
         self.work: Future[None] | None = None
         """Its place in the queue of its client's threads."""
         self.refusal = ""
-        """What its caller is told if it was stopped before it began; empty if that is no error."""
+        """The error of its caller if it was stopped before it began; empty if that is none."""
         self._clock = clock
 
     def wait(self, seconds: float) -> bool:

@@ -1,9 +1,9 @@
-"""The connections of programs: each is passed on to libqi, and its calls reach objects of its own.
+"""The connections of programs: each is passed on to libqi, and its calls reach its own objects.
 
-libqi tells a service in Python neither who calls nor who is gone. So libqi listens at an address of its own,
-and this module at the public one. It reads the header of each message, nothing else but the sizes, and sends
-what a program addresses to a service to the object that libqi has lent to this program for it. Such an object
-is lent by a service, the door, when the program first addresses the service in question.
+libqi lets a service in Python know neither who calls nor who is gone. So libqi listens at a private address,
+and this module at the public one. It reads the headers of messages, and sends what a program addresses to a
+service to the object that libqi has lent to this program for it. Such an object is lent by a service, the
+door, when the program first addresses the service in question.
 
 A message is a header of 28 bytes and its payload; numbers are little-endian. Source: message.hpp and
 binarycodec.cpp of libqi 4.0.
@@ -31,7 +31,7 @@ _logger = logging.getLogger(__name__)
 LARGEST: Final = 1 << 18
 """Maximum bytes of a message from a program: libqi decodes it in one go, 20,000 numbers in some 0.1 s."""
 MOST_CONNECTIONS: Final = 500
-"""Maximum connections, also of those who send nothing."""
+"""Maximum connections, also silent ones."""
 MOST_PROGRAMS: Final = 64
 """Maximum connections that use services."""
 MOST_SHORT: Final = 4
@@ -163,7 +163,7 @@ class Connections:
             return None
 
     def _begin(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Serve a new connection in a task of its own."""
+        """Serve a new connection in a separate task."""
         program = _Program(self._offer, self._admit, reader, writer)
         if len(self._open) >= MOST_CONNECTIONS:
             writer.transport.abort()

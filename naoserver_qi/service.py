@@ -147,7 +147,7 @@ class _Door:
 
 
 class _Libqi:
-    """The services in libqi, at an address of its own on the loopback interface, until it is closed."""
+    """The services in libqi, at a private address on the loopback interface, until it is closed."""
 
     def __init__(self, facades: Mapping[str, Callable[[Client], object]]) -> None:
         start_libqi()
@@ -164,7 +164,7 @@ class _Libqi:
     def lend(self, lent: object) -> object:
         """Return an object as one that libqi lends to clients, and releases when they are gone.
 
-        It is a service for a moment, in a session of its own: libqi never releases an object that an
+        It is a service for a moment, in a separate session: libqi never releases an object that an
         operation in Python returns as it is.
         """
         self._given.add(lent)
