@@ -35,7 +35,7 @@ class TaskClock(VirtualClock):
         """Move the time forward by a duration in s, and run the tasks that fall due, the end included."""
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        end = self._nanoseconds + round(seconds * _NANOSECONDS)
+        end = self._now + round(seconds * _NANOSECONDS)
         while self._tasks and self._tasks[0][0] <= end:
             when, _, task = heapq.heappop(self._tasks)
             self._move_to(when)
@@ -48,20 +48,11 @@ class TaskClock(VirtualClock):
 
     def wait_for(self, condition: Callable[[], bool], timeout: float) -> bool:
         """Move the time forward, task by task, until a condition holds; return whether it does."""
-        end = self._nanoseconds + round(max(0.0, timeout) * _NANOSECONDS)
+        end = self._now + round(max(0.0, timeout) * _NANOSECONDS)
         while not condition():
-            now = self._nanoseconds
+            now = self._now
             if now >= end:
                 return False
             following = self._tasks[0][0] if self._tasks else end
             self.advance(max(0, min(following, now + _POLL, end) - now) / _NANOSECONDS)
         return True
-
-    @property
-    def _nanoseconds(self) -> int:
-        return round(self.now() * _NANOSECONDS)
-
-    def _move_to(self, when: int) -> None:
-        left = when - self._nanoseconds
-        if left > 0:
-            super().advance(left / _NANOSECONDS)

@@ -92,7 +92,13 @@ class Assembly:
         self.health: Final = HealthI(robot, self.events, self._cameras)
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
-        """Periodic jobs."""
+        """Periodic jobs, except those that the robot's own control loop does."""
+        self._moves: Final = self._move_jobs()
+        if robot.control_loop is None:
+            self.jobs.extend(self._moves)
+        else:
+            for job in self._moves:
+                robot.control_loop.add(job)
         self.gate.stop_again()  # a former server may have left the robot on its way somewhere
 
     def drop_client(self, client: str) -> None:
@@ -114,6 +120,9 @@ class Assembly:
             for watched in self.watched:
                 steps.callback(watched.close)
             steps.callback(self.player.close)
+            if self._robot.control_loop is not None:
+                for job in self._moves:
+                    steps.callback(self._robot.control_loop.remove, job)
 
     # -- the servants of each part -----------------------------------------------------------------------
 
@@ -201,8 +210,6 @@ class Assembly:
         return [
             self._watchdog,
             *(self._state_job(read, streams) for read, streams in by_source.items()),
-            self._action_job("motions", PERIOD, self.player),
-            *([self._action_job("walk", WALK_PERIOD, self.walk_to)] if self.walk_to else []),
             Periodic(
                 "clock",
                 self._wall,
@@ -214,6 +221,13 @@ class Assembly:
             Periodic("reports", self._wall, lambda: _HEALTH_PERIOD, report),
             *(self._camera_job(camera) for camera in self._cameras),
         ]
+
+    def _move_jobs(self) -> list[Job]:
+        """Return the jobs that move the robot along a path, for as long as it lasts."""
+        motions = self._action_job("motions", PERIOD, self.player)
+        if self.walk_to is None:
+            return [motions]
+        return [motions, self._action_job("walk", WALK_PERIOD, self.walk_to)]
 
     def _action_job(self, name: str, period: float, action: MotionPlayer | WalkTo) -> Job:
         clock = self._robot.clock

@@ -1,7 +1,7 @@
-"""Periodic jobs on clocks, and the threads of a server that run them.
+"""Periodic jobs on clocks, and what runs them: the threads of a server, or the control loop of a robot.
 
-A `Job` reports when it is due on its clock, and does its work when called. It has two drivers: `JobThreads`
-here and, in tests, the single thread of virtual time (`hfsm_pytest.robot`).
+A `Job` reports when it is due on its clock, and does its work when called. It has three drivers: `JobThreads`
+and `ControlLoop` here and, in tests, the single thread of virtual time (`hfsm_pytest.robot`).
 """
 
 from __future__ import annotations
@@ -175,6 +175,45 @@ class Watchdog:
             _logger.exception("the watchdog could not check %s", device.name)
             return _AFTER_ERROR
         return _LONGEST if due is None else due
+
+
+class ControlLoop:
+    """Do jobs in the control ticks of a robot, so that no delay of a thread comes between them and the robot.
+
+    The robot calls `tick` at the end of each control tick, once its new state can be read: commands of a job
+    take effect in the next one. A job that fails is logged and tried again after a second of its clock.
+    Jobs may be added and removed in any thread.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._jobs: tuple[Job, ...] = ()
+        self._retry: dict[Job, float] = {}  # when a failed job is tried again, on its clock
+
+    def add(self, job: Job) -> None:
+        """Do a job from the next tick on."""
+        with self._lock:
+            self._jobs = (*self._jobs, job)
+
+    def remove(self, job: Job) -> None:
+        """Do a job no more, except in a tick that has begun; does nothing the second time."""
+        with self._lock:
+            self._jobs = tuple(each for each in self._jobs if each is not job)
+            self._retry.pop(job, None)
+
+    def tick(self) -> None:
+        """Do the jobs that are due."""
+        for job in self._jobs:
+            now = job.clock.now()
+            if is_due(job, now) and self._retry.get(job, -math.inf) <= now:
+                self._do(job, now)
+
+    def _do(self, job: Job, now: float) -> None:
+        try:
+            job.run()
+        except Exception:
+            _logger.exception("%s is tried again in %g s of the robot after an error", job.name, _RETRY)
+            self._retry[job] = now + _RETRY
 
 
 class JobThreads:

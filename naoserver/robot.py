@@ -14,6 +14,8 @@ Contract of every implementation
   a joint replaces the one before, of either kind; joints that a command does not name keep theirs.
   Commands take effect at the next control tick. The setpoint of a limp motor follows its joint, so that
   nothing jumps when it becomes stiff again.
+- **Control.** A robot with a `control_loop` ticks it at the end of every control tick, with its new state
+  published; it waits for the jobs there, and its time with it.
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
   implementation may limit further, and keeps its setpoints inside `JointFacts.lower` and `upper`.
 - **Units.** SI and radians in the body's own axes: yaw positive to the left, pitch positive downwards.
@@ -37,6 +39,7 @@ from zenoh_ice import Clock
 
 if TYPE_CHECKING:
     from naoserver.body import Body
+    from naoserver.jobs import ControlLoop
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +190,10 @@ class Robot(JointDevice, Protocol):
     @property
     def stage(self) -> Stage | None:
         """The scene around it, which only a simulation can change; None for a real robot."""
+
+    @property
+    def control_loop(self) -> ControlLoop | None:
+        """The loop in which the server moves it along paths; None if the server's threads are to do so."""
 
     def state(self) -> BodyState:
         """Return the newest snapshot of the body without blocking."""

@@ -148,6 +148,7 @@ class NaoqiRobot:
         self.joints: Final = body.joints
         self.mechanisms: Final = ()
         self.stage: Final = None
+        self.control_loop: Final = None
         self.clock: Final = WallClock()
         now = self.clock.now
         reporter = self._reporter = Reporter()

@@ -1,24 +1,33 @@
-"""Angles over time, for NAOqi's interpolations, and the tasks that move joints along them."""
+"""Angles over time, for NAOqi's interpolations, and the tasks that move joints along them.
+
+A robot with a control loop is moved by it; any other one by the thread of the call.
+"""
 
 from __future__ import annotations
 
+import math
 import threading
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import count, pairwise
 from typing import Final
 
 from naoserver.errors import InvalidCommand
+from naoserver.jobs import ControlLoop
 from naoserver_qi.access import PERIOD, Access
 from naoserver_qi.clients import Call
+from zenoh_ice import Clock
 
 _BISECTIONS: Final = 30
 _EXACT: Final = 1e-12  # s
 _SETTLING: Final = 3.0
 """Robot seconds for joints to arrive after the end of a trajectory that was too fast for them."""
 _REACHED: Final = 1e-6  # rad
+_RESOLUTION: Final = 1e-6
+"""Seconds by which the end of a trajectory may be early."""
 _POLL: Final = 0.1
 """Wall seconds between two checks whether a waiting call was cancelled."""
 
@@ -118,6 +127,47 @@ class Task:
     call: Call
 
 
+class _Steps:
+    """The steps of a task, one every PERIOD from now on, until `step` returns False. Implements Job."""
+
+    def __init__(self, name: str, clock: Clock, step: Callable[[], bool]) -> None:
+        self.name: Final = name
+        self.thread: Final = name
+        self.clock: Final = clock
+        self._step = step
+        self._next = clock.now()
+        self._ended = threading.Event()
+        self._error: Exception | None = None
+
+    def due(self, now: float) -> float:  # noqa: ARG002 - it does not depend on the time
+        """Return when the next step is due; infinity after the last."""
+        return math.inf if self._ended.is_set() else self._next
+
+    def run(self) -> None:
+        """Take a step."""
+        self._next = self.clock.now() + PERIOD
+        try:
+            continues = self._step()
+        except Exception as error:  # noqa: BLE001 - the call raises it
+            self._error, continues = error, False
+        if not continues:
+            self._ended.set()
+
+    def take_in(self, loop: ControlLoop, call: Call) -> None:
+        """Take the steps in a control loop; return after the last, or when the call is cancelled.
+
+        Raises what a step raises.
+        """
+        loop.add(self)
+        try:
+            while not self.clock.wait(self._ended, PERIOD) and not call.stopped.is_set():
+                pass
+        finally:
+            loop.remove(self)
+        if self._error is not None:
+            raise self._error
+
+
 class JointTasks:
     """Move the joints of a body. If two tasks need the same joint, the later one waits for the earlier."""
 
@@ -125,6 +175,7 @@ class JointTasks:
         self._access = access
         self._body = access.body
         self._clock = access.robot.clock
+        self._loop = access.robot.control_loop
         self._changed = threading.Condition()
         self._tasks: list[Task] = []
         self._taken: dict[str, int] = {}  # the task that moves each joint
@@ -166,25 +217,29 @@ class JointTasks:
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
         self._body.gate.require("")  # even when nothing is left to move
-        end = max(trajectory.duration for trajectory in trajectories.values())
-        begin = self._clock.now()
-        while not task.call.stopped.is_set():
-            ahead = min(self._clock.now() - begin + PERIOD, end)
-            with self._access.calls.beginning(task.call) as may:  # no step follows a stop
-                if may:
-                    self._step(task, trajectories, ahead)
-            if ahead >= end:
-                break
-            task.call.wait(PERIOD)
-        # Wait until the setpoints have arrived; full speed where they are late.
-        limit = self._clock.now() + _SETTLING
-        while not task.call.stopped.is_set() and self._clock.now() < limit:
-            own = self._own(task, trajectories)
-            if not any(self._late(joint, trajectories[joint].at(end)) for joint in own):
-                return
-            task.call.wait(PERIOD)
+        step = partial(self._move, task, trajectories, self._clock.now())
+        if self._loop is None:
+            while step() and not task.call.wait(PERIOD):
+                pass
+        else:
+            _Steps(task.name, self._clock, step).take_in(self._loop, task.call)
         if task.call.stopped.is_set():
             self._body.gate.require("")  # an emergency stop is reported
+
+    def _move(self, task: Task, trajectories: Mapping[str, Trajectory], begin: float) -> bool:
+        """Send the setpoints to where they are to be now; return whether the task continues."""
+        if task.call.stopped.is_set():
+            return False
+        end = max(trajectory.duration for trajectory in trajectories.values())
+        time = self._clock.now() - begin
+        if time < end - _RESOLUTION:
+            with self._access.calls.beginning(task.call) as may:  # no step follows a stop
+                if may:
+                    self._step(task, trajectories, min(time + PERIOD, end))
+            return True
+        # Wait until the setpoints have arrived; full speed where they are late.
+        own = self._own(task, trajectories)
+        return time < end + _SETTLING and any(self._late(joint, trajectories[joint].at(end)) for joint in own)
 
     def _own(self, task: Task, joints: Iterable[str]) -> list[str]:
         """Return the joints that no other command has taken from a task."""

@@ -16,6 +16,7 @@ from naoserver.body import H25, Body
 from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedVoice
+from naoserver.jobs import ControlLoop
 from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraRenderer, put_cameras
@@ -102,8 +103,8 @@ class SimulatedRobot(SimulatedDevice):
     """A Nao in MuJoCo, standing in StandInit in a world; without one in the default world, with two balls.
 
     `speed` is in simulated seconds per wall second; `math.inf` is as fast as possible. With `clock`, a
-    virtual one, there are no threads: the robot follows that clock in the thread of the caller that reads or
-    commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
+    virtual one, there are no threads: the robot moves in the thread that advances that clock, and the same
+    commands at the same times with the same seed give the same trace bit by bit.
 
     `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
     `noise`, senses and pictures are as imperfect as those of a real robot, with random numbers from the seed.
@@ -146,6 +147,8 @@ class SimulatedRobot(SimulatedDevice):
         self.stage: Final = SimulatedStage(
             model, simulator, press=self.senses.press, moved=self.walker.abandon
         )
+        self.control_loop: Final = ControlLoop()
+        simulator.on_tick = self.control_loop.tick
         simulator.watchers.append(self.senses.look)
         simulator.parts.extend((self.walker.tick, self.stage.tick))
         self._model = model

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
 from naoserver_sim.motors import Array, Motors, SetpointController
-from zenoh_ice import Clock
+from zenoh_ice import VirtualClock
 
 _log = logging.getLogger(__name__)
 
@@ -68,6 +68,8 @@ class Simulator:
         """Controllers of motors: called at each tick, with its seconds, before the physics moves."""
         self.watchers: Final[list[Callable[[float], None]]] = []
         """Observers of the state at the end of each tick: called with its simulated time in s."""
+        self.on_tick: Callable[[], None] = lambda: None
+        """Called at the very end of each tick, when its state is published; it gives orders for the next."""
         self._ticks = 0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
         self._option = mj.opt
@@ -77,11 +79,7 @@ class Simulator:
 
     def newest(self) -> Snapshot:
         """Return the newest snapshot."""
-        self.catch_up()
         return self._snapshot
-
-    def catch_up(self) -> None:
-        """Step the physics up to the clock's time, unless a thread does so; to be called before reading."""
 
     def order(self, action: Callable[[], None]) -> None:
         """Run an action in the thread of the physics at the next control tick."""
@@ -96,7 +94,7 @@ class Simulator:
         self.setpoints.place(motors, positions, self.data.ctrl)
 
     def advance(self, ticks: int) -> None:
-        """Step some ticks in the caller's thread, and publish the state. Raises RobotError if it explodes."""
+        """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
         data, motors, setpoints = self.data, self.motors, self.setpoints
         for _ in range(ticks):
             while self._orders:
@@ -111,9 +109,11 @@ class Simulator:
             self._ticks += 1
             for watch in self.watchers:
                 watch(self._ticks * self.tick_period)
-        if any(self._diverged.tolist()):
-            raise RobotError(f"the simulation became unstable before {self._ticks * self.tick_period:.2f} s")
-        self._snapshot = self._take_snapshot()
+            if any(self._diverged.tolist()):
+                time = self._ticks * self.tick_period
+                raise RobotError(f"the simulation became unstable before {time:.2f} s")
+            self._snapshot = self._take_snapshot()
+            self.on_tick()
 
     def _step(self) -> None:
         """Step the physics for a tick. Sensors measure only in its last step: nobody reads them before."""
@@ -201,47 +201,27 @@ class PacedSimulator(Simulator):
 
 
 class VirtualSimulator(Simulator):
-    """Step the model up to a virtual clock's time at every reading and command."""
+    """Step the model as a virtual clock advances, in the thread that advances it."""
 
     lag: Final = 0.0
 
     def __init__(
-        self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController, clock: Clock
+        self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController, clock: VirtualClock
     ) -> None:
         super().__init__(mj, data, setpoints)
-        self._clock = clock
-        self._begin = clock.now()
-        self._lock = threading.RLock()
-        self._closed = False
-
-    def catch_up(self) -> None:
-        """Step the physics up to the last control tick before the clock's time."""
-        with self._lock:
-            elapsed = self._clock.now() - self._begin
-            ticks = math.floor(elapsed / self.tick_period + _ROUNDING) - self._ticks
-            if ticks > 0 and not self._closed:
-                self.advance(ticks)
-
-    def order(self, action: Callable[[], None]) -> None:
-        """Run an action at the first control tick after the clock's time."""
-        with self._lock:
-            self.catch_up()
-            super().order(action)
+        self._detach = clock.call_every(self.tick_period, lambda: self.advance(1))
 
     def at_once(self, action: Callable[[], None]) -> None:
         """Run an action now, between two ticks, and publish the state after it."""
-        with self._lock:
-            self.catch_up()
-            action()
-            self._snapshot = self._take_snapshot()
+        action()
+        self._snapshot = self._take_snapshot()
 
     def start(self) -> None:
         """Do nothing: time passes by the clock."""
 
     def close(self) -> None:
         """Detach the model from the clock."""
-        with self._lock:
-            self._closed = True
+        self._detach()
 
 
 _SHORTEST: Final = 0.0005

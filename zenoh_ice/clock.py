@@ -8,7 +8,8 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Final, Protocol, runtime_checkable
 
 from .exceptions import CommunicatorDestroyedException, MarshalException
@@ -64,6 +65,15 @@ class WallClock:
         return event.wait(max(0.0, timeout))
 
 
+@dataclass(slots=True)
+class _Ticks:
+    """Calls at regular times, in ns."""
+
+    due: int
+    period: int
+    tick: Callable[[], None]
+
+
 class VirtualClock:
     """A clock for one thread: it moves when `advance` is called, or at a wait on it.
 
@@ -75,6 +85,7 @@ class VirtualClock:
 
     def __init__(self, start: float = 0.0) -> None:
         self._now = round(start * _NANOSECONDS)
+        self._ticks: list[_Ticks] = []
 
     def now(self) -> float:
         """Return the time in s."""
@@ -84,7 +95,33 @@ class VirtualClock:
         """Move the time forward by a duration in s; raises ValueError for a negative one."""
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        self._now += round(seconds * _NANOSECONDS)
+        self._move_to(self._now + round(seconds * _NANOSECONDS))
+
+    def call_every(self, period: float, tick: Callable[[], None]) -> Callable[[], None]:
+        """Call `tick` every `period` s of this clock, at that time and before anything else that is due then.
+
+        It runs in the thread that advances the clock, which it must not do itself. Returns a function that
+        ends the calls.
+        """
+        nanoseconds = round(period * _NANOSECONDS)
+        ticks = _Ticks(self._now + nanoseconds, nanoseconds, tick)
+        self._ticks = [*self._ticks, ticks]
+
+        def end() -> None:
+            self._ticks = [each for each in self._ticks if each is not ticks]
+
+        return end
+
+    def _move_to(self, end: int) -> None:
+        """Move the time forward to `end` in ns, and call what is due on the way."""
+        while self._ticks:
+            ticks = min(self._ticks, key=lambda each: each.due)
+            if ticks.due > end:
+                break
+            self._now = max(self._now, ticks.due)
+            ticks.due += ticks.period
+            ticks.tick()
+        self._now = max(self._now, end)
 
     def sleep(self, seconds: float) -> None:
         """Move the time forward by a duration in s; a negative one is none."""

@@ -30,6 +30,7 @@ from naoserver.capabilities import (
 )
 from naoserver.errors import HardwareFailure
 from naoserver.expression import FadingLights, Ramp, TimedVoice
+from naoserver.jobs import ControlLoop
 from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
 from zenoh_ice import Clock, WallClock
 
@@ -352,6 +353,7 @@ class FakeRobot(FakeDevice):
 
     postures: OwnPostures | None = None
     stage: Stage | None = None
+    control_loop: ControlLoop | None = None
 
     def __init__(
         self,

@@ -105,7 +105,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
             seed=int(self.np_random.integers(_SEEDS)),
             body=self._body,
         )
-        self._wait(_SETTLING)
+        self._clock.advance(_SETTLING)
         self._begin(options or {})
         self._look()
         return self._observe(), self._info()
@@ -120,7 +120,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         if not np.isfinite(values).all():
             raise ValueError(f"the action {values.tolist()} has a number that is not finite")
         self._act(robot, np.clip(values, -1.0, 1.0))
-        self._wait(PERIOD)
+        self._clock.advance(PERIOD)
         self._look()
         reward, ended = self._judge()
         return self._observe(), float(reward), bool(ended), False, self._info()
@@ -168,10 +168,6 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def fallen(self) -> bool:
         """Whether the robot lies."""
         return self.robot.state().fallen
-
-    def _wait(self, seconds: float) -> None:
-        self._clock.advance(seconds)
-        self.robot.state()  # the physics catches up
 
     def _angles(self) -> list[float]:
         return [self._joints.positions[place] for place in self._places]

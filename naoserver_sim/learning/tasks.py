@@ -207,9 +207,9 @@ class StandUpEnvironment(NaoEnvironment):
         direction = drawn if side is None else _DIRECTIONS[side]
         robot = self.robot
         robot.stage.push((_PUSH * math.cos(direction), _PUSH * math.sin(direction), 0.0), _PUSHED)
-        self._wait(_FALLING)
+        self._clock.advance(_FALLING)
         robot.command_stiffnesses(dict.fromkeys(self._body.joint_names, 1.0), _STIFFENING)
-        self._wait(_STIFFENING)
+        self._clock.advance(_STIFFENING)
         self._stood = 0.0
 
     def _judge(self) -> tuple[float, bool]:

@@ -298,7 +298,6 @@ class SimulatedSenses:
 
     def read(self) -> SenseReading:
         """Return the newest snapshot."""
-        self._simulator.catch_up()
         sample = self.record.newest
         touched = self._touch.touched(sample.time, self.record.bumps(sample))
         cached = self._cached
@@ -320,7 +319,6 @@ class SimulatedSenses:
 
     def inertial(self) -> InertialReading:
         """Return the newest reading of the inertial unit."""
-        self._simulator.catch_up()
         return self.record.newest.inertial
 
     def press(self, sensor: str, seconds: float) -> None:

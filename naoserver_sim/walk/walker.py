@@ -177,12 +177,10 @@ class SimulatedWalker:
         self._simulator.order(lambda: self._take(velocity))
 
     def commanded(self) -> WalkVelocity:
-        self._simulator.catch_up()
         return self._commanded
 
     @property
     def walking(self) -> bool:
-        self._simulator.catch_up()
         return self._commanded != _STILL or self._stage is not _Stage.RESTING
 
     def odometry(self) -> Odometry:

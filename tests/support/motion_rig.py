@@ -30,7 +30,8 @@ class MotionRig:
         """Let some robot time pass."""
         for _ in range(round(seconds / PERIOD)):
             self.clock.advance(PERIOD)
-            self.player.tick()
+            if self.robot.control_loop is None:
+                self.player.tick()
 
     def begin(self, motion: str, pace: float = 1.0) -> None:
         """Start a motion."""
