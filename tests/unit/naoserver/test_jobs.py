@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from naoserver.jobs import JobThreads, Periodic
+from naoserver.jobs import ControlLoop, JobThreads, Periodic
 from naoserver.servants.camera import WINDOW, RateMeter
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
@@ -189,3 +189,55 @@ def test_a_rate_restarts_with_the_simulation():
     meter.count(100.0)
     meter.count(0.1)
     assert meter.rate == pytest.approx(1 / WINDOW)
+
+
+def ticked(clock, *jobs):
+    """Return a loop that does jobs in ticks of 10 ms."""
+    loop = ControlLoop()
+    for job in jobs:
+        loop.add(job)
+    clock.call_every(0.01, loop.tick)
+    return loop
+
+
+def test_a_control_loop_does_a_job_in_the_ticks_in_which_it_is_due():
+    clock, times = VirtualClock(), []
+    job = Periodic("test", clock, lambda: 0.02, lambda: times.append(clock.now()))
+    loop = ticked(clock, job)
+    clock.advance(0.075)
+    assert times == pytest.approx([0.02, 0.04, 0.06])
+    loop.remove(job)
+    loop.remove(job)
+    clock.advance(0.1)
+    assert len(times) == 3
+
+
+def test_a_job_that_fails_in_a_control_loop_is_tried_again_and_stops_no_other(caplog):
+    clock, failures, times = VirtualClock(), [], []
+
+    def fail():
+        failures.append(clock.now())
+        raise RuntimeError("a slip")
+
+    ticked(
+        clock,
+        Periodic("broken", clock, lambda: 0.02, fail),
+        Periodic("whole", clock, lambda: 0.02, lambda: times.append(clock.now())),
+    )
+    clock.advance(1.1)
+    assert failures == pytest.approx([0.02, 1.02])
+    assert len(times) == 55
+    assert caplog.text.count("broken is tried again in 1 s") == 2
+
+
+def test_a_job_may_remove_itself_from_its_control_loop():
+    clock, times = VirtualClock(), []
+
+    def once():
+        times.append(clock.now())
+        loop.remove(job)
+
+    job = Periodic("test", clock, lambda: 0.02, once)
+    loop = ticked(clock, job)
+    clock.advance(0.1)
+    assert len(times) == 1

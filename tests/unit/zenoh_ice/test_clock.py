@@ -67,3 +67,25 @@ def test_past_times_do_not_wait() -> None:
     clock.sleep(-1.0)
     assert not clock.wait(threading.Event(), 0.0)
     assert clock.now() == 10.0
+
+
+def test_a_virtual_clock_calls_what_is_due_on_its_way() -> None:
+    clock = VirtualClock(5.0)
+    times: list[float] = []
+    end = clock.call_every(0.25, lambda: times.append(clock.now()))
+    clock.advance(0.6)
+    assert (times, clock.now()) == ([5.25, 5.5], 5.6)
+    clock.sleep(0.15)
+    assert times == [5.25, 5.5, 5.75]
+    end()
+    clock.advance(1.0)
+    assert (times, clock.now()) == ([5.25, 5.5, 5.75], 6.75)
+
+
+def test_calls_of_two_periods_follow_the_time() -> None:
+    clock = VirtualClock()
+    calls: list[str] = []
+    clock.call_every(0.3, lambda: calls.append(f"slow {clock.now():g}"))
+    clock.call_every(0.2, lambda: calls.append(f"fast {clock.now():g}"))
+    clock.advance(0.6)
+    assert calls == ["fast 0.2", "slow 0.3", "fast 0.4", "slow 0.6", "fast 0.6"]
