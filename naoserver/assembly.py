@@ -109,6 +109,7 @@ class Assembly:
                 steps.callback(camera.drop_client, client)
             for watched in self.watched:
                 steps.callback(watched.drop_client, client)
+            steps.callback(self.player.drop_client, client)
 
     def moves_for(self, client: str) -> bool:
         """Return whether anything still moves because a client commanded it."""

@@ -7,8 +7,8 @@ from typing import Final
 
 from interfaces.nao import ActionStatus
 from naoserver.motions.keyframes import Motion, load_motions
-from naoserver.motions.player import MotionRoute
 from naoserver.motions.postures import nearest_posture
+from naoserver.motions.routes import MotionRoute
 from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import chosen, constant, fraction, kept, text, texts, within

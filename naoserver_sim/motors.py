@@ -102,6 +102,10 @@ class Motors:
         self._rates[motors] = change / seconds if seconds > 0.0 else np.inf
         self._changing = True
 
+    def cool(self) -> None:
+        """Give every motor the temperature of the air."""
+        self.temperatures[:] = AMBIENT
+
     def tick(self, seconds: float, torques: Array) -> None:
         """Advance by some seconds, during which the motors gave `torques` in N m."""
         warmer = AMBIENT + self._heating * torques * torques - self.temperatures

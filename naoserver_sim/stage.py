@@ -91,8 +91,13 @@ class SimulatedStage:
         return Truth(snapshot.time, torso, _vector(velocity), _vector(turning), objects)
 
     def reset(self) -> None:
-        """Put the robot and everything else back to their start, its motors stiff; time continues."""
-        self._simulator.order(lambda: self._restore(self._start_qpos))
+        """Put the robot and everything else back to their start, motors stiff and cool; time continues."""
+
+        def restore() -> None:
+            self._simulator.motors.cool()
+            self._restore(self._start_qpos)
+
+        self._simulator.order(restore)
 
     def place_object(self, name: str, position: Vector) -> None:
         if name not in self.objects:

@@ -1,169 +1,26 @@
-"""Ways of the whole body, to a posture or into a motion, and the player that moves it along them.
+"""The player that moves the body along routes, leg by leg.
 
-After each leg, the player asks the route for the next one, which depends on how the body lies, sits or stands
-then. A failed attempt to get up is thus repeated, and the robot recovers from a fall on the way. The player
-follows the robot's clock, commands through the safety layer, and plays one route at a time.
+It follows the robot's time, commands through the safety layer, and plays one route at a time.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import threading
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Final, Protocol
+from typing import Final
 
 from msgspec.structs import replace
 
 from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver.body import H25
-from naoserver.errors import CommandRefused, InvalidCommand, RobotError
+from naoserver.errors import CommandRefused, RobotError
+from naoserver.event_log import HOT
 from naoserver.guarded_device import GuardedDevice
-from naoserver.motions.keyframes import Interpolation, Key, Motion
-from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
+from naoserver.motions.keyframes import Motion
+from naoserver.motions.postures import STANCES, Situation, Stance, stance_of
+from naoserver.motions.routes import SLOWEST, UPRIGHT, Route, RouteError, changes_stance
 from naoserver.robot import LIMP, JointReading
-
-_FRACTION: Final = 0.3
-"""Highest speed of a change of posture at full pace, as a fraction of the joints' full speed."""
-_SLOWEST: Final = 0.01
-"""Smallest fraction of the full pace; smaller ones are raised to it, so that every way ends."""
-_SHORTEST: Final = 0.4
-"""Minimum duration of a change of posture in s."""
-_SAME: Final = 0.02
-"""Angle in rad within which a joint's setpoint needs no separate leg."""
-_TRIES: Final = 3
-"""Number of attempts at a motion out of a stance."""
-
-
-class RouteError(InvalidCommand):
-    """The route cannot be continued; the message says why."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__("name", message)
-
-
-class Route(Protocol):
-    """The body's actions, leg by leg."""
-
-    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
-        """Return the next leg, None at the end; `commands` are the joints' setpoints. Raises RouteError."""
-
-
-class PostureRoute:
-    """The way to a posture: legs from stance to stance, and then within the posture's stance."""
-
-    def __init__(self, posture: str, motions: Iterable[Motion], fraction: float = 1.0) -> None:
-        self._posture = posture
-        self._fraction = fraction
-        self._motions = tuple(motions)
-        self._tries: Counter[Stance] = Counter()
-        self._arrived = False
-
-    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
-        """Return the next leg; None once the body is in the posture. Raises RouteError."""
-        stance, wanted = stance_of(situation), STANCES[self._posture]
-        if stance is wanted:
-            if self._arrived:
-                return None
-            self._arrived = True
-            return within_stance(self._posture, self._motions, situation, commands, self._fraction)
-        self._arrived = False
-        if self._tries[stance] == _TRIES:
-            raise RouteError(f"it is still {stance} after {_TRIES} motions")
-        if stance in _SIDES:
-            self._tries[stance] += 1
-            # The arms in that posture tip the body onto its belly or its back: either will do.
-            leg = change_posture(_OFF_THE_SIDE[self._tries[stance] % 2], commands, self._fraction)
-            return dataclasses.replace(leg, end="")
-        bridge = self._first_bridge(stance, wanted)
-        if bridge is None:
-            raise RouteError(f"it is {stance}, and no motions lead from there to {self._posture}")
-        if stance in _UPRIGHT and not _is_near(commands, bridge.start):
-            return within_stance(bridge.start, self._motions, situation, commands, self._fraction)
-        self._tries[stance] += 1
-        return bridge
-
-    def _first_bridge(self, begin: Stance, end: Stance) -> Motion | None:
-        """Return the first of the fewest motions that lead from a stance to another."""
-        paths: deque[tuple[Stance, Motion | None]] = deque([(begin, None)])
-        seen = {begin}
-        while paths:
-            stance, first = paths.popleft()
-            if stance is end:
-                return first
-            for motion in self._motions:
-                if not motion.start or not motion.end or STANCES[motion.start] is not stance:
-                    continue
-                after = STANCES[motion.end]
-                if after not in seen:
-                    seen.add(after)
-                    paths.append((after, first or motion))
-        return None
-
-
-class MotionRoute:
-    """A motion, after the way into the posture in which it begins."""
-
-    def __init__(self, motion: Motion, motions: Iterable[Motion] = ()) -> None:
-        self._motion = motion
-        self._motions = tuple(motions)
-        self._legs = [motion]
-        self._prepared = not motion.start
-
-    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
-        """Return the next leg. Raises RouteError when the motion cannot begin in the body's situation."""
-        start = self._motion.start
-        if not self._prepared:
-            self._prepared = True
-            stance = stance_of(situation)
-            if stance is not STANCES[start]:
-                name = self._motion.name
-                raise RouteError(f"{name} begins {STANCES[start]}, in {start}, but the robot is {stance} now")
-            if stance in _UPRIGHT and not _is_near(commands, start):
-                return within_stance(start, self._motions, situation, commands, 1.0)
-        return self._legs.pop() if self._legs else None
-
-
-def within_stance(
-    posture: str,
-    motions: Iterable[Motion],
-    situation: Situation,
-    commands: Mapping[str, float],
-    fraction: float,
-) -> Motion:
-    """Return the leg into a posture of the same stance: a motion made for it, or else the straight way."""
-    begin = nearest_posture(situation)
-    for motion in motions:
-        if begin != posture and (motion.start, motion.end) == (begin, posture):
-            return motion
-    return change_posture(posture, commands, fraction)
-
-
-def change_posture(posture: str, commands: Mapping[str, float], fraction: float) -> Motion:
-    """Return the motion from where the joints are into a posture at a fraction of the full pace."""
-    seconds = max(
-        abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity
-        for joint in H25.joints
-        if joint.name in commands
-    )
-    seconds = max(seconds * Interpolation.SMOOTH.peak / (_FRACTION * max(fraction, _SLOWEST)), _SHORTEST)
-    keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items() if joint in commands}
-    for pair in H25.couplings:
-        del keys[pair.follower]
-    return Motion(f"to {posture}", MappingProxyType(keys), end=posture)
-
-
-_SIDES: Final = (Stance.LEFT_SIDE, Stance.RIGHT_SIDE)
-_OFF_THE_SIDE: Final = ("LyingBack", "StandZero")
-_UPRIGHT: Final = {Stance.STANDING, Stance.SITTING}
-
-
-def _is_near(commands: Mapping[str, float], posture: str) -> bool:
-    angles = POSTURES[posture]
-    return all(abs(command - angles[joint]) <= _SAME for joint, command in commands.items())
-
 
 PERIOD: Final = 0.02
 """Robot seconds between two commands: 50 Hz, the cycle of NAOqi's motion."""
@@ -177,6 +34,7 @@ _SETTLING: Final = 0.3
 """Seconds after a leg before the body's situation is checked."""
 
 
+_GONE: Final = "the client that commanded it is gone"
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
 
 
@@ -194,6 +52,8 @@ class _Action:
     """Setpoints at the beginning of the leg."""
     since: float = 0.0
     """Robot time at which the leg begins, or at which the route is asked for it."""
+    cut_short: str = ""
+    """Why it ends before it is done; empty while it does not."""
 
     @property
     def owner(self) -> str:
@@ -206,7 +66,8 @@ class MotionPlayer:
 
     `situation` returns the body's situation; `on_begin` is called when an action begins. A running action
     claims its joints: other commands to them are refused, and stopping one of them stops the action. If its
-    client is lost, the action still runs to its end, as a position command does. Thread-safe.
+    client is lost, it stops at once; where the body might fall then, it ends its leg and goes into the safest
+    posture. Thread-safe; whoever holds its lock never waits for the robot, whose control loop may tick it.
     """
 
     def __init__(
@@ -236,14 +97,17 @@ class MotionPlayer:
         """Begin an action in place of the running one.
 
         Stiffens the body first when a motor is limp. Raises InvalidCommand when something else moves the
-        joints, CommandRefused when the client may not command, RobotError when no route is possible.
+        joints or a motor is too hot, CommandRefused when the client may not command, RobotError when no route
+        is possible.
         """
         with self._lock:
             self._body.gate.require(client)
             if self._closed:
                 return
-            action = _Action(kind, name, route, max(pace, _SLOWEST), client)
+            action = _Action(kind, name, route, max(pace, SLOWEST), client)
             first = route.next_leg(self.situation(), self._commands())
+            if first is not None:
+                self._require_cool(first)
             self._finish(ActionStatus.Stopped, f"{action.owner} began")
             try:
                 self._begin_leg(action, first)
@@ -271,6 +135,22 @@ class MotionPlayer:
             self._finish(ActionStatus.Stopped, message)
         self._body.hold(_joints(action.leg))
 
+    def drop_client(self, client: str) -> None:
+        """End the action of a lost client: at once, or after its present leg in the safest posture."""
+        with self._lock:
+            action = self._action
+            if action is None or not client or action.client != client:
+                return
+            ending = action.route.abandoned()
+            if ending is None:
+                self._finish(ActionStatus.Stopped, _GONE)
+            else:
+                action.route, action.cut_short = ending, _GONE
+        if ending is None:
+            self._body.hold(_joints(action.leg))
+        how = "stopped" if ending is None else "will end in the safest posture that it reaches"
+        self._body.events.add(Severity.Warning, "Motions", f"{action.owner} {how}: {_GONE}", "lost")
+
     def tick(self) -> None:
         """Command the joints for the robot's present time; continue with the next leg when one is done."""
         with self._lock:
@@ -282,10 +162,11 @@ class MotionPlayer:
             except RobotError as error:
                 refused = isinstance(error, CommandRefused)
                 self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, str(error))
-                self._body.events.add(Severity.Warning, "Motions", f"{action.owner} ended: {error}", "failed")
+                message = f"{action.owner} ended: {error}"
             else:
                 return
         self._body.hold(_joints(action.leg))
+        self._body.events.add(Severity.Warning, "Motions", message, "failed")
 
     def close(self) -> None:
         """Stop, and begin no further actions."""
@@ -302,7 +183,9 @@ class MotionPlayer:
             self._check(leg, self._body.read())
             self._begin_leg(action, action.route.next_leg(self.situation(), self._commands()))
             if action.leg is None:
-                self._finish(ActionStatus.Done)
+                self._finish(
+                    ActionStatus.Stopped if action.cut_short else ActionStatus.Done, action.cut_short
+                )
             return
         if time < 0.0:
             return  # the motors are still becoming stiff
@@ -322,6 +205,7 @@ class MotionPlayer:
     def _begin_leg(self, action: _Action, leg: Motion | None) -> None:
         """Claim the joints of the next leg and make them stiff. Raises InvalidCommand or CommandRefused."""
         if leg is not None:
+            self._require_cool(leg)
             leg = leg.of(self._names)
         action.leg = leg
         if leg is None:
@@ -353,11 +237,18 @@ class MotionPlayer:
     def _check(self, leg: Motion, reading: JointReading) -> None:
         """Raise RobotError if a motor has gone limp, or the body lies during a leg from feet to feet."""
         ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
-        if ends and ends <= _UPRIGHT and stance_of(self.situation()) not in _UPRIGHT:
+        if ends and ends <= UPRIGHT and stance_of(self.situation()) not in UPRIGHT:
             raise RobotError("the robot has fallen")
         for joint, stiffness in zip(self._names, reading.stiffnesses, strict=True):
             if joint in leg.keys and stiffness <= LIMP:
                 raise RobotError(f"{joint} has gone limp")
+
+    def _require_cool(self, leg: Motion) -> None:
+        """Raise RouteError if a motor is too hot for a leg that lifts the body off the floor."""
+        if changes_stance(leg) and STANCES[leg.start] is not Stance.STANDING:
+            for joint, temperature in zip(self._names, self._body.read().temperatures, strict=True):
+                if joint in leg.keys and temperature >= HOT:
+                    raise RouteError(f"{joint} is at {temperature:.0f} degrees: let it cool below {HOT:.0f}")
 
     def _commands(self) -> dict[str, float]:
         return dict(zip(self._names, self._body.read().commands, strict=True))

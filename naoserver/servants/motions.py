@@ -11,8 +11,9 @@ from naoserver.capabilities import OwnPostures, PostureProgress
 from naoserver.errors import CommandRefused, RobotError
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import load_motions
-from naoserver.motions.player import MotionPlayer, MotionRoute, PostureRoute
+from naoserver.motions.player import MotionPlayer
 from naoserver.motions.postures import POSTURES, nearest_posture
+from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.servants.shared import action_stream, refusals_raised, require_known, require_positive
 from zenoh_ice import Current
 

@@ -7,8 +7,9 @@ from typing import Any, Final
 from interfaces.nao import ActionState
 from naoserver.assembly import Assembly
 from naoserver.motions.keyframes import load_motions
-from naoserver.motions.player import PERIOD, MotionRoute, PostureRoute
+from naoserver.motions.player import PERIOD
 from naoserver.motions.postures import nearest_posture, situation_of, stance_of
+from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.options import ServerOptions
 from zenoh_ice import VirtualClock
 
@@ -33,22 +34,34 @@ class MotionRig:
             if self.robot.control_loop is None:
                 self.player.tick()
 
-    def begin(self, motion: str, pace: float = 1.0) -> None:
+    def begin(self, motion: str, pace: float = 1.0, client: str = "") -> None:
         """Start a motion."""
         route = MotionRoute(MOTIONS[motion], MOTIONS.values())
-        self.player.begin("motion", motion, route, pace=pace)
+        self.player.begin("motion", motion, route, pace=pace, client=client)
 
     def play(self, motion: str, pace: float = 1.0) -> ActionState:
         """Play a motion to its end."""
         self.begin(motion, pace)
-        self._finish()
+        self.finish()
         return self.player.progress("motion")
+
+    def begin_posture(self, posture: str, fraction: float = 1.0, client: str = "") -> None:
+        """Start to go to a posture."""
+        route = PostureRoute(posture, MOTIONS.values(), fraction)
+        self.player.begin("posture", posture, route, client=client)
 
     def go(self, posture: str, fraction: float = 1.0) -> ActionState:
         """Go to a posture."""
-        self.player.begin("posture", posture, PostureRoute(posture, MOTIONS.values(), fraction))
-        self._finish()
+        self.begin_posture(posture, fraction)
+        self.finish()
         return self.player.progress("posture")
+
+    def finish(self) -> None:
+        """Let time pass until the action ends."""
+        end = self.clock.now() + LONGEST
+        while self.player.busy:
+            assert self.clock.now() < end, "it does not end"
+            self.let_go(PERIOD)
 
     @property
     def stance(self) -> str:
@@ -64,9 +77,3 @@ class MotionRig:
         """Return the setpoint of each joint."""
         names = (joint.name for joint in self.robot.joints)
         return dict(zip(names, self.robot.read().commands, strict=True))
-
-    def _finish(self) -> None:
-        end = self.clock.now() + LONGEST
-        while self.player.busy:
-            assert self.clock.now() < end, "it does not end"
-            self.let_go(PERIOD)

@@ -10,11 +10,12 @@ import pytest
 from interfaces.nao import ActionStatus
 from naoserver.assembly import Assembly
 from naoserver.jobs import JobThreads, Periodic
+from naoserver.motions.routes import MotionRoute
 from naoserver.options import ServerOptions
 from naoserver.walk import Way
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.limits import RUN_LIMIT
-from tests.support.motion_rig import MOTIONS, MotionRoute
+from tests.support.motion_rig import MOTIONS
 from zenoh_ice import VirtualClock, WallClock
 
 pytestmark = pytest.mark.sim

@@ -1,14 +1,18 @@
 """Playing motions: who controls the joints meanwhile, and what stops a motion."""
 
+from dataclasses import replace
+
 import pytest
 
 from interfaces.nao import ActionStatus
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
-from naoserver.motions.player import PostureRoute, RouteError
 from naoserver.motions.postures import POSTURES
+from naoserver.motions.routes import PostureRoute, RouteError
 from tests.support.motion_rig import MOTIONS, MotionRig
 from zenoh_ice import VirtualClock
+
+GONE = "the client that commanded it is gone"
 
 
 @pytest.fixture
@@ -171,3 +175,123 @@ def test_a_slower_way_takes_longer(rig):
     begun = rig.clock.now()
     rig.go("Crouch", fraction=0.5)
     assert rig.clock.now() - begun > 1.5 * fast
+
+
+def messages(rig):
+    """Return the events of the health report."""
+    events, _, _ = rig.assembly.events.snapshot()
+    return [(event.level.name, event.message) for event in events]
+
+
+def test_a_gesture_of_a_lost_client_stops_at_once(rig):
+    rig.begin("dance", client="anna")
+    rig.let_go(1.0)
+    rig.assembly.drop_client("ben")
+    assert rig.player.busy
+    rig.assembly.drop_client("anna")
+    held = rig.commands()
+    progress = rig.player.progress("motion")
+    assert (progress.status, progress.message) == (ActionStatus.Stopped, GONE)
+    assert ("Warning", f"the motion dance stopped: {GONE}") in messages(rig)
+    rig.let_go(2.0)
+    assert rig.commands() == held
+
+
+def test_an_action_without_a_client_loses_none(rig):
+    rig.begin("wave")
+    rig.assembly.drop_client("")
+    assert rig.player.busy
+
+
+def test_on_the_way_to_a_posture_a_robot_whose_client_is_lost_crouches(rig):
+    rig.begin_posture("StandZero", client="anna", fraction=0.2)
+    rig.let_go(0.5)
+    rig.assembly.drop_client("anna")
+    assert (
+        "Warning",
+        f"the posture StandZero will end in the safest posture that it reaches: {GONE}",
+    ) in messages(rig)
+    rig.finish()
+    progress = rig.player.progress("posture")
+    assert (progress.status, progress.message) == (ActionStatus.Stopped, GONE)
+    assert rig.posture == "Crouch"
+
+
+@pytest.mark.parametrize("begin", ["begin", "begin_posture"])
+def test_who_lies_when_its_client_is_lost_ends_its_leg_and_stays_where_it_lies(rig, begin):
+    name = "stand_up_from_belly" if begin == "begin" else "Stand"
+    lies(rig, 1.5)
+    getattr(rig, begin)(name, client="anna")
+    rig.let_go(2.0)
+    rig.assembly.drop_client("anna")
+    rig.let_go(MOTIONS["stand_up_from_belly"].duration - 2.5)
+    assert rig.player.busy, "half way up it may not let go"
+    rig.finish()
+    assert rig.player.progress("motion" if begin == "begin" else "posture").message == GONE
+    assert rig.posture != "Crouch"
+    assert rig.commands()["LKneePitch"] == pytest.approx(POSTURES["StandInit"]["LKneePitch"], abs=1e-6)
+
+
+def test_an_emergency_stop_ends_also_what_has_lost_its_client(rig):
+    rig.begin_posture("Crouch", client="anna", fraction=0.2)
+    rig.let_go(0.5)
+    rig.assembly.drop_client("anna")
+    rig.assembly.gate.stop("a test")
+    held = rig.commands()
+    rig.let_go(2.0)
+    assert rig.commands() == held
+    assert not rig.player.busy
+
+
+def test_who_commands_after_the_loss_gets_the_joints(rig):
+    rig.begin_posture("Crouch", client="anna", fraction=0.2)
+    rig.let_go(0.5)
+    rig.assembly.drop_client("anna")
+    rig.go("Stand")
+    progress = rig.player.progress("posture")
+    assert (progress.name, progress.status, progress.message) == ("Stand", ActionStatus.Done, "")
+
+
+class Hot(FakeRobot):
+    """A robot one of whose motors is hot."""
+
+    joint, degrees = "LShoulderPitch", 84.6
+
+    def read(self):
+        reading = super().read()
+        temperatures = list(reading.temperatures)
+        temperatures[self.body.joint_names.index(self.joint)] = self.degrees
+        return replace(reading, temperatures=tuple(temperatures))
+
+
+@pytest.fixture
+def hot():
+    clock = VirtualClock()
+    return MotionRig(Hot(clock=clock), clock)
+
+
+@pytest.mark.parametrize("begin", [lambda rig: rig.begin("stand_up_from_belly"), lambda rig: rig.go("Stand")])
+def test_it_does_not_get_up_with_a_hot_motor(hot, begin):
+    hot.begin("wave")
+    lies(hot, 1.5)
+    with pytest.raises(RouteError, match="LShoulderPitch is at 85 degrees: let it cool below 75"):
+        begin(hot)
+    assert hot.player.progress("motion").name == "wave"
+    assert hot.player.busy, "what is refused ends nothing"
+
+
+def test_a_motor_that_gets_hot_ends_the_tries(hot):
+    hot.robot.degrees = 74.0
+    lies(hot, 1.5)
+    hot.begin_posture("Stand")
+    hot.let_go(1.0)
+    hot.robot.degrees = 75.0
+    hot.finish()
+    progress = hot.player.progress("posture")
+    assert progress.status is ActionStatus.Failed
+    assert progress.message == "LShoulderPitch is at 75 degrees: let it cool below 75"
+
+
+def test_a_hot_motor_keeps_it_from_nothing_else(hot):
+    assert hot.go("Crouch").status is ActionStatus.Done
+    assert hot.play("wave").status is ActionStatus.Done

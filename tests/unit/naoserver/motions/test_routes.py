@@ -5,8 +5,8 @@ import math
 import pytest
 
 from naoserver.body import H25
-from naoserver.motions.player import MotionRoute, PostureRoute, RouteError
 from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
+from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError
 from tests.support.motion_rig import MOTIONS
 
 UP = {
