@@ -42,8 +42,10 @@ _NAMES: Final = {
 
 _OWN: Final = {
     # With its knees as high as in NAOqi's posture the torso leans back, and only its hands support it.
+    # In NAOqi's the arms press on the thighs at the limit of their motors, which are hot after half a minute.
     "SIT": {
-        "ShoulderRoll": 0.4,
+        "ShoulderPitch": 0.75,
+        "ShoulderRoll": 0.65,
         "HipYawPitch": -0.6,
         "HipRoll": 0.2,
         "HipPitch": -1.53,
@@ -51,6 +53,8 @@ _OWN: Final = {
         "AnklePitch": 0.4,
         "AnkleRoll": 0.0,
     },
+    # The arms rest on the floor beside the body, and do not press against it.
+    "SIT_RELAX": {"ShoulderRoll": 0.36},
 }
 """Angles of the left side that differ from NAOqi's; those of the right mirror them."""
 

@@ -215,6 +215,18 @@ def test_reset_puts_a_fallen_robot_and_the_objects_back(scene):
     assert set(reading.stiffnesses) == {1.0}
 
 
+def test_reset_cools_the_motors_but_a_robot_that_is_put_elsewhere_stays_warm(scene):
+    scene.robot.command_positions({"LShoulderPitch": 0.0}, {"LShoulderPitch": 5.0})
+    scene.after(10.0)
+    assert max(scene.robot.read().temperatures) > 25.5
+    scene.stage.place_robot(0.0, -0.5, 0.0)
+    scene.after(0.1)
+    assert max(scene.robot.read().temperatures) > 25.5
+    scene.stage.reset()
+    scene.after(0.1)
+    assert scene.robot.read().temperatures == pytest.approx([25.0] * len(scene.robot.joints), abs=0.01)
+
+
 def test_reset_ends_a_walk(scene):
     scene.robot.walker.command(WalkVelocity(forward=0.2))
     scene.after(1.0)

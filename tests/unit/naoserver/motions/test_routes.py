@@ -6,7 +6,7 @@ import pytest
 
 from naoserver.body import H25
 from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
-from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError
+from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError, SafestPostureRoute
 from tests.support.motion_rig import MOTIONS
 
 UP = {
@@ -93,6 +93,30 @@ def test_what_fails_again_and_again_is_given_up():
         assert leg.name == "stand_up_from_belly"
     with pytest.raises(RouteError, match="still lying on its belly after 3 motions"):
         route.next_leg(here, POSTURES["LyingBelly"])
+
+
+@pytest.mark.parametrize("posture", [name for name, stance in STANCES.items() if stance is Stance.STANDING])
+def test_the_safest_posture_of_a_body_that_stands_is_a_crouch(posture):
+    route = SafestPostureRoute(MOTIONS.values())
+    leg = route.next_leg(situation(posture), POSTURES[posture])
+    assert leg is not None
+    assert leg.end == "Crouch"
+    assert route.next_leg(situation("Crouch"), POSTURES["Crouch"]) is None
+    assert route.abandoned() is route
+
+
+@pytest.mark.parametrize(
+    "posture", [name for name, stance in STANCES.items() if stance is not Stance.STANDING]
+)
+def test_a_body_that_does_not_stand_is_safe_as_it_is(posture):
+    assert SafestPostureRoute(MOTIONS.values()).next_leg(situation(posture), POSTURES[posture]) is None
+
+
+def test_without_its_client_only_what_changes_the_stance_goes_on():
+    going_on = {name for name, motion in MOTIONS.items() if MotionRoute(motion).abandoned() is not None}
+    gestures = {"dance", "kick", "kick_left", "lean_back", "sit_upright", "wave"}
+    assert going_on == MOTIONS.keys() - gestures
+    assert PostureRoute("StandZero", MOTIONS.values()).abandoned() is not None
 
 
 def test_a_motion_that_begins_elsewhere_is_refused():
