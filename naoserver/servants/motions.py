@@ -180,7 +180,7 @@ class OwnPosturesI(PosturesI):
         return self._client == client and self._look().moving
 
     def drop_client(self, client: str) -> None:
-        """Do nothing: half way it might fall, and at its end the robot is in a posture that is safe."""
+        """Do nothing: the robot's own way runs to its end, because half way the body may fall."""
 
     def close(self) -> None:
         """Stop on the way, and refuse further ones."""

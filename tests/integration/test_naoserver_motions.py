@@ -6,7 +6,7 @@ from interfaces.jderobot import InvalidValueException
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, PosturesPrx
 from naoserver.fake import FakeRobot
 from tests.support.motion_rig import MOTIONS
-from tests.support.robot_server import served_to_client, wait_for
+from tests.support.robot_server import served, served_to_client, wait_for
 
 
 @pytest.fixture
@@ -60,3 +60,12 @@ def test_a_posture_that_is_none_is_refused(nao, name, fraction, field):
     with pytest.raises(InvalidValueException) as refused:
         nao.proxy(PosturesPrx, "Postures").goToPosture(name, fraction)
     assert refused.value.field == field
+
+
+def test_a_dance_ends_with_its_client():
+    with served(FakeRobot()) as server, server.client() as watcher:
+        with server.client() as dancer:
+            dancer.proxy(MotionsPrx, "Motions").play("dance", 1.0)
+        motions = watcher.proxy(MotionsPrx, "Motions")
+        state = wait_for(motions.getMotionState, lambda state: state.status is ActionStatus.Stopped)
+        assert (state.name, state.message) == ("dance", "the client that commanded it is gone")

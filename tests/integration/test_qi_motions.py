@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 
 import pytest
 
@@ -11,7 +12,9 @@ pytest.importorskip("qi")
 from naoserver.errors import RobotError
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
+from tests.support.limits import EVENT_LIMIT
 from tests.support.qi_service import Rig
+from tests.support.stepped_clock import SteppedClock
 
 pytestmark = pytest.mark.sim
 
@@ -86,6 +89,34 @@ def test_it_stands_after_a_motion(name):
         assert rig.robot.state().torso_tilt < math.radians(15)
     finally:
         rig.close()
+
+
+class LateClock(SteppedClock):
+    """A clock whose threads always wake up late: those of calls, whatever they wait for."""
+
+    def wait(self, event, timeout):
+        super().wait(threading.Event(), timeout + 0.3)
+        return event.is_set()
+
+
+def test_a_late_thread_of_a_call_changes_nothing_of_its_motion():
+    def path(clock):
+        rig = Rig(lambda clock: SimulatedRobot(clock=clock, skin=False, world=load_world("empty")), clock)
+        try:
+            keys = squat(0.3, 0.0, 0.3)
+            times = [[0.3, 0.6, 0.9]] * len(keys)
+            call = rig.begin(rig.motion.angleInterpolation, list(keys), list(keys.values()), times, True)
+            readings = []
+            for _ in range(60):
+                rig.advance(0.02)
+                readings.append(rig.robot.read())
+            rig.advance(1.0)
+            assert call.ended
+            return readings
+        finally:
+            rig.close()
+
+    assert path(LateClock(limit=EVENT_LIMIT)) == path(SteppedClock(limit=EVENT_LIMIT))
 
 
 def test_a_motion_that_would_hurt_is_refused():

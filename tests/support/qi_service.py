@@ -54,8 +54,10 @@ class LongCall:
 class Rig:
     """A robot in virtual time, a fake one by default, behind its guards, and ALMotion over them."""
 
-    def __init__(self, make_robot: Callable[[SteppedClock], Any] = FakeRobot) -> None:
-        self.clock = SteppedClock(limit=EVENT_LIMIT)
+    def __init__(
+        self, make_robot: Callable[[SteppedClock], Any] = FakeRobot, clock: SteppedClock | None = None
+    ) -> None:
+        self.clock = clock or SteppedClock(limit=EVENT_LIMIT)
         self.robot = make_robot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
         self.access = Access(self.robot, self.assembly, Path("no disk"))

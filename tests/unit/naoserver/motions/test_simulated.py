@@ -42,6 +42,14 @@ def test_it_goes_into_every_posture_and_is_in_it(rig):
         assert rig.posture == posture
 
 
+@pytest.mark.parametrize("posture", ["Sit", "SitRelax"])
+def test_it_sits_without_pressing_its_arms_hot(rig, posture):
+    rig.go(posture)
+    before = max(rig.robot.read().temperatures)
+    rig.let_go(20.0)
+    assert max(rig.robot.read().temperatures) < before + 5.0
+
+
 @pytest.mark.parametrize("before", ["StandInit", "Stand"])
 def test_gears_hold_a_crouch_whose_motors_go_limp(rig, before):
     """So ends ALMotion.rest: it once threw the robot on its back."""
