@@ -67,7 +67,7 @@ class MotionPlayer:
     `situation` returns the body's situation; `on_begin` is called when an action begins. A running action
     claims its joints: other commands to them are refused, and stopping one of them stops the action. If its
     client is lost, it stops at once; where the body might fall then, it ends its leg and goes into the safest
-    posture. Thread-safe; nothing waits for the robot under its lock, since the robot's control loop may tick it.
+    posture. Thread-safe; nothing waits for the robot under its lock: the robot's control loop ticks it.
     """
 
     def __init__(
