@@ -109,6 +109,7 @@ class Communicator:
             end.callback(_live.discard, self)
             end.callback(self._destroyed.set)
             self.pool: Final = pool or Pool(settings.dispatch_threads, f"zenoh_ice {self.realm}")
+            self.pool.on_stall = self._on_stall
             end.callback(self.pool.close, _DESTROY_LIMIT)
             end.callback(self._fail_futures)
             if transport is None:
@@ -297,6 +298,23 @@ class Communicator:
     def _fail_futures(self) -> None:
         for future in tuple(self._futures):
             fail(future, CommunicatorDestroyedException("the communicator was destroyed during the call"))
+
+    def _on_stall(self) -> None:
+        """Hide the servants while no call is executed: a call then fails at once, instead of at its limit."""
+        stalled, served = self.pool.stalled, tuple(self.served.values())
+        if stalled and served:
+            _logger.error(
+                "realm %s: no thread takes calls any more; withdrawing %d servants until one does",
+                self.realm,
+                len(served),
+            )
+        elif served:
+            _logger.warning("realm %s: calls are executed again, by %d servants", self.realm, len(served))
+        for each in served:
+            if stalled:
+                each.hide()
+            else:
+                each.announce()
 
     def _encode_status(self, since: float) -> bytes:
         return encode_status(

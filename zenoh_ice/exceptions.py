@@ -89,7 +89,10 @@ class CommunicatorDestroyedException(SystemException):
 
 
 class BusyException(SystemException):
-    """Too many calls wait for the servant; this one was not executed."""
+    """Too many calls wait for the servant, or its process can start no thread; this one was not executed.
+
+    Where a process can start no thread, it also gets this for its own subscriptions and streams.
+    """
 
 
 class AccessDeniedException(SystemException):

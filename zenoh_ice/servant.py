@@ -42,7 +42,7 @@ from .interface import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
 from .status import ServantStatus
 from .streams import Publisher
-from .transport import Answer, Buffer, Outlet, Reply, Target, check_name
+from .transport import Answer, Buffer, Outlet, Reply, Served, Target, check_name
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -125,6 +125,11 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
     ice_concurrent: bool = False
     """Whether calls of this servant may overlap."""
+    ice_urgent: bool = False
+    """Whether its calls, all of them quick, are executed even while the process can start no thread.
+
+    Other calls may be refused then, with BusyException, but no operation marked `["stop"]`.
+    """
 
     def __init_subclass__(cls, *, proxy: type[ObjectPrx] | None = None, **options: Any) -> None:  # noqa: ANN401
         super().__init_subclass__(**options)
@@ -226,9 +231,10 @@ class ServedObject:
         self._methods: Final[dict[str, _Method]] = {}
         self._refusals: Final = communicator.pool.kind()
         for operation in interface.all_operations.values():
-            self._add_method(operation, self._accepted)
+            refusable = not (operation.stop or servant.ice_urgent)
+            self._add_method(operation, self._accepted, refusable=refusable)
         for operation in OBJECT_INTERFACE.operations:
-            self._add_method(operation, None)
+            self._add_method(operation, None, refusable=False)
         width = _CONCURRENT_CALLS if servant.ice_concurrent else 1
         self._turn: Final[_Turn] = servant.__dict__.setdefault(_TURN, _Turn(width))
         self._executed = 0
@@ -238,9 +244,12 @@ class ServedObject:
         self._unanswered = 0
         self._unanswered_bytes = 0
         self._withdrawn = False
+        self._closed = False
         self._complained_at = -_COMPLAINT_PERIOD
         self._complaints = 0
         self._outlets: Final[dict[str, Outlet]] = {}  # of its streams
+        self._tokens: Final[list[Served]] = []
+        self._tokens_lock: Final = threading.Lock()
         self._undo: Final = ExitStack()
 
     # The path of a call.
@@ -279,13 +288,15 @@ class ServedObject:
             return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment"), about))
         return method.kind, partial(self._run, call)
 
-    def _run(self, call: _Call) -> None:
-        """Execute and answer a call whose turn it is, then let the next one have the turn."""
+    def _run(self, call: _Call, refusal: BusyException | None = None) -> None:
+        """Execute or refuse, and answer, a call whose turn it is; then let the next one have the turn."""
         # Inlined: in a small call, each further function call would cost more than the work done in it.
         method, payload, about, reply = call.method, call.payload, call.about, call.reply
         operation, timeout, turn, turns = method.operation, about.timeout, self._turn, _here.turns
         stage: _Stage = "admitted"
         try:
+            if refusal is not None:
+                raise BusyException(f"{method.what} was not executed: {refusal}")
             if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
                 own = self._interface
                 raise InterfaceMismatchException.between(
@@ -299,6 +310,8 @@ class ServedObject:
             arguments = msgspec.structs.astuple(method.decode(payload))
             if operation.amd:
                 self._check_unanswered(len(payload), method.what)
+                if inspect.iscoroutinefunction(method.function):
+                    self._communicator.coroutines.start()  # now: it is not executed without its thread
             stage = "executed"
             current = Current(
                 self.target.identity, operation.name, about.call_id, timeout, self._communicator
@@ -435,7 +448,9 @@ class ServedObject:
         _logger.error("%s failed, called by %r", method.what, client, exc_info=error)
         return False, encode_error(unknown_exception(error))
 
-    def _add_method(self, operation: Operation[..., Any], fingerprints: frozenset[str] | None) -> None:
+    def _add_method(
+        self, operation: Operation[..., Any], fingerprints: frozenset[str] | None, *, refusable: bool
+    ) -> None:
         # Before the first call: a type that cannot be decoded is to fail at the start of the servant.
         communicator, arguments = self._communicator, operation.arguments
         what = f"{self.target.identity}.{operation.name}"
@@ -447,7 +462,7 @@ class ServedObject:
             arguments.decode or partial(arguments.unpack, what=what, resolve=communicator.stringToProxy),
             operation.result.make_single,
             fingerprints,
-            communicator.pool.kind(),
+            communicator.pool.kind(refusable=refusable),
         )
 
     # Its life.
@@ -473,19 +488,32 @@ class ServedObject:
         later(communicator.transport.serve(self.target, self).close)
 
     def announce(self) -> None:
-        """Announce the servant to everybody."""
+        """Announce the servant to everybody, unless it was closed."""
         since, communicator = time.time(), self._communicator
-        # Its own interface last: a client that waits for that one finds the others, too.
-        for known in reversed(self._interface.lineage):
-            token = servant_token(
-                self.target, known.type_id, known.fingerprint, communicator.client_id, since
-            )
-            self._undo.callback(communicator.transport.announce(token).close)
+        with self._tokens_lock:
+            if self._closed or self._tokens:
+                return
+            # Its own interface last: a client that waits for that one finds the others, too.
+            for known in reversed(self._interface.lineage):
+                token = servant_token(
+                    self.target, known.type_id, known.fingerprint, communicator.client_id, since
+                )
+                self._tokens.append(communicator.transport.announce(token))
+
+    def hide(self) -> None:
+        """Withdraw the announcement; calls that arrive are still accepted."""
+        with self._tokens_lock, ExitStack() as steps:  # all, the last first, whatever they raise
+            while self._tokens:
+                steps.callback(self._tokens.pop(0).close)
 
     def close(self) -> None:
         """Withdraw the announcement, then accept no more calls."""
+        with self._tokens_lock:
+            self._closed = True
         self._outlets.clear()
-        self._undo.close()
+        with ExitStack() as steps:  # both, whatever they raise
+            steps.callback(self._undo.close)
+            steps.callback(self.hide)
 
     def drain(self, deadline: float) -> None:
         """Wait for running calls, except one of this thread, until a moment of the monotonic clock.

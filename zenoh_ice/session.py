@@ -15,7 +15,13 @@ import zenoh
 
 from ._codec import LARGEST_BULK
 from ._presence import client_token as client_token  # noqa: PLC0414 - for routers
-from .exceptions import ConfigurationException, ConnectFailedException, EndpointInUseException
+from ._threads import start
+from .exceptions import (
+    BusyException,
+    ConfigurationException,
+    ConnectFailedException,
+    EndpointInUseException,
+)
 from .security import access_control, check_security, exposure
 from .settings import Security, Settings, host_and_port, uses_tls
 from .text import printable, without_source
@@ -74,7 +80,11 @@ def close_session(session: zenoh.Session) -> None:
 
     # Zenoh would wait for 10 s, and takes no other limit.
     thread = threading.Thread(target=close, name="zenoh_ice closing", daemon=True)
-    thread.start()
+    try:
+        start(thread)
+    except BusyException:
+        close()
+        return
     thread.join(_CLOSE_LIMIT)
     if thread.is_alive():
         _logger.warning(
@@ -161,9 +171,15 @@ def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:
         reasons[endpoint] = _explain_endpoint(endpoint, security)
 
     # On threads: there is no limit for looking up the name of a machine.
-    threads = [threading.Thread(target=explain, args=(endpoint,), daemon=True) for endpoint in reasons]
-    for thread in threads:
-        thread.start()
+    threads = []
+    for endpoint in reasons:
+        thread = threading.Thread(target=explain, args=(endpoint,), daemon=True)
+        try:
+            start(thread)
+        except BusyException as error:
+            reasons[endpoint] = f"{endpoint}: {error}"
+        else:
+            threads.append(thread)
     deadline = time.monotonic() + _ALL_LIMIT
     for thread in threads:
         thread.join(max(0.0, deadline - time.monotonic()))

@@ -181,15 +181,18 @@ class Streams:
         presence.add_listener(self._wake)
 
     def reader(self, target: Target, operation: Operation[..., V]) -> StreamReader[V]:
-        """Return the reader of a stream; raises CommunicatorDestroyedException after `close`."""
+        """Return the reader of a stream.
+
+        Raises CommunicatorDestroyedException after `close`, BusyException where there is no thread for it.
+        """
         with self._lock:
             reader = self._readers.get((target, operation))
             if reader is None:
                 reader = StreamReader(self, target, operation)
                 self._check_open(reader)
-                self._readers[target, operation] = reader
                 if self._threads and self._repeating is None:
                     self._repeating = repeat(LINGER / _LOOKS, self.close_unwanted, "zenoh_ice streams")
+                self._readers[target, operation] = reader
             return reader
 
     def listen(self, listener: StreamReader[Any] | Subscription[Any], queue: int) -> Inlet:
@@ -408,7 +411,11 @@ class Subscription(_Listener[V]):
         rate: float | None = None,
         queue: int = 1,
     ) -> None:
-        """Subscribe; raises ConfigurationException for options that make no sense."""
+        """Subscribe.
+
+        Raises ConfigurationException for options that make no sense, BusyException where there is no thread
+        for it.
+        """
         _check(rate, queue)
         super().__init__(reader.streams, reader.target, reader.operation)
         self.received = 0
@@ -417,7 +424,11 @@ class Subscription(_Listener[V]):
         self._readable = True
         self._closed = False
         inlet = self.streams.listen(self, queue)
-        inlet.deliver(partial(self._deliver, inlet), rate)
+        try:
+            inlet.deliver(partial(self._deliver, inlet), rate)
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Stop calling; wait for a running call, for at most 2 s, unless called from within it."""

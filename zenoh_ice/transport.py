@@ -200,6 +200,7 @@ class Inlet(Protocol):
         """Call a function with each sample as it arrived, one after the other, until `close`.
 
         With a rate, only with the newest, at most that many per second. `poll` then returns no samples.
+        Raises BusyException where the system gives the process no thread for it.
         """
 
     def open(self, sample: Any) -> Arrived:  # noqa: ANN401 - what `poll` and `deliver` give

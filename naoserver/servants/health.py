@@ -77,6 +77,7 @@ class SafetyI(Safety):
     """Stop the robot for everybody, or hold it for one client."""
 
     ice_concurrent = True  # a stop waits for no other call
+    ice_urgent = True  # and is never refused for lack of a thread
 
     def __init__(self, gate: Gate, moves_for: Callable[[str], bool]) -> None:
         self._gate = gate

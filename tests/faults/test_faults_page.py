@@ -9,8 +9,9 @@ from pathlib import Path
 FOLDER = Path(__file__).parent
 PAGE = FOLDER.parents[1] / "docs" / "explanation/faults.md"
 
-FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS = (
-    f"test_zenoh_ice_{name}" for name in ("faults", "network", "overload", "identities", "clock_jumps")
+FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS, THREADS = (
+    f"test_zenoh_ice_{name}"
+    for name in ("faults", "network", "overload", "identities", "clock_jumps", "thread_limit")
 )
 # What a row says is tested by a function of a module.
 TESTS = {
@@ -54,6 +55,11 @@ TESTS = {
     ),
     "too many calls": (OVERLOAD, "test_too_many_calls_are_refused_and_take_no_memory"),
     "too many oneway calls": (OVERLOAD, "test_oneway_calls_beyond_the_queue_are_dropped_and_counted"),
+    "no further thread": (
+        THREADS,
+        "test_a_robot_server_that_can_start_no_thread_answers_every_call_and_stops",
+    ),
+    "no thread takes calls": (THREADS, "test_a_server_that_executes_no_calls_is_not_announced_until_it_does"),
     "a blocked link": (FAULTS, "test_a_call_that_may_not_take_so_long_is_given_up"),
     "no shared memory": (OVERLOAD, "test_without_room_for_it_everything_travels_over_the_network"),
     "shared memory full": (OVERLOAD, "test_what_finds_no_room_travels_over_the_network"),

@@ -17,7 +17,7 @@ from zenoh.handlers import Callback, RingChannel
 
 from .._codec import LARGEST, Pieces, too_large
 from .._presence import any_client, client_token
-from .._threads import Job, Kind, Pool, UserCodeThread
+from .._threads import Job, Kind, Pool, UserCodeThread, start
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
 from ..exceptions import (
     CommunicatorDestroyedException,
@@ -431,15 +431,15 @@ class _Inlet:
                     newest.append(sample)
                     changed.notify_all()
 
-            self.poll = lambda: newest.pop() if newest else None
             self.deliver(keep)
+            self.poll = lambda: newest.pop() if newest else None
         return changed.wait_for(holds, timeout)
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         thread = UserCodeThread(
             target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._key}", daemon=True
         )
-        thread.start()
+        start(thread)
         self._thread = thread  # not earlier: a thread that Ctrl-C kept from starting cannot be joined
 
     def open(self, sample: zenoh.Sample) -> Arrived:

@@ -12,7 +12,7 @@ import pytest
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import BusyException
-from zenoh_ice._threads import Job, Pool
+from zenoh_ice._threads import Coroutines, Job, Pool, UserCodeThread
 
 
 @pytest.fixture
@@ -149,13 +149,15 @@ def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch)
     leave.set()
 
 
-def test_threads_that_have_nothing_to_do_end_but_one(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_that_have_nothing_to_do_end_but_the_leader_and_a_spare_one(
+    pool: Pool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
     together = threading.Barrier(4)
     for _ in range(3):
         pool.submit(lambda: together.wait(EVENT_LIMIT))
     together.wait(EVENT_LIMIT)
-    until(lambda: pool_threads() == 1)
+    until(lambda: pool_threads() == 2)
     done = threading.Event()
     pool.submit(done.set)
     assert done.wait(EVENT_LIMIT)
@@ -255,6 +257,144 @@ def test_a_pool_of_no_threads_runs_jobs_at_once() -> None:
     assert threads == [threading.current_thread()] * 2
     assert not pool.has_threads
     assert pool.close(0)
+
+
+class Starts:
+    """Let no thread of a pool start while `fail` is set, as at a limit of threads or of memory."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.fail = False
+        start = UserCodeThread.start
+
+        def start_or_fail(thread: UserCodeThread) -> None:
+            if self.fail:
+                raise RuntimeError("can't start new thread")
+            start(thread)
+
+        monkeypatch.setattr(UserCodeThread, "start", start_or_fail)
+
+
+@pytest.fixture
+def starts(monkeypatch: pytest.MonkeyPatch) -> Starts:
+    return Starts(monkeypatch)
+
+
+class Task:
+    """A job that may be refused."""
+
+    def __init__(self, leave: threading.Event | None = None) -> None:
+        self.began = threading.Event()
+        self.ended = threading.Event()
+        self.refusal: BusyException | None = None
+        self._leave = leave
+
+    def __call__(self, refusal: BusyException | None = None) -> None:
+        self.refusal = refusal
+        self.began.set()
+        if refusal is None and self._leave is not None:
+            self._leave.wait(FOREVER)
+        self.ended.set()
+
+
+def test_a_thread_that_cannot_start_ends_nothing(pool: Pool, starts: Starts) -> None:
+    starts.fail = True
+    for _ in range(20):
+        done = threading.Event()
+        pool.submit(done.set)
+        assert done.wait(EVENT_LIMIT)
+    starts.fail = False
+    together = threading.Barrier(4)
+    for _ in range(3):
+        pool.submit(lambda: together.wait(EVENT_LIMIT))
+    together.wait(EVENT_LIMIT)
+
+
+def test_while_no_thread_can_start_long_jobs_are_refused_and_urgent_ones_run(
+    pool: Pool, starts: Starts, caplog: pytest.LogCaptureFixture
+) -> None:
+    kind, leave = pool.kind(refusable=True), threading.Event()
+    pool.submit(lambda: None)
+    until(lambda: pool_threads() == 3)  # with the watch
+    starts.fail = True
+    occupying, refused, urgent = Task(leave), Task(), Task()
+    pool.submit(occupying, kind)
+    assert occupying.began.wait(EVENT_LIMIT)
+    assert occupying.refusal is None, "the spare thread leads meanwhile"
+    pool.submit(refused, kind)
+    assert refused.ended.wait(EVENT_LIMIT)
+    assert "can't start new thread: raise the process's limit of threads" in str(refused.refusal)
+    pool.submit(urgent, pool.kind())
+    assert urgent.ended.wait(EVENT_LIMIT)
+    assert urgent.refusal is None
+    until(lambda: "refuses calls that may take long: can't start" in caplog.text)
+    starts.fail = False
+    executed = Task()
+    pool.submit(executed, kind)
+    assert executed.ended.wait(EVENT_LIMIT)
+    assert executed.refusal is None
+    leave.set()
+
+
+def test_a_thread_that_dies_while_it_leads_is_replaced_as_soon_as_one_can_start(
+    pool: Pool, starts: Starts, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("zenoh_ice._threads._SPARE", 0)
+    monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
+    pool.kind()  # starts its watch
+
+    def place(query: object) -> Job | None:
+        raise SystemExit(str(query))
+
+    pool.place = place
+    until(lambda: pool_threads() == 2)  # with the watch
+    starts.fail = True
+    pool.jobs.put(Query())
+    until(lambda: pool_threads() == 1)
+    assert "internal error ends pool-1; another thread takes its place" in caplog.text
+    done = threading.Event()
+    pool.submit(done.set)
+    starts.fail = False
+    assert done.wait(EVENT_LIMIT)
+
+
+def test_a_pool_that_takes_no_jobs_says_so_and_when_it_takes_them_again(
+    pool: Pool, starts: Starts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("zenoh_ice._threads._STALLED", 5)
+    pool.kind()
+    stalls: list[bool] = []
+    pool.on_stall = lambda: stalls.append(pool.stalled)
+    leave, done = threading.Event(), threading.Event()
+    pool.submit(lambda: None)
+    until(lambda: pool_threads() == 3)  # with the watch
+    starts.fail = True
+    for _ in range(2):
+        pool.submit(lambda: leave.wait(FOREVER))
+    pool.submit(done.set)
+    until(lambda: stalls == [True])
+    leave.set()
+    assert done.wait(EVENT_LIMIT)
+    until(lambda: stalls == [True, False])
+
+
+def test_a_pool_without_its_first_thread_is_refused(starts: Starts) -> None:
+    starts.fail = True
+    with pytest.raises(BusyException, match="can't start new thread"):
+        Pool(4, "pool")
+
+
+def test_coroutines_without_a_thread_are_refused_and_later_ones_run(starts: Starts) -> None:
+    coroutines = Coroutines("pool coroutines")
+
+    async def answer() -> int:
+        return 42
+
+    starts.fail = True
+    with pytest.raises(BusyException, match="can't start new thread"):
+        coroutines.run(answer())
+    starts.fail = False
+    assert coroutines.run(answer()).result(EVENT_LIMIT) == 42
+    coroutines.close(EVENT_LIMIT)
 
 
 def pool_threads() -> int:
