@@ -63,9 +63,9 @@ class _Servant(hfsm.HfsmMonitor):
         self._runtime.pause()
 
     def resume(self, current: Current | None = None) -> None:  # noqa: ARG002
-        with self._runtime.tree.lock:
-            self._breakpoints.leave(self._runtime.tree.runs)
-            self._runtime.resume()
+        # Not both under the tree's lock: a cycle of a recorded component takes another lock before that one.
+        self._breakpoints.leave(self._runtime.tree.runs)
+        self._runtime.resume()
 
     def step(self, automaton: int, current: Current | None = None) -> None:  # noqa: ARG002
         with _translated_errors():

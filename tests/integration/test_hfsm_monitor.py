@@ -8,12 +8,15 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, State, Transition
 from hfsm_runtime.debugger.monitor import Monitor
+from hfsm_runtime.recording.recorder import CodeLock
+from hfsm_runtime.recording.run import MONITOR, RecordedRuntime, recording
 from hfsm_runtime.runtime import Runtime
 from interfaces.hfsm import (
     Breakpoint,
@@ -105,6 +108,45 @@ def test_the_structure_is_reported(pair: Pair) -> None:
     assert [(t.kind, t.seconds, t.condition, t.order) for t in root.transitions] == [
         (TransitionKind.OnCondition, 0.0, "False", 1), (TransitionKind.OnTime, 3600.0, "", 1)
     ]  # fmt: skip
+
+
+class WatchedLock(CodeLock):
+    """The lock of recorded code, whose holder keeps it; reports who waits for it."""
+
+    def __init__(self) -> None:
+        self.overlaps: list[tuple[str, str]] = []
+        self.wanted_by = SimpleQueue[str]()
+        super().__init__(lambda *contexts: self.overlaps.append(contexts), FOREVER)
+
+    def acquire(self, context: str) -> None:
+        self.wanted_by.put(context)
+        super().acquire(context)
+
+
+def test_a_resume_that_waits_for_a_recorded_cycle_keeps_nobody_from_the_automata(
+    pair: Pair, tmp_path: Path
+) -> None:
+    leave = threading.Event()
+    state = State(id=1, name="look", initial=True, code=lambda: leave.wait(FOREVER))
+    made = component(Automaton(id=1, name="walker", period=0.05, states=(state,), transitions=()))
+    lock = WatchedLock()
+    with recording(made, tmp_path / "run.mcap") as recorder:
+        recorder.lock = lock
+        runtime = RecordedRuntime(made, WallClock(), recorder)
+        with Monitor(runtime, pair.server) as monitor:
+            runtime.start()
+            try:
+                proxy = HfsmMonitorPrx.checkedCast(pair.client.stringToProxy(monitor.identity))
+                assert [lock.wanted_by.get(timeout=EVENT_LIMIT) for _ in range(2)] == ["start", "automaton 1"]
+                resumed = proxy.resume.begin()
+                assert lock.wanted_by.get(timeout=EVENT_LIMIT) == MONITOR
+                assert proxy.getSnapshot.begin().result(EVENT_LIMIT).automata[0].state == 1
+                leave.set()
+                resumed.result(EVENT_LIMIT)
+            finally:
+                leave.set()
+                runtime.stop()
+    assert lock.overlaps == []
 
 
 def test_what_a_component_marks_is_in_its_snapshots(pair: Pair) -> None:
