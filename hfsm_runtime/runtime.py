@@ -239,13 +239,13 @@ class Runtime(Observer):
         """Replace the component with another version of it, between two cycles.
 
         `runs` are its automata; `apply` puts them into the tree at a component time in ns. Returns the wall
-        seconds in which no cycle could begin. Raises ReloadRefusedError when the component has ended, or a
-        cycle does not end within 1 s.
+        seconds in which no cycle could begin. Raises ReloadRefusedError when the component has ended, a
+        cycle does not end within 1 s, or there are no threads for new automata.
         """
         joining = tuple(run for run in runs if self.tree.run(run.automaton.id) is None)
-        self._threads.add(joining)
         leaving = joining
         try:
+            self._threads.add(joining)
             with self.tree.lock:
                 began = self._wait_for_gap()
                 self.component = component

@@ -15,7 +15,7 @@ from typing import Final
 from zenoh_ice.clock import Clock
 
 from .cycle import Supervisor, run_cycle
-from .errors import ComponentStoppedError, CycleCutError
+from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
 from .observer import Observer
 from .timeline import Timeline, delay_in_slot, slot_after, slot_at, slot_from
 from .tree import ChangeKind, Run, Tree
@@ -155,11 +155,17 @@ class Threads(Observer):
         return sys._current_frames().get(worker.thread.ident or 0)
 
     def add(self, runs: tuple[Run, ...]) -> None:
-        """Start the threads of automata that are about to join the tree."""
+        """Start the threads of automata that are about to join the tree.
+
+        Raises ReloadRefusedError where the system gives the process no more threads; some may run then.
+        """
         workers = {run: _Worker(self, run, index) for index, run in enumerate(runs, len(self._workers))}
         self._workers = {**self._workers, **workers}
-        for worker in workers.values():
-            worker.thread.start()
+        try:
+            for worker in workers.values():
+                worker.thread.start()
+        except RuntimeError as error:
+            raise ReloadRefusedError(f"{len(runs)} automata need a thread each: {error}") from error
 
     def remove(self, runs: tuple[Run, ...]) -> None:
         """End the threads of automata that are not in the tree, and in no cycle."""
@@ -171,7 +177,8 @@ class Threads(Observer):
             worker.wake.set()
             worker.stepped.set()
         for worker in retired:
-            worker.thread.join(_STEP)
+            if worker.thread.ident is not None:
+                worker.thread.join(_STEP)
 
     def wake(self) -> None:
         """Wake every thread to check for changes."""

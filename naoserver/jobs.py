@@ -229,9 +229,13 @@ class JobThreads:
         self._threads = [_JobThread(name, group) for name, group in groups.items()]
 
     def start(self) -> None:
-        """Start the threads."""
-        for thread in self._threads:
-            thread.start()
+        """Start the threads: all, or none where the system does not allow all (RuntimeError)."""
+        try:
+            for thread in self._threads:
+                thread.start()
+        except RuntimeError:
+            self.close()
+            raise
 
     def wake(self) -> None:
         """Make every thread check now for due jobs: something has changed."""

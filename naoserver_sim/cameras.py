@@ -9,6 +9,7 @@ import logging
 import os
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
@@ -139,12 +140,19 @@ class CameraRenderer:
     def start(self) -> None:
         """Start the thread, and wait until it has set up GL or failed: at most 10 s, in virtual time 60 s.
 
-        MuJoCo blocks all other threads meanwhile.
+        MuJoCo blocks all other threads meanwhile. Without a thread, the next call tries again.
         """
         with self._lock:
             if self._thread is None and not self._closed:
-                self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
-                self._thread.start()
+                thread = threading.Thread(target=self._run, name="cameras", daemon=True)
+                self._failure = None
+                try:
+                    thread.start()
+                except RuntimeError as error:  # at a limit of threads or memory
+                    self._failure = f"the cameras are off: {error}"
+                    _log.warning("%s", self._failure)
+                    return
+                self._thread = thread
         self._ready.wait(self._setup_timeout)
 
     def close(self) -> None:
@@ -162,21 +170,22 @@ class CameraRenderer:
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Return an image of the newest state.
 
-        Waits at most 1 s, and 10 s for GL at its first use; in virtual time 60 s for each.
+        Waits at most 1 s altogether, and 10 s for GL at its first use; in virtual time 60 s for each.
         Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
         """
         self._check(camera, width, height)
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot was closed")
         self.start()
+        if self._failure is not None:
+            raise HardwareFailure(self._failure)
         if not self._ready.is_set():
             raise HardwareFailure(f"{camera}: GL was not set up within {self._setup_timeout:g} s")
         request, limit = _Request(camera, width, height), self._frame_timeout
+        deadline = time.monotonic() + limit
         try:
-            if self._failure is not None:
-                raise HardwareFailure(self._failure)
             self._requests.put(request, timeout=limit)
-            return request.frame.result(limit)
+            return request.frame.result(max(0.0, deadline - time.monotonic()))
         except (queue.Full, FutureTimeoutError):
             request.frame.cancel()
             raise HardwareFailure(f"{camera}: no image of {width}x{height} within {limit:g} s") from None
@@ -241,13 +250,16 @@ def _current_context(width: int, height: int) -> Iterator[None]:
         context = unused.pop() if unused else create_context(width, height)
     except IndexError:  # another thread was faster
         context = create_context(width, height)
-    with context.as_current():
-        yield
-    unused = _spare.setdefault((os.environ[_CHOICE].lower(), width, height), [])
-    if len(unused) < _MOST_SPARE:
-        unused.append(context)
-    else:
-        context.free()
+    kept = False
+    try:
+        with context.as_current():
+            yield
+        unused = _spare.setdefault((os.environ[_CHOICE].lower(), width, height), [])
+        if kept := len(unused) < _MOST_SPARE:
+            unused.append(context)
+    finally:
+        if not kept:  # after a failure it may be broken
+            context.free()
 
 
 class _Scene:

@@ -178,8 +178,9 @@ class PacedSimulator(Simulator):
 
     def start(self) -> None:
         """Start the physics thread."""
-        self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
-        self._thread.start()
+        thread = threading.Thread(target=self._run, name="physics", daemon=True)
+        thread.start()
+        self._thread = thread  # not earlier: one that could not be started cannot be joined
 
     def close(self) -> None:
         """End the physics thread and wait until it has ended."""

@@ -264,6 +264,31 @@ def test_automata_that_make_no_sense_change_nothing(
         until(proxy, lambda snapshot: snapshot.generation == 0 and count(snapshot) > 5)
 
 
+def test_automata_for_which_no_thread_can_start_refuse_the_reload(
+    pair: Pair, version: Version, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def start(thread: threading.Thread) -> None:
+        if thread.name.startswith("automaton"):
+            raise RuntimeError("can't start new thread")
+        genuine(thread)
+
+    genuine = threading.Thread.start
+    more = sub(3, 2, state(1, "x", "hits += 1", initial=True), variables="hits = 0", period="20")
+    with running(pair, version) as (_, proxy):
+        version.write(
+            walker(more=more).replace(
+                "<name>red</name><idSubautomataSon>0", "<name>red</name><idSubautomataSon>3"
+            )
+        )
+        with monkeypatch.context() as patch:
+            patch.setattr(threading.Thread, "start", start)
+            with pytest.raises(ReloadRefused, match="1 automata need a thread each: can't start new thread"):
+                proxy.reload()
+        before = until(proxy, lambda snapshot: snapshot.generation == 0)
+        until(proxy, lambda snapshot: count(snapshot) > count(before) + 3)
+        assert proxy.reload().generation == 1
+
+
 def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Version) -> None:
     version.write(
         walker(functions="def wait(self):\n    self.waiting = True\n    self.release.wait(240)\n").replace(

@@ -38,6 +38,22 @@ def times_of(clock, period, work=(), gap=0.0, seconds=1.0):
     return times
 
 
+def test_unless_all_threads_start_none_runs_on(monkeypatch):
+    start, started = threading.Thread.start, []
+
+    def start_one(thread):
+        if started:
+            raise RuntimeError("can't start new thread")
+        started.append(thread)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", start_one)
+    jobs = [Periodic(name, WallClock(), lambda: 0.1, lambda: None) for name in ("one", "two", "three")]
+    with pytest.raises(RuntimeError, match="can't start"), JobThreads(jobs):
+        raise AssertionError
+    assert not started[0].is_alive()
+
+
 def test_a_job_does_not_drift_when_a_round_is_a_little_late():
     times = times_of(SteppedClock(), 0.1, [0.0, 0.13], seconds=0.5)
     assert times == pytest.approx([0.1, 0.2, 0.33, 0.4, 0.5])

@@ -1,5 +1,7 @@
 """A robot that is lost and found again."""
 
+import threading
+
 import pytest
 
 from naoserver.capabilities import WalkVelocity
@@ -52,6 +54,21 @@ def test_a_silent_robot_is_lost(naoqi, caplog):
         eventually(lambda: "lost the robot: ALMemory.getListData: no answer within 0.7 s" in caplog.text)
         assert naoqi.links[0].lost.is_set(), "it hangs up"
         naoqi.held.clear()
+
+
+def test_a_command_for_which_no_thread_can_start_is_refused_and_the_next_one_is_sent(naoqi, monkeypatch):
+    with naoqi.robot() as robot:
+        with monkeypatch.context() as patch:
+            patch.setattr(threading.Thread, "start", no_thread)
+            with pytest.raises(HardwareFailure, match="not sent: can't start new thread"):
+                robot.command_velocities({"HeadYaw": 0.5})
+            assert not naoqi.called("ALMotion.setAngles")
+        robot.command_velocities({"HeadYaw": 0.5})
+        naoqi.wait_for_call("ALMotion.setAngles")
+
+
+def no_thread(thread):
+    raise RuntimeError("can't start new thread")
 
 
 def test_while_it_is_lost_setpoints_stay_and_commands_do_nothing(naoqi):

@@ -1,10 +1,13 @@
-from contextlib import closing
+import threading
+from contextlib import closing, contextmanager
+from types import SimpleNamespace
 
 import pytest
 
 from naoserver.errors import HardwareFailure
 from naoserver_sim import cameras
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.limits import FOREVER
 from zenoh_ice import VirtualClock
 
 
@@ -31,6 +34,52 @@ def test_rendering_that_is_switched_off(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
     with pytest.raises(HardwareFailure, match="MUJOCO_GL=disable"):
         cameras.create_context(320, 240)
+
+
+def test_a_context_on_which_nothing_can_be_set_up_is_freed(monkeypatch):
+    freed = []
+
+    @contextmanager
+    def current():
+        yield
+
+    def broken(*_):
+        raise RuntimeError("no framebuffer")
+
+    context = SimpleNamespace(as_current=current, free=lambda: freed.append(context))
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setattr(cameras, "create_context", lambda *_: context)
+    monkeypatch.setattr("mujoco.MjrContext", broken)
+    with (
+        closing(SimulatedRobot(clock=VirtualClock(), skin=False)) as robot,
+        pytest.raises(HardwareFailure, match="the cameras are off: no framebuffer"),
+    ):
+        robot.capture("Camera", 320, 240)
+    assert freed == [context]
+
+
+def test_without_a_thread_there_are_no_images_and_the_next_one_tries_again(monkeypatch):
+    def no_thread(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    with closing(SimulatedRobot(clock=VirtualClock(), skin=False)) as robot:
+        with monkeypatch.context() as patch:
+            patch.setattr(threading.Thread, "start", no_thread)
+            with pytest.raises(HardwareFailure, match="the cameras are off: can't start new thread"):
+                robot.capture("Camera", 320, 240)
+        with pytest.raises(HardwareFailure, match="switched off by MUJOCO_GL"):
+            robot.capture("Camera", 320, 240)
+
+
+@pytest.mark.gl
+def test_an_image_takes_no_longer_than_its_limit_whatever_waits_before_it(monkeypatch):
+    with closing(SimulatedRobot(clock=VirtualClock(), skin=False)) as robot:
+        robot.capture("Camera", 320, 240)
+        moments = iter((0.0, FOREVER))  # before and after the wait for a place in the queue
+        monkeypatch.setattr(cameras, "time", SimpleNamespace(monotonic=lambda: next(moments)))
+        with pytest.raises(HardwareFailure, match="no image of 320x240"):
+            robot.capture("Camera", 320, 240)
 
 
 @pytest.mark.gl
