@@ -6,7 +6,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,14 @@ class RateMeter:
         return sum(0.0 <= now - time < WINDOW for time in tuple(self._times)) / WINDOW
 
 
+class _Shot(NamedTuple):
+    """How an image was taken: its size in pixels, and `CameraI._situation` at its time."""
+
+    width: int
+    height: int
+    situation: NDArray[np.float64]
+
+
 class CameraI(Camera):
     """Serve one camera of a robot.
 
@@ -74,8 +82,8 @@ class CameraI(Camera):
         self._streaming: set[str] = set()
         """The clients that have started streaming. Each operation on the set is atomic: it needs no lock."""
         self._newest: Frame | None = None
-        self._taken_at: NDArray[np.float64] | None = None
-        """`_situation` at the time of the newest image."""
+        self._shot: _Shot | None = None  # replaced as a whole, too
+        """How the newest image was taken."""
         self._place: tuple[NDArray[np.float64] | None, Matrix] = (None, np.eye(4))
         """A situation and the camera's place in it: cached, because all points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
@@ -103,7 +111,7 @@ class CameraI(Camera):
 
     def getCameraDescription(self, current: Current) -> CameraDescription:
         settings, facts = self._settings, self.facts
-        focal = settings.width / 2 / math.tan(facts.horizontal_fov / 2)
+        focal = self._focal_length(settings.width)
         return CameraDescription(
             name=facts.name,
             shortDescription=f"{settings.width}x{settings.height}, {settings.rate:g} images/s of robot time",
@@ -145,12 +153,15 @@ class CameraI(Camera):
         require_finite(u=u, v=v, height=height)
         if self.facts.name not in _ON_THE_HEAD:
             raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
-        view, taken = self.getCameraDescription(current), self._taken_at
+        settings = self._settings
+        shot = self._shot or _Shot(settings.width, settings.height, self._situation())
         situation, camera = self._place
-        if taken is None or situation is not taken:
-            camera = self._place_in(self._situation() if taken is None else taken)
-            self._place = taken, camera
-        ray = camera[:3, :3] @ (1.0, (view.u0 - u) / view.fdistx, (view.v0 - v) / view.fdisty)
+        if situation is not shot.situation:
+            camera = self._place_in(shot.situation)
+            self._place = shot.situation, camera
+        focal = self._focal_length(shot.width)
+        right, down = u - (shot.width - 1) / 2, v - (shot.height - 1) / 2
+        ray = camera[:3, :3] @ (1.0, -right / focal, -down / focal)
         way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
         if not 0.0 < way < math.inf:
             return FloorPoint(math.inf, math.inf, math.inf)
@@ -159,7 +170,7 @@ class CameraI(Camera):
 
     def reset(self, current: Current) -> None:
         self._settings = self._options
-        self._streaming.clear()
+        self._streaming.discard(current.client)
 
     # -- for the server ----------------------------------------------------------------------------------
 
@@ -214,9 +225,13 @@ class CameraI(Camera):
         self._newest = None  # not kept if the next capture fails
         before = self._situation()
         frame = self._newest = self._robot.capture(self.facts.name, settings.width, settings.height)
-        self._taken_at = _between(before, self._situation(), frame.time)
+        self._shot = _Shot(frame.width, frame.height, _between(before, self._situation(), frame.time))
         self._meter.count(frame.time)
         return frame
+
+    def _focal_length(self, width: int) -> float:
+        """Return the focal length in pixels of images of some width."""
+        return width / 2 / math.tan(self.facts.horizontal_fov / 2)
 
     def _situation(self) -> NDArray[np.float64]:
         """Return the robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""

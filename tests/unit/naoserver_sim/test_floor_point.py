@@ -1,6 +1,7 @@
 """What a pixel shows on the floor, against the simulation's truth."""
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -105,3 +106,32 @@ def test_it_is_where_the_picture_showed_it_although_the_head_turns():
     point = camera.getFloorPoint(view.u0, view.v0, 0.0, None)
     assert robot.yaw > 0.2
     assert math.atan2(point.y, point.x) == pytest.approx(robot.yaw, abs=0.01)
+
+
+def test_it_is_of_the_newest_image_whatever_size_the_next_one_has():
+    clock = VirtualClock()
+    camera: Any = Assembly(FakeRobot(clock), ServerOptions(), clock).servants["CameraBottom"]
+    image = camera.getImageData("GRAY8", None).description
+    before = camera.getFloorPoint(160.0, 220.0, 0.0, None)
+    other = camera.getCameraDescription(None)
+    other.width, other.height, other.rate = 640, 480, 5.0
+    camera.setCameraDescription(other, None)
+    assert (image.width, camera.getFloorPoint(160.0, 220.0, 0.0, None)) == (320, before)
+    camera.getImageData("GRAY8", None)
+    after = camera.getFloorPoint(2 * 160.0 + 0.5, 2 * 220.0 + 0.5, 0.0, None)
+    assert (after.x, after.y) == pytest.approx((before.x, before.y))
+
+
+def test_a_reset_by_one_client_ends_nobody_elses_streaming():
+    clock = VirtualClock()
+    camera: Any = Assembly(FakeRobot(clock), ServerOptions(), clock).servants["CameraBottom"]
+    one, other = (
+        SimpleNamespace(client=client, identity="CameraBottom", communicator=SimpleNamespace(realm="nao"))
+        for client in ("one", "other")
+    )
+    camera.startCameraStreaming(one)
+    camera.startCameraStreaming(other)
+    camera.reset(one)
+    assert camera.wanted
+    camera.reset(other)
+    assert not camera.wanted
