@@ -68,6 +68,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         else:  # no stream (yet): the call brings an image, or says why there is none
             image = self.Camera.getImageData("RGB8")
         width, height = image.description.width, image.description.height
+        self.image_width = width
         pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         hues = {"red": [(0, 8), (172, 180)], "green": [(40, 80)]}[color]
@@ -86,8 +87,8 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         self.Head.setSpeed(-gain * math.atan2(error_u, camera.fdistx), gain * math.atan2(error_v, camera.fdisty))
 
     def camera(self):
-        """Return the camera's description, asked for once."""
-        if not hasattr(self, "camera_description"):
+        """Return the camera's description, asked for again when its images have another size."""
+        if not hasattr(self, "camera_description") or self.camera_description.width != self.image_width:
             self.camera_description = self.Camera.getCameraDescription()
         return self.camera_description
 
@@ -272,28 +273,28 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
     (17, 17, "dance_and_follow.xml:173", "library"),
-    (18, 18, "follow_ball.xml:98", "library"),
-    (19, 19, "follow_ball.xml:99", "library"),
-    (20, 20, "follow_ball.xml:100", "library"),
+    (18, 18, "follow_ball.xml:99", "library"),
+    (19, 19, "follow_ball.xml:100", "library"),
+    (20, 20, "follow_ball.xml:101", "library"),
     (37, 61, "dance_and_follow.xml:39", "functions", 1),
-    (63, 101, "follow_ball.xml:56", "functions", 3),
-    (107, 107, "dance_and_follow.xml:24", "fired", 1, 1),
-    (127, 127, "dance_and_follow.xml:73", "argument", 2, 1),
-    (132, 132, "dance_and_follow.xml:81", "argument", 2, 2),
-    (156, 159, "follow_ball.xml:52", "variables", 3),
-    (167, 174, "follow_ball.xml:10", "code", 3, 1),
-    (178, 179, "follow_ball.xml:24", "code", 3, 2),
-    (182, 182, "follow_ball.xml:34", "trigger", 3, 1),
-    (185, 185, "follow_ball.xml:43", "trigger", 3, 2),
-    (189, 189, "follow_ball.xml:41", "fired", 3, 2),
-    (196, 196, "follow_ball.xml:4", "automaton", 3),
-    (211, 223, "dance_and_follow.xml:157", "variables", 5),
-    (227, 230, "dance_and_follow.xml:123", "code", 5, 1),
-    (234, 237, "dance_and_follow.xml:133", "code", 5, 2),
-    (240, 240, "dance_and_follow.xml:145", "trigger", 5, 1),
-    (244, 244, "dance_and_follow.xml:143", "fired", 5, 1),
-    (247, 247, "dance_and_follow.xml:154", "trigger", 5, 2),
-    (251, 251, "dance_and_follow.xml:152", "fired", 5, 2),
+    (63, 102, "follow_ball.xml:56", "functions", 3),
+    (108, 108, "dance_and_follow.xml:24", "fired", 1, 1),
+    (128, 128, "dance_and_follow.xml:73", "argument", 2, 1),
+    (133, 133, "dance_and_follow.xml:81", "argument", 2, 2),
+    (157, 160, "follow_ball.xml:52", "variables", 3),
+    (168, 175, "follow_ball.xml:10", "code", 3, 1),
+    (179, 180, "follow_ball.xml:24", "code", 3, 2),
+    (183, 183, "follow_ball.xml:34", "trigger", 3, 1),
+    (186, 186, "follow_ball.xml:43", "trigger", 3, 2),
+    (190, 190, "follow_ball.xml:41", "fired", 3, 2),
+    (197, 197, "follow_ball.xml:4", "automaton", 3),
+    (212, 224, "dance_and_follow.xml:157", "variables", 5),
+    (228, 231, "dance_and_follow.xml:123", "code", 5, 1),
+    (235, 238, "dance_and_follow.xml:133", "code", 5, 2),
+    (241, 241, "dance_and_follow.xml:145", "trigger", 5, 1),
+    (245, 245, "dance_and_follow.xml:143", "fired", 5, 1),
+    (248, 248, "dance_and_follow.xml:154", "trigger", 5, 2),
+    (252, 252, "dance_and_follow.xml:152", "fired", 5, 2),
 )
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         else:  # no stream (yet): the call brings an image, or says why there is none
             image = self.Camera.getImageData("RGB8")
         width, height = image.description.width, image.description.height
+        self.image_width = width
         pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         hues = {"red": [(0, 8), (172, 180)], "green": [(40, 80)]}[color]
@@ -50,8 +51,8 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         self.Head.setSpeed(-gain * math.atan2(error_u, camera.fdistx), gain * math.atan2(error_v, camera.fdisty))
 
     def camera(self):
-        """Return the camera's description, asked for once."""
-        if not hasattr(self, "camera_description"):
+        """Return the camera's description, asked for again when its images have another size."""
+        if not hasattr(self, "camera_description") or self.camera_description.width != self.image_width:
             self.camera_description = self.Camera.getCameraDescription()
         return self.camera_description
 
@@ -121,16 +122,16 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
 
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
-    (16, 16, "follow_ball.xml:98", "library"),
-    (17, 17, "follow_ball.xml:99", "library"),
-    (18, 18, "follow_ball.xml:100", "library"),
-    (27, 65, "follow_ball.xml:56", "functions", 1),
-    (70, 73, "follow_ball.xml:52", "variables", 1),
-    (81, 88, "follow_ball.xml:10", "code", 1, 1),
-    (92, 93, "follow_ball.xml:24", "code", 1, 2),
-    (96, 96, "follow_ball.xml:34", "trigger", 1, 1),
-    (99, 99, "follow_ball.xml:43", "trigger", 1, 2),
-    (103, 103, "follow_ball.xml:41", "fired", 1, 2),
+    (16, 16, "follow_ball.xml:99", "library"),
+    (17, 17, "follow_ball.xml:100", "library"),
+    (18, 18, "follow_ball.xml:101", "library"),
+    (27, 66, "follow_ball.xml:56", "functions", 1),
+    (71, 74, "follow_ball.xml:52", "variables", 1),
+    (82, 89, "follow_ball.xml:10", "code", 1, 1),
+    (93, 94, "follow_ball.xml:24", "code", 1, 2),
+    (97, 97, "follow_ball.xml:34", "trigger", 1, 1),
+    (100, 100, "follow_ball.xml:43", "trigger", 1, 2),
+    (104, 104, "follow_ball.xml:41", "fired", 1, 2),
 )
 
 if __name__ == "__main__":

@@ -97,7 +97,8 @@ class Communicator:
         """Servants of this process."""
         self.call_numbers: Final = itertools.count(1)
         self._lock: Final = threading.RLock()
-        self._adapters: list[ObjectAdapter] = []
+        self._active: Final[dict[ObjectAdapter, None]] = {}  # adapters, in the order of their activation
+        self._serves_status = False
         self._futures: Final[set[Future[Any]]] = set()
         self._rivals: set[str] = set()  # sessions that were reported
         self._reports: list[float] = []  # when
@@ -140,6 +141,7 @@ class Communicator:
                 threads=self.pool.has_threads,
             )
             end.callback(self.streams.close)
+            end.callback(self._deactivate_all)
             self._end: Final = end.pop_all()
         _live.add(self)
 
@@ -194,12 +196,19 @@ class Communicator:
         """Return an adapter, which makes servants reachable; the name is for logs and errors."""
         with self._lock:
             self.check()
-            if not self._adapters:
+            if not self._serves_status:
                 self.transport.serve_status(self.realm, partial(self._encode_status, time.time()))
                 self.presence.add_listener(self._report_rivals)
-            self._adapters.append(adapter := ObjectAdapter(self, name))
-            self._end.callback(adapter.destroy)
-        return adapter
+                self._serves_status = True
+        return ObjectAdapter(self, name)
+
+    def keep(self, adapter: ObjectAdapter, *, active: bool) -> None:
+        """Remember an adapter of this communicator while it is active: the end deactivates it."""
+        with self._lock:
+            if active:
+                self._active[adapter] = None
+            else:
+                self._active.pop(adapter, None)
 
     def identities(self, realm: str | None = None) -> list[str]:
         """Return the identities served in a realm as far as known by now, sorted."""
@@ -250,8 +259,7 @@ class Communicator:
     def shutdown(self) -> None:
         """Withdraw all servants and let `waitForShutdown` return; proxies still work."""
         self._shutdown.set()
-        for adapter in tuple(self._adapters):
-            adapter.deactivate()
+        self._deactivate_all()
 
     def waitForShutdown(self, timeout: float | None = None) -> bool:
         """Wait until `shutdown` or `destroy` is called, at most `timeout` s; return whether one was."""
@@ -283,6 +291,13 @@ class Communicator:
 
     def __exit__(self, *_: object) -> None:
         self.destroy()
+
+    def _deactivate_all(self) -> None:
+        with self._lock:
+            adapters = tuple(self._active)
+        with ExitStack() as steps:  # all, the last first, whatever they raise
+            for adapter in adapters:
+                steps.callback(adapter.deactivate)
 
     def _watched(self, realm: str | None) -> str:
         self.check()

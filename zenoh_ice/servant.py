@@ -627,12 +627,18 @@ class ObjectAdapter:
         """
         with self._lock:
             if self._active is None:
-                self._active = self._open(self._servants)
+                self._communicator.keep(self, active=True)
+                try:
+                    self._active = self._open(self._servants)
+                finally:
+                    if self._active is None:
+                        self._communicator.keep(self, active=False)
 
     def deactivate(self) -> None:
         """Withdraw the servants; running calls may continue for a second. Does nothing when not active."""
         with self._lock:
             active, self._active = self._active or {}, None
+            self._communicator.keep(self, active=False)
         self._withdraw(list(active.values()))
 
     def destroy(self) -> None:

@@ -12,6 +12,7 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -166,18 +167,24 @@ class SecurityFolder:
         return _Authority.load(self.path / f"{_AUTHORITY}.pem", self.path / f"{_AUTHORITY}.key")
 
     def _write(self, files: Mapping[str, bytes]) -> None:
-        """Write new files; keys can be read by their owner alone. Raises SecurityFilesError if one exists."""
+        """Write new files, all or none; keys can be read by their owner alone.
+
+        Raises SecurityFilesError if one exists.
+        """
         path = self.path
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-            for name, content in files.items():
-                path = self.path / name
-                mode = 0o600 if path.suffix == ".key" else 0o666
-                descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
-                with os.fdopen(descriptor, "wb") as file:
-                    file.write(content)
-        except OSError as error:
-            raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
+        with ExitStack() as undo:
+            try:
+                path.mkdir(parents=True, exist_ok=True)
+                for name, content in files.items():
+                    path = self.path / name
+                    mode = 0o600 if path.suffix == ".key" else 0o666
+                    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+                    undo.callback(path.unlink, missing_ok=True)
+                    with os.fdopen(descriptor, "wb") as file:
+                        file.write(content)
+            except OSError as error:
+                raise SecurityFilesError(f"{path}: cannot be written: {error.strerror}") from error
+            undo.pop_all()
 
 
 def _client_files(

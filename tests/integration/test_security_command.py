@@ -122,6 +122,16 @@ def test_mistakes_change_nothing(folder: Path, arguments: list[str], message: st
     assert {file: file.read_bytes() for file in folder.iterdir()} == before
 
 
+def test_a_user_whose_files_are_partly_there_gets_none_of_the_others(folder: Path) -> None:
+    (folder / "ann.toml").write_text("mine")
+    with pytest.raises(SecurityFilesError, match=r"ann\.toml: cannot be written: File exists"):
+        security("add", folder, "ann", "--role", "student")
+    assert [file.name for file in folder.glob("ann.*")] == ["ann.toml"]
+    assert (folder / "ann.toml").read_text() == "mine"
+    (folder / "ann.toml").unlink()
+    security("add", folder, "ann", "--role", "student")
+
+
 def test_a_router_starts_with_its_own_settings_alone(folder: Path) -> None:
     student = load_settings(folder / "student.toml", defaults=DEFAULTS, environment={})
     with pytest.raises(ConfigurationException, match=r"student.toml: mode = 'client': not the settings"):

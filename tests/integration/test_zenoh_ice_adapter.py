@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+import weakref
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -31,6 +33,17 @@ def gripper(communicator: Communicator, text: str) -> GripperPrx:
 def caller(request: pytest.FixtureRequest, pair: Pair) -> Communicator:
     communicator: Communicator = getattr(pair, request.param)
     return communicator
+
+
+def test_a_destroyed_adapter_leaves_nothing_behind(pair: Pair) -> None:
+    adapter = pair.server.createObjectAdapter("Short")
+    adapter.add(GripperI(), "Ball")
+    adapter.activate()
+    adapter.destroy()
+    gone = weakref.ref(adapter)
+    del adapter
+    gc.collect()
+    assert gone() is None
 
 
 class TestIdentities:

@@ -101,6 +101,20 @@ def test_the_red_ball_is_none_of_its_business(b: Behavior) -> None:
     assert b.run_until("search", limit=2.0) < 1.0
 
 
+def test_it_turns_as_far_as_before_when_somebody_else_chooses_larger_images(b: Behavior) -> None:
+    b.robot.ball("green").place(pan=0.4, distance=1.0, height=0.6)
+    b.advance(2.0)
+    camera = b.component.Camera
+    description = camera.getCameraDescription()
+    description.width, description.height = 640, 480
+    camera.setCameraDescription(description)
+    b.advance(0.5)
+    b.robot.ball("green").place(pan=0.5, distance=1.0, height=0.6)
+    b.advance(0.2)
+    error, focal_length = b.variables("follow_ball")["error_u"], camera.getCameraDescription().fdistx
+    assert b.calls("Head.setSpeed")[-1].pan == pytest.approx(-3.5 * math.atan2(error, focal_length))
+
+
 def test_a_camera_that_fails_stops_the_head(behavior: MakeBehavior) -> None:
     b = behavior(DOCUMENT, robot="fake", camera_failure="no lens", on_error="stop")
     b.advance(1.0)
