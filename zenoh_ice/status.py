@@ -56,7 +56,7 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
             host=socket.gethostname(),
             python=platform.python_version(),
             zenoh=_version("eclipse-zenoh"),
-            version=_version("visualhfsm"),
+            version=own_version(),
             since=since,
             shared_memory=shared_memory,
             servants=dict(servants),
@@ -74,6 +74,11 @@ def program_name() -> str:
     """Return the name of this program: of its script, or of the module that `python -m` runs."""
     program = Path(sys.argv[0])
     return (program.parent.name if program.name == "__main__.py" else program.name) or "python"
+
+
+def own_version() -> str:
+    """Return the version of the installed distribution; `unknown` for a copy of its sources."""
+    return _version("visualhfsm")
 
 
 @cache

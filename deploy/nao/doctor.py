@@ -26,7 +26,14 @@ from typing import Final, NamedTuple
 from deploy.nao.connection import ask_processes, find_servant, listens, nobody, process_name, servants
 from deploy.nao.output import console, count_text, duration_text, print_json, wrapped
 from deploy.nao.values import Json
-from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
+from zenoh_ice import (
+    Communicator,
+    EndpointInUseException,
+    ServantInfo,
+    TimeoutException,
+    ZenohIceError,
+    initialize,
+)
 from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings, host_and_port
 from zenoh_ice.status import ProcessStatus
@@ -224,13 +231,26 @@ try:
     from naoserver_sim.cameras import create_context
 except ModuleNotFoundError as error:
     sys.exit(f"missing {error.name}")
-context = create_context(16, 16)
 import os
-from OpenGL import GL
-print(os.environ.get("MUJOCO_GL", ""), GL.glGetString(GL.GL_RENDERER).decode(), sep="; ")
-context.free()
+import numpy as np
+ball = "<mujoco><worldbody><geom size='1' rgba='1 1 1 1'/></worldbody></mujoco>"
+model = mujoco.MjModel.from_xml_string(ball)
+data = mujoco.MjData(model)
+mujoco.mj_forward(model, data)
+with create_context(64, 64).as_current():
+    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+    mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+    scene, camera, everything = mujoco.MjvScene(model, 10), mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, everything, scene)
+    viewport, picture = mujoco.MjrRect(0, 0, 64, 64), np.zeros((64, 64, 3), np.uint8)
+    mujoco.mjr_render(viewport, scene, context)
+    mujoco.mjr_readPixels(picture, None, viewport, context)
+    context.free()
+if not picture.any():
+    sys.exit("the picture of a white ball is black")
+print(f"a picture of 64x64 with {os.environ['MUJOCO_GL']}")
 """
-"""Renders in a separate process: a broken driver may crash the process that loads it."""
+"""Takes a picture in a separate process: a broken driver may crash the process that loads it."""
 _GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0"
 _SOFTWARE_GL: Final = "render in software: MUJOCO_GL=osmesa, after sudo apt-get install libosmesa6"
 _FEW_FILES: Final = 1024
@@ -260,7 +280,7 @@ def _check_rendering() -> Finding:
     output = (done.stderr.strip() if done.returncode else b"") or done.stdout
     last = output.decode(errors="replace").strip().rpartition("\n")[2][:300]
     if done.returncode == 0:
-        return _ok(f"GL renders: {last}")
+        return _ok(f"GL renders {last}")
     if last.startswith("missing "):
         return _note(f"GL: not checked, {last.removeprefix('missing ')} is not installed")
     if done.returncode < 0:
@@ -439,9 +459,14 @@ def _check_clock(communicator: Communicator, found: list[ServantInfo]) -> Findin
         return _note("no robot clock in this realm: behaviors use wall time")
     try:
         stream = find_servant(communicator, info.identity).stream("getTime")
-        sample = stream.wait(stream.wait(timeout=_SAMPLE_LIMIT), timeout=_SAMPLE_LIMIT)
     except (ZenohIceError, KeyError) as error:
+        return _fail(f"the robot's clock cannot be read: {error}", "install the same version on both sides")
+    try:
+        sample = stream.wait(stream.wait(timeout=_SAMPLE_LIMIT), timeout=_SAMPLE_LIMIT)
+    except TimeoutException as error:
         return _fail(f"the robot's clock does not advance: {error}", "restart the robot server")
+    except ZenohIceError as error:
+        return _fail(f"the robot's clock cannot be read: {error}", "check the findings above")
     apart = time.time() - sample.wall_time
     rate = float(getattr(sample.value, "rate", math.nan))
     if not -_CLOCKS_APART < apart < _CLOCKS_APART:

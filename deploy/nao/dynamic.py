@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from enum import IntEnum
 from typing import Any, Final, cast
 
 import msgspec
 
-from zenoh_ice import MarshalException, ObjectPrx, UserException
+from zenoh_ice import MarshalException, ObjectPrx, SystemException, UserException
 from zenoh_ice.generated import Byte, Int, Long, Short
 from zenoh_ice.interface import (
     RETURN_VALUE,
@@ -32,6 +33,7 @@ from zenoh_ice.reflection import (
     unscoped,
 )
 from zenoh_ice.servant import OBJECT_INTERFACE
+from zenoh_ice.status import own_version
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
@@ -179,10 +181,11 @@ class DynamicProxy:
     def __init__(self, proxy: ObjectPrx) -> None:
         """Ask the servant for its interface.
 
-        Raises the exceptions of a call, and MarshalException when the answer does not describe an interface.
+        Raises the exceptions of a call, and MarshalException when the answer does not describe an interface,
+        as that of a server of another version may not.
         """
         self.identity: Final = proxy.ice_getIdentity()
-        self.schema: Final = proxy.ice_describe()
+        self.schema: Final = _description_of(proxy)
         self.type_id: Final = self.schema.interface
         self.fingerprint: Final = printable(self.schema.definitions[self.type_id].fingerprint)
         self.types: Final = Types(self.schema)
@@ -238,6 +241,32 @@ class DynamicProxy:
             return {names[0]: returned}
         values = returned if isinstance(returned, tuple) else ()
         return dict(zip(names, values, strict=True))
+
+
+def _description_of(proxy: ObjectPrx) -> Schema:
+    try:
+        return proxy.ice_describe()
+    except MarshalException as error:
+        identity, theirs, own = proxy.ice_getIdentity(), _version_of_server(proxy), own_version()
+        if theirs == own:
+            raise
+        if not theirs:
+            raise MarshalException(
+                f"{identity} does not describe itself as version {own} does: is its server an older one?"
+            ) from error
+        raise MarshalException(
+            f"the server of {identity} has another version ({printable(theirs)}, and {own} is here): "
+            "upgrade the older of the two"
+        ) from error
+
+
+def _version_of_server(proxy: ObjectPrx) -> str:
+    """Return the version of the distribution that a servant's process has, or nothing if that is unknown."""
+    communicator, target = proxy.ice_getCommunicator(), target_of(proxy)
+    for info in communicator.presence.servers(target)[:1]:
+        with suppress(SystemException):
+            return communicator.processStatus(info.server, realm=target.realm).version
+    return ""
 
 
 def target_of(proxy: ObjectPrx) -> Target:

@@ -21,7 +21,7 @@ from typer.main import get_command
 
 from deploy.nao.command import app
 from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
-from deploy.nao.doctor import Finding, Level, check_network
+from deploy.nao.doctor import Finding, Level, check_network, installed_version
 from naoserver.fake import FakeRobot
 from tests.support.gripper import GripperI
 from tests.support.limits import END_LIMIT, RUN_LIMIT
@@ -334,6 +334,29 @@ def test_doctor_finds_the_robot_in_order(robot: ServedRobot, monkeypatch: pytest
     network = [each for each in found if each["check"] == "network"]
     assert {each["level"] for each in network} == {"ok"}, network
     assert any("held by" in each["text"] and str(os.getpid()) in each["text"] for each in network)
+
+
+@pytest.mark.parametrize(
+    ("version", "message"),
+    [
+        ("0.1.0", "the server of Clock has another version (0.1.0, and {own} is here): upgrade the older"),
+        (None, "Clock does not describe itself as version {own} does: is its server an older one?"),
+    ],
+)
+def test_a_server_that_describes_itself_otherwise_has_another_version(
+    version: str | None, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("zenoh_ice.servant.Object.ice_describe", lambda *_: "[]")
+    monkeypatch.setattr("zenoh_ice.status.own_version", lambda: version)
+    monkeypatch.setattr("deploy.nao.doctor._check_rendering", lambda: Finding(Level.OK, "GL renders"))
+    expected = message.format(own=installed_version("visualhfsm"))
+    with served(FakeRobot()) as old, at(old.endpoint, old.realm):
+        assert expected in " ".join(nao("call", "Clock.getTime").err.split())
+        assert expected in json.loads(nao("status", "--json").out)["robot"]["Clock"]["error"]
+        found = json.loads(nao("doctor", "--json").out)
+    (clock,) = (each for each in found if "clock" in each["text"] and each["check"] == "network")
+    assert expected in clock["text"]
+    assert clock["fix"] == "install the same version on both sides"
 
 
 def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:

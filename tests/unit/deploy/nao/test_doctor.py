@@ -90,6 +90,13 @@ def test_a_process_that_cannot_render_is_reported_with_what_to_install(
     assert "rendering is switched off by MUJOCO_GL=off" in text
 
 
+@pytest.mark.slow
+@pytest.mark.gl
+def test_a_process_that_can_render_takes_a_picture() -> None:
+    (text,) = (each.text for each in check_machine() if each.text.startswith("GL"))
+    assert text.startswith("GL renders a picture of 64x64 with ")
+
+
 def test_who_holds_a_port_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         endpoint = f"tcp/127.0.0.1:{server.getsockname()[1]}"
