@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from functools import partial
 
 import zenoh
 from zenoh.handlers import Callback
 
 from hfsm_command.cli import stop_on_signals
+from hfsm_command.watchdog import Watchdog
 from zenoh_ice.exceptions import ConfigurationException
-from zenoh_ice.session import client_token, close_session, open_session
+from zenoh_ice.session import client_token, close_session, open_session, problem_of
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 from zenoh_ice.text import printable
 
@@ -38,8 +40,10 @@ def check_router(settings: Settings) -> None:
         raise ConfigurationException(f"{origin}: listen = []: a router needs an endpoint to listen on")
 
 
-def serve(settings: Settings, report: Callable[[str], None]) -> None:
+def serve(settings: Settings, report: Callable[[str], Watchdog | None]) -> None:
     """Run a router until a signal arrives, then exit; `report` gets a line once the router can be reached.
+
+    What it returns gets reports from then on that the router works: its session answers its own query.
 
     Raises ConfigurationException for settings that are not a router's, and the exceptions of
     `zenoh_ice.session.open_session`.
@@ -60,8 +64,8 @@ def serve(settings: Settings, report: Callable[[str], None]) -> None:
                 _held = session.liveliness().declare_token(token)
             listener = Callback(_log_link, indirect=True)
             links = session.info.declare_link_events_listener(listener, history=True)
-            report(f"the router listens on {', '.join(settings.listen)}; {access}")
-            stop.wait()
+            watchdog = report(f"the router listens on {', '.join(settings.listen)}; {access}") or Watchdog()
+            watchdog.wait(stop, partial(problem_of, session))
             links.undeclare()
         finally:
             close_session(session)

@@ -29,6 +29,7 @@
     restart_limit = 5                           # failures in a row, none a minute after its start
     restart_pause = 1.0                         # seconds before it is started again
     notify = true                               # under systemd, ready is when it says so itself, by READY=1
+    watchdog = 30.0                             # seconds within which it says again that it works
 
 `python` stands for the interpreter that runs the launcher; other programs are looked up in its folder first.
 """
@@ -90,12 +91,16 @@ class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
     restart_pause: Seconds = 1.0
     notify: bool = False
     """Whether it reports to systemd that it is ready, as those of our commands that serve do."""
+    watchdog: Annotated[float, Meta(ge=0.0, lt=3600.0, description="write seconds from 0, below 3600")] = 0.0
+    """Seconds after which systemd ends it unless it reported that it works, as robot servers do; 0: never."""
 
     def __post_init__(self) -> None:
         try:
             re.compile(self.ready)
         except re.error as error:
             raise ValueError(f"ready is not a regular expression: {error}") from error
+        if self.watchdog and not self.notify:
+            raise ValueError("`watchdog` needs `notify`: it is for a process that reports to systemd")
         if self.foreground and self.ready:
             raise ValueError("a foreground process writes to the terminal and cannot have `ready`")
         if self.foreground and self.restart != "never":

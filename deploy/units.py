@@ -27,6 +27,31 @@ _PLAIN: Final = re.compile(r"[\w@+=:,./-]+", re.ASCII)  # words that systemd tak
 _IMAGE: Final = "${VISUALHFSM_IMAGE:-visualhfsm}"  # compose fills in the variable
 _FOLDER: Final = "/stack"  # in a container, the directory in which the command was run
 
+# Ten times what a simulation with a hundred clients needs. Components have a thread for each automaton.
+_LIMITS: Final = """\
+MemoryMax=2G
+TasksMax=4096
+LimitNOFILE=8192
+"""
+
+# Without what our programs need: devices (a GPU), memory that is written and executed (Mesa's compiler), the
+# home directory (the stack may be there) and the temporary files of others.
+_SANDBOX: Final = """\
+NoNewPrivileges=yes
+CapabilityBoundingSet=
+LockPersonality=yes
+ProtectControlGroups=yes
+ProtectHostname=yes
+ProtectKernelLogs=yes
+ProtectKernelModules=yes
+ProtectKernelTunables=yes
+ProtectSystem=full
+RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK
+RestrictNamespaces=yes
+RestrictSUIDSGID=yes
+SystemCallArchitectures=native
+"""
+
 
 def write(stack: Stack, changes: dict[str, str], units: Path | None, compose: Path | None) -> None:
     """Write the processes of a stack as systemd units into a folder, as a compose file, or both.
@@ -46,23 +71,40 @@ def write(stack: Stack, changes: dict[str, str], units: Path | None, compose: Pa
         )
     if compose:
         typer.echo(f"wrote {write_compose_file(stack.name, processes, compose)}")
-        typer.echo(f"next: VISUALHFSM_IMAGE=... docker compose -f {shlex.quote(str(compose))} up -d")
+        typer.echo(
+            "next: docker build -t visualhfsm -f deploy/Dockerfile . (docs/how-to/lab.md)"
+            f" && docker compose -f {shlex.quote(str(compose))} up -d"
+        )
 
 
 def write_units(name: str, processes: Sequence[ProcessSpec], folder: Path) -> list[Path]:
     """Write a service of systemd for each process of a stack, and a target that starts all; return the files.
 
-    They are units of the system that run as the present user in the present directory. Raises StackError when
-    a file cannot be written, or is not one that this function wrote.
+    They are units of the system that run as the present user in the present directory. One that has failed
+    for good starts the template `NAME-alert@.service`. Raises StackError when a file cannot be written, or is
+    not one that this function wrote.
     """
     background = _background(name, processes)
     services = {spec.name: f"{name}-{spec.name}.service" for spec in background}
     target = f"{_HEADER}\n[Unit]\nDescription=Stack {name}\nWants={' '.join(services.values())}\n"
     units = {f"{name}.target": f"{target}\n[Install]\nWantedBy=multi-user.target\n"}
+    units[f"{name}-alert@.service"] = _alert(name)
     for spec in background:
         after = [services[other] for other in spec.after if other in services]
         units[services[spec.name]] = _service(name, spec, after)
     return [_write(folder / unit, text) for unit, text in units.items()]
+
+
+def _alert(name: str) -> str:
+    return f"""{_HEADER}
+# It writes to the journal. To notify somebody: systemctl edit {name}-alert@.service
+[Unit]
+Description=Alert that %i has failed
+
+[Service]
+Type=oneshot
+ExecStart=/bin/echo "<1>%i has failed and is not started again: see journalctl -u %i"
+"""
 
 
 def _service(name: str, spec: ProcessSpec, after: Sequence[str]) -> str:
@@ -73,6 +115,7 @@ def _service(name: str, spec: ProcessSpec, after: Sequence[str]) -> str:
     pairs = " ".join(_word(f"{key}={value}") for key, value in environment.items())
     # A minute without failure resets the launcher's count; systemd counts starts within an interval.
     window = (spec.restart_limit + 1) * (STEADY + spec.restart_pause + spec.ready_timeout)
+    watchdog = f"WatchdogSec={spec.watchdog:g}\n" if spec.watchdog else ""
     return f"""{_HEADER}
 [Unit]
 Description={spec.name} of stack {name}
@@ -81,6 +124,7 @@ Wants={" ".join(["network-online.target", *after])}
 After={" ".join(["network-online.target", "time-sync.target", *after])}
 StartLimitIntervalSec={window:g}
 StartLimitBurst={spec.restart_limit + 1}
+OnFailure={name}-alert@%n.service
 
 [Service]
 Type={"notify" if spec.notify else "exec"}
@@ -97,8 +141,7 @@ SuccessExitStatus=130 143
 Restart={"no" if spec.restart == "never" else spec.restart}
 RestartSec={spec.restart_pause:g}
 RestartPreventExitStatus={" ".join(map(str, sorted(HOPELESS)))}
-NoNewPrivileges=yes
-"""
+{watchdog}{_LIMITS}{_SANDBOX}"""
 
 
 def _word(text: str) -> str:
@@ -110,9 +153,9 @@ def _word(text: str) -> str:
 def write_compose_file(name: str, processes: Sequence[ProcessSpec], file: Path) -> Path:
     """Write a compose file with a service for each process of a stack; return it.
 
-    The containers share the network and the process ids of the machine, so that loopback and images in memory
-    work as without containers; they run as the present user in the present directory. Raises
-    StackError as `write_units` does.
+    The containers share the network of the machine, so that loopback works as without containers, but no
+    memory: images go over the network. They run in the present directory as the present user, or as the
+    image's if that is root. Raises StackError as `write_units` does.
     """
     background = _background(name, processes)
     names = {spec.name for spec in background}
@@ -134,9 +177,8 @@ def _container(spec: ProcessSpec, after: Sequence[str]) -> dict[str, Any]:
         # No `$` in these is a variable of compose.
         **json.loads(json.dumps(literal).replace("$", "$$")),
         "working_dir": _FOLDER,
-        "user": f"{os.getuid()}:{os.getgid()}",
+        **({"user": f"{os.getuid()}:{os.getgid()}"} if os.getuid() else {}),
         "network_mode": "host",
-        "pid": "host",
         "stop_signal": "SIGINT",
         "stop_grace_period": f"{2 * spec.stop_timeout:g}s",
         "restart": "no" if spec.restart == "never" else f"{spec.restart}:{spec.restart_limit}",

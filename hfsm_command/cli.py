@@ -11,7 +11,6 @@ import logging
 import math
 import os
 import signal
-import socket
 import sys
 import threading
 import time
@@ -26,6 +25,7 @@ from typer.main import get_command_name
 from typer.models import CommandInfo
 
 from hfsm_command.logs import set_up_logging
+from hfsm_command.watchdog import Watchdog
 from zenoh_ice.exceptions import ZenohIceError
 from zenoh_ice.security import exposure
 from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load_settings
@@ -123,22 +123,16 @@ def finite(value: float | None) -> float | None:
     return value
 
 
-def report_ready(text: str = "") -> None:
+def report_ready(text: str = "") -> Watchdog:
     """Print `text`, if any, and notify systemd, if it started the command, that the command is ready.
 
-    The protocol of sd_notify(3) is one datagram to the socket that the environment names; child processes
-    do not inherit the name.
+    Returns systemd's watchdog, to which the command reports that it works.
     """
     if text:
         typer.echo(text)
-    if not (address := os.environ.pop("NOTIFY_SOCKET", "")):
-        return
-    address = f"\0{address[1:]}" if address.startswith("@") else address
-    try:
-        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as service_manager:
-            service_manager.sendto(b"READY=1", address)
-    except OSError as error:
-        _logger.warning("cannot report to systemd that the command is ready: %s", error)
+    watchdog = Watchdog()
+    watchdog.report_ready()
+    return watchdog
 
 
 class Stop(threading.Event):

@@ -54,6 +54,8 @@ class Assembly:
         self._wall = wall
         self.on_wake: Callable[[], None] = lambda: None
         """Called when a job may be due earlier than before; the driver of the jobs sets it."""
+        self.hanging: Callable[[], list[str]] = list
+        """Returns the names of the jobs' threads that hang; the driver of the jobs sets it."""
         self._watchdog = Watchdog(wall, self._wake)
         self.servants: Final[dict[str, Object]] = {}
         """Every servant by its identity."""

@@ -29,6 +29,8 @@ _LONGEST: Final = 1.0
 """Seconds between two checks of the watchdog while everything rests."""
 _AFTER_ERROR: Final = 0.1
 """Seconds until the watchdog repeats a failed check."""
+_HANGS: Final = 20.0
+"""Wall seconds after which a thread that has not got on hangs: a camera may take 10 s to start."""
 _END: Final = 3.0
 """Wall seconds within which a thread ends: more than a camera takes for an image."""
 
@@ -242,6 +244,11 @@ class JobThreads:
         for thread in self._threads:
             thread.changed.set()
 
+    def hanging(self) -> list[str]:
+        """Return the names of the threads that have been in the same job, or wait, for very long."""
+        oldest = time.monotonic() - _HANGS
+        return [thread.name for thread in self._threads if thread.seen < oldest]
+
     def stop(self) -> None:
         """Let each thread end after its current job."""
         for thread in self._threads:
@@ -272,6 +279,7 @@ class _JobThread(threading.Thread):
         super().__init__(name=name, daemon=True)
         self.changed: Final = threading.Event()
         self.stopping = False
+        self.seen = math.inf  # the moment of the monotonic clock at which it began its last round
         self._jobs = jobs
         self._clock = jobs[0].clock
         self._due: dict[Job, float] = {}  # as each job reported before the last wait
@@ -279,6 +287,7 @@ class _JobThread(threading.Thread):
 
     def run(self) -> None:
         while True:
+            self.seen = time.monotonic()
             self.changed.clear()
             if self.stopping:
                 return

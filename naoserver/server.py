@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
+from interfaces.nao import SafetyPrx
 from naoserver.assembly import Assembly
 from naoserver.jobs import JobThreads
 from naoserver.latch import Latch
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
-from zenoh_ice import Clock, ObjectAdapter, WallClock
+from zenoh_ice import BusyException, Clock, Communicator, ObjectAdapter, SystemException, WallClock
 
 _CAP = (
     "Cap every joint's speed at a fraction of its full speed."
     " Without it: full speed, and 0.5 of the arms while the legs are straight."
 )
+_ANSWER: Final = 5.0  # s
 JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FRACTION", help=_CAP)]
 """The option of the robot servers for `naoserver.options.capped`."""
 
@@ -42,7 +44,7 @@ def serve(
     """
     assembly = Assembly(robot, options or ServerOptions(), wall or WallClock(), latch)
     threads = JobThreads(assembly.jobs)
-    assembly.on_wake = threads.wake
+    assembly.on_wake, assembly.hanging = threads.wake, threads.hanging
     served: list[str] = []
     with ExitStack() as steps:  # all run, the last first, whatever they raise
         steps.callback(threads.close)
@@ -57,3 +59,24 @@ def serve(
             served.append(identity)
         threads.start()
         yield assembly
+
+
+def problem_of(communicator: Communicator, assembly: Assembly) -> str:
+    """Return what keeps a served robot from working, or nothing; takes at most 5 s.
+
+    Its jobs must get on, and a call must be answered, which goes through Zenoh, the pool and the servant that
+    stops the robot.
+    """
+    if hanging := assembly.hanging():
+        return f"{', '.join(hanging)} hangs"
+    safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+    try:
+        # Not called at once: a call within the process would not pass through Zenoh.
+        safety.getSafetyState.begin().result(_ANSWER)
+    except BusyException:
+        return ""  # an answer, too
+    except TimeoutError:  # as no thread is left for the answer, either
+        return f"a call to the servant Safety was not answered within {_ANSWER:g} s"
+    except SystemException as error:
+        return f"a call to the servant Safety failed: {error}"
+    return ""

@@ -137,14 +137,22 @@ class CoalescingQueue(Generic[V]):
             return not self._replies and not self._waiting
 
     def post(self, commands: Mapping[str, V]) -> None:
-        """Send commands now, or after the previous answer; drop them without a connection."""
+        """Send commands now, or after the previous answer; drop them without a connection.
+
+        Raises HardwareFailure when no thread can be started for the answers; stops are sent even then.
+        """
         with self._changed:
             if self._closing or self._connection.link is None:
                 return
+            failure = self._start()
+            if failure is not None and not all(map(self._is_stop, commands.values())):
+                raise HardwareFailure(f"{self._name}: not sent: {failure}") from failure
             self._waiting.update(commands)
             if not self._replies:
                 self._send_waiting()
-                self._await_answers()
+                if failure is not None:
+                    self._replies = ()  # nobody takes the answers
+                self._changed.notify_all()
 
     def forget(self) -> None:
         """Drop the commands that have not been sent yet."""
@@ -170,15 +178,14 @@ class CoalescingQueue(Generic[V]):
             except HardwareFailure as error:
                 self._replies = (Failure(error),)
 
-    def _await_answers(self) -> None:
-        """Let the thread take the answers, which is started for the first ones."""
+    def _start(self) -> RuntimeError | None:
+        """Start the thread that takes the answers, unless it runs; return why it cannot be started."""
         try:
             if self._thread.ident is None:
                 self._thread.start()
-        except RuntimeError as error:
-            self._reporter.report_once(self._name, f"its answers are not heard: {error}")
-            self._replies = ()  # so that the next command is sent anyway
-        self._changed.notify_all()
+        except RuntimeError as error:  # at a limit of threads or memory; the next command tries again
+            return error
+        return None
 
     def _run(self) -> None:
         while True:

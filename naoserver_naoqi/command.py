@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from functools import partial
 from typing import Annotated, Final
 
 import typer
@@ -11,7 +12,7 @@ from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.body import H25, find_body
 from naoserver.latch import latch_of
 from naoserver.options import ServerOptions, capped
-from naoserver.server import JointSpeed, serve
+from naoserver.server import JointSpeed, problem_of, serve
 from naoserver_naoqi.dead_man import DeadMansSwitch
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
@@ -87,8 +88,8 @@ def naoserver_naoqi(
         with serve(nao, adapter, options, latch=latch) as assembly:
             nao.report_to(assembly)
             adapter.activate()
-            report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")
-            stop.wait()
+            served = f"realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}"
+            report_ready(f"ready: {served}").wait(stop, partial(problem_of, communicator, assembly))
 
 
 def parse_address(robot: str, user: str, password: str) -> RobotAddress:

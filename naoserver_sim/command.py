@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, closing
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -23,7 +24,7 @@ from naoserver.errors import RobotError
 from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.robot import CameraFacts
-from naoserver.server import JointSpeed, serve
+from naoserver.server import JointSpeed, problem_of, serve
 from naoserver_qi import DISK_HELP, serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
@@ -224,9 +225,11 @@ def naoserver_sim(
                     typer.echo(f"NAOqi: {url}")
                 adapter.activate()
                 endpoints = ", ".join(settings.reached_at)
-                report_ready(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
+                text = f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras"
+                watchdog = report_ready(text)
                 while not stop.wait(_CHECK_INTERVAL):
                     robot.check()
+                    watchdog.report(partial(problem_of, communicator, assembly))
 
 
 def parse_speed(text: str) -> float:

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from typing import Any, Final
 
 import zenoh
+from zenoh.handlers import Callback
 
 from ._codec import LARGEST_BULK
 from ._presence import client_token as client_token  # noqa: PLC0414 - for routers
@@ -32,6 +33,7 @@ _ZENOH_LOG: Final = (
     "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,zenoh_transport::unicast=off,zenoh_codec=off"
 )
 _CLOSE_LIMIT: Final = 2.0  # s
+_SELF_LIMIT: Final = 2.0  # s for the answer to its own query
 _STEP_LIMIT: Final = 1.0  # s for each step of finding out why an endpoint makes no link
 _ALL_LIMIT: Final = 2.5  # s for all of them
 # Alerts of the other side when it refuses a certificate, by patterns of their names.
@@ -90,6 +92,22 @@ def close_session(session: zenoh.Session) -> None:
         _logger.warning(
             "the session has not ended after %g s: its peer accepts nothing any more", _CLOSE_LIMIT
         )
+
+
+def problem_of(session: zenoh.Session) -> str:
+    """Return what keeps a session from working, or nothing: it must answer its own query within 2 s."""
+    key = f"@session/{session.zid()}"
+
+    def answer(query: zenoh.Query) -> None:
+        with query:
+            query.reply(key, b"")
+
+    try:
+        with session.declare_queryable(key, Callback(answer, indirect=True)):
+            replies = list(session.get(key, timeout=_SELF_LIMIT))
+    except zenoh.ZError as error:
+        return without_source(error)
+    return "" if any(reply.ok is not None for reply in replies) else f"no answer within {_SELF_LIMIT:g} s"
 
 
 def session_config(settings: Settings) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from functools import partial
 from typing import Annotated
 
 import typer
@@ -12,7 +13,7 @@ from naoserver.body import BODIES, H25, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.latch import latch_of
-from naoserver.server import serve
+from naoserver.server import problem_of, serve
 from zenoh_ice import initialize
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
@@ -48,10 +49,10 @@ def fake(
     ):
         robot.start()
         adapter = communicator.createObjectAdapter("FakeRobot")
-        with serve(robot, adapter, latch=latch):
+        with serve(robot, adapter, latch=latch) as assembly:
             adapter.activate()
-            report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
-            stop.wait()
+            watchdog = report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
+            watchdog.wait(stop, partial(problem_of, communicator, assembly))
 
 
 if __name__ == "__main__":

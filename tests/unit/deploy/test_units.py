@@ -19,7 +19,7 @@ from tests.support.limits import RUN_LIMIT
 AWKWARD = ("python", "-c", "a b", 'q"\\', "50%", "$HOME", "two\nlines", "")
 PROCESSES = [
     ProcessSpec(name="robot", command=("python", "-m", "robot"), ready="^ready", notify=True,
-                restart="on-failure", restart_limit=3, restart_pause=2.0),
+                watchdog=12.5, restart="on-failure", restart_limit=3, restart_pause=2.0),
     ProcessSpec(name="ball", command=AWKWARD, after=("robot",), environment={"A": "x y%", "B": "$C"},
                 stop_timeout=7.5),
     ProcessSpec(name="view", command=("view",), after=("ball",), foreground=True),
@@ -45,7 +45,7 @@ def verified(folder: Path, names: list[str]) -> list[str]:
 
 
 def test_systemd_takes_the_units(units: dict[str, str], tmp_path: Path) -> None:
-    assert sorted(units) == ["lab-ball.service", "lab-robot.service", "lab.target"]
+    assert sorted(units) == ["lab-alert@.service", "lab-ball.service", "lab-robot.service", "lab.target"]
     assert verified(tmp_path, sorted(units)) == []
 
 
@@ -72,6 +72,23 @@ def test_a_unit_starts_in_order_is_ready_when_it_says_so_and_is_restarted(units:
     assert "Wants=lab-robot.service lab-ball.service" in units["lab.target"].splitlines()
 
 
+def test_a_unit_that_hangs_is_ended_and_one_that_fails_for_good_starts_an_alert(
+    units: dict[str, str],
+) -> None:
+    robot, ball = units["lab-robot.service"].splitlines(), units["lab-ball.service"].splitlines()
+    assert "WatchdogSec=12.5" in robot
+    assert not any(line.startswith("WatchdogSec") for line in ball), "it reports nothing to systemd"
+    for lines in (robot, ball):
+        assert lines.index("OnFailure=lab-alert@%n.service") < lines.index("[Service]")
+    assert "systemctl edit lab-alert@.service" in units["lab-alert@.service"]
+
+
+def test_a_unit_has_limits_and_may_change_nothing_of_the_system(units: dict[str, str]) -> None:
+    for name in ("lab-robot.service", "lab-ball.service"):
+        assert {"MemoryMax=2G", "TasksMax=4096", "LimitNOFILE=8192", "NoNewPrivileges=yes",
+                "ProtectSystem=full", "CapabilityBoundingSet="} < set(units[name].splitlines())  # fmt: skip
+
+
 def test_words_of_a_command_reach_it_as_they_are(units: dict[str, str]) -> None:
     (line,) = re.findall("^ExecStart=(.*)$", units["lab-ball.service"], re.M)
     assert line == rf'{sys.executable} -c "a b" "q\"\\" "50%%" "$$HOME" "two\nlines" ""'
@@ -83,6 +100,8 @@ def test_the_compose_file_has_the_same_order_policy_and_words(
 ) -> None:
     yaml = pytest.importorskip("yaml", reason="needs PyYAML, of visualhfsm[docs]")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "getuid", lambda: 1000)
+    monkeypatch.setattr(os, "getgid", lambda: 1001)
     file = write_compose_file("lab", PROCESSES, tmp_path / "compose.yaml")
     services = yaml.safe_load(file.read_text("utf-8"))["services"]
     # Keys of the compose specification, each with a value of the type that it has there.
@@ -90,9 +109,8 @@ def test_the_compose_file_has_the_same_order_policy_and_words(
         "image": "${VISUALHFSM_IMAGE:-visualhfsm}",
         "volumes": [{"type": "bind", "source": str(tmp_path), "target": "/stack"}],
         "working_dir": "/stack",
-        "user": f"{os.getuid()}:{os.getgid()}",
+        "user": "1000:1001",
         "network_mode": "host",
-        "pid": "host",
         "stop_signal": "SIGINT",
     }
     assert services == {
@@ -111,6 +129,14 @@ def test_the_compose_file_has_the_same_order_policy_and_words(
             "depends_on": {"robot": {"condition": "service_started"}},
         },
     }  # fmt: skip
+
+
+def test_root_writes_containers_that_run_as_the_user_of_the_image(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "getuid", lambda: 0)
+    text = write_compose_file("lab", PROCESSES, tmp_path / "compose.yaml").read_text("utf-8")
+    assert '"user"' not in text
 
 
 def test_only_what_was_written_before_is_written_again(tmp_path: Path) -> None:

@@ -87,9 +87,7 @@ def test_a_lost_systemd_does_not_end_the_command(
 ) -> None:
     monkeypatch.setenv("NOTIFY_SOCKET", f"{tmp_path}/nowhere")
     report_ready()
-    assert caplog.messages == [
-        "cannot report to systemd that the command is ready: [Errno 2] No such file or directory"
-    ]
+    assert caplog.messages == ["cannot report READY=1 to systemd: [Errno 2] No such file or directory"]
 
 
 def test_show_config_reports_values_and_origins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,7 +39,8 @@ def times_of(clock, period, work=(), gap=0.0, seconds=1.0):
 
 
 def test_unless_all_threads_start_none_runs_on(monkeypatch):
-    start, started = threading.Thread.start, []
+    start = threading.Thread.start
+    started: list[threading.Thread] = []
 
     def start_one(thread):
         if started:

@@ -63,6 +63,8 @@ def test_a_command_for_which_no_thread_can_start_is_refused_and_the_next_one_is_
             with pytest.raises(HardwareFailure, match="not sent: can't start new thread"):
                 robot.command_velocities({"HeadYaw": 0.5})
             assert not naoqi.called("ALMotion.setAngles")
+            robot.command_velocities({"HeadYaw": 0.0})
+            naoqi.wait_for_call("ALMotion.changeAngles")  # a stop is sent in any case
         robot.command_velocities({"HeadYaw": 0.5})
         naoqi.wait_for_call("ALMotion.setAngles")
 

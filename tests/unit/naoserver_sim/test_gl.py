@@ -46,7 +46,7 @@ def test_a_context_on_which_nothing_can_be_set_up_is_freed(monkeypatch):
     def broken(*_):
         raise RuntimeError("no framebuffer")
 
-    context = SimpleNamespace(as_current=current, free=lambda: freed.append(context))
+    context = SimpleNamespace(as_current=current, free=lambda: freed.append("context"))
     monkeypatch.delenv("MUJOCO_GL", raising=False)
     monkeypatch.setattr(cameras, "create_context", lambda *_: context)
     monkeypatch.setattr("mujoco.MjrContext", broken)
@@ -55,7 +55,7 @@ def test_a_context_on_which_nothing_can_be_set_up_is_freed(monkeypatch):
         pytest.raises(HardwareFailure, match="the cameras are off: no framebuffer"),
     ):
         robot.capture("Camera", 320, 240)
-    assert freed == [context]
+    assert freed == ["context"]
 
 
 def test_without_a_thread_there_are_no_images_and_the_next_one_tries_again(monkeypatch):
