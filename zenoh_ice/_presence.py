@@ -238,17 +238,17 @@ class Presence:
 
     # Explanations.
 
-    def explain_absence(self, target: Target) -> SystemException:
-        """Return the exception that says why a servant cannot be called."""
+    def explain_absence(self, target: Target, limit: float = math.inf) -> SystemException:
+        """Return the exception that says why a servant cannot be called, after at most 2.5 or `limit` s."""
         if self._closed:
             return CommunicatorDestroyedException("the communicator was destroyed")
-        if self._lost_with_its_process(target):
+        if self._lost_with_its_process(target, limit):
             way = f" (connecting to {', '.join(self._endpoints)})" if self._endpoints else ""
             return ConnectionLostException(
                 f"the server of {target} is offline{way}; calls continue when it is back"
             )
         if self._endpoints and not self._linked:
-            return ConnectFailedException(self._transport.explain_unreachable())
+            return ConnectFailedException(self._transport.explain_unreachable(limit))
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
         return ObjectNotExistException(
@@ -293,7 +293,7 @@ class Presence:
             )
         return ConnectionLostException(what + reason)
 
-    def _lost_with_its_process(self, target: Target) -> bool:
+    def _lost_with_its_process(self, target: Target, limit: float) -> bool:
         """Return whether a servant was lost because its process ended or its link broke."""
         lost, server = self._lost.get(target, _NEVER)
 
@@ -306,7 +306,7 @@ class Presence:
 
         # The ends of the link and of all tokens of a process are reported one by one.
         fresh = time.monotonic() - lost < _SAME_MOMENT
-        return bool(server) and self._wait_until(gone, _LINK_NOTICE if fresh else 0.0)
+        return bool(server) and self._wait_until(gone, min(_LINK_NOTICE, limit) if fresh else 0.0)
 
     # Watching.
 

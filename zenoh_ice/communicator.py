@@ -138,7 +138,7 @@ class Communicator:
                 self.presence,
                 resolve=self.stringToProxy,
                 is_heard=self._is_heard,
-                threads=self.pool.has_threads,
+                pool=self.pool,
             )
             end.callback(self.streams.close)
             end.callback(self._deactivate_all)
@@ -348,11 +348,16 @@ class Communicator:
                     return servant
         return None
 
-    def _is_heard(self, target: Target, stream: str) -> bool:
-        """Return whether a servant sees a listener to a stream, or cannot report it."""
+    def _is_heard(self, target: Target, stream: str, end: float) -> bool:
+        """Return whether a servant sees a listener to a stream, or cannot report it before `end`.
+
+        That is a moment of the monotonic clock.
+        """
         for delay in (0.0, _ON_ITS_WAY):
+            if end - time.monotonic() <= delay:
+                return True
             time.sleep(delay)
-            status = self._ask(target, _STATUS_LIMIT)
+            status = self._ask(target, min(_STATUS_LIMIT, end - time.monotonic()))
             if status is None or stream in status.listened:
                 return True
         return False

@@ -63,7 +63,7 @@ class InProcessTransport:
         self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
         self._status: Final[dict[tuple[str, str], Callable[[], bytes]]] = {}  # by realm and process
 
-    def explain_unreachable(self) -> str:
+    def explain_unreachable(self, limit: float) -> str:  # noqa: ARG002
         return ""  # it connects to nobody
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:

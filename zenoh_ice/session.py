@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import re
 import socket
 import threading
@@ -30,7 +31,8 @@ from .text import printable, without_source
 # Our own messages say what Zenoh's warnings would, and some of its errors are none for a user, such as an
 # answer after its call's timeout. RUST_LOG shows everything.
 _ZENOH_LOG: Final = (
-    "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,zenoh_transport::unicast=off,zenoh_codec=off"
+    "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,zenoh::bug=off,"
+    "zenoh_transport::unicast=off,zenoh_codec=off"
 )
 _CLOSE_LIMIT: Final = 2.0  # s
 _SELF_LIMIT: Final = 2.0  # s for the answer to its own query
@@ -180,8 +182,8 @@ def connect_endpoints(settings: Settings) -> list[str]:
     return [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
 
 
-def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:
-    """Return why none of the endpoints can be reached, and what to do; takes about two seconds at most."""
+def explain_endpoints(endpoints: Iterable[str], security: Security, limit: float = math.inf) -> str:
+    """Return why none of the endpoints can be reached, and what to do, after at most 2.5 s, or `limit` s."""
     slow = "it does not answer in time, or the name of its machine is not found"
     reasons = {endpoint: f"{endpoint}: {slow}" for endpoint in endpoints}
 
@@ -198,7 +200,7 @@ def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:
             reasons[endpoint] = f"{endpoint}: {error}"
         else:
             threads.append(thread)
-    deadline = time.monotonic() + _ALL_LIMIT
+    deadline = time.monotonic() + min(_ALL_LIMIT, limit)
     for thread in threads:
         thread.join(max(0.0, deadline - time.monotonic()))
     return "; ".join(reasons.values()) or "there is no endpoint to connect to: name one with --connect"

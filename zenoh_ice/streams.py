@@ -16,7 +16,7 @@ from typing import Any, Final, Generic, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
 from ._presence import Presence
-from ._threads import repeat
+from ._threads import Pool, repeat
 from ._values import Resolve
 from ._wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
 from .exceptions import (
@@ -41,7 +41,10 @@ LINGER: Final = 10.0
 _LOOK_AGAIN: Final = 0.1
 _LOOKS: Final = 4  # checks for unused readers within LINGER
 _JOIN_LIMIT: Final = 2.0  # s
-_WORTH_ASKING: Final = 0.1  # s of silence after which the servant is asked whether it sees a listener
+_WORTH_ASKING: Final = 0.1  # s, the shortest wait in which the servant is asked whether it sees a listener
+_ASKING: Final = 1.0  # s before the end of a wait at which it is asked
+_ASKING_SHARE: Final = 0.75  # the same as a share of short waits
+_EXPLAINING: Final = 0.05  # s after the end of a wait in which its failure may be explained
 _LONGEST_QUEUE: Final = 10_000
 _LOWEST_RATE: Final = 1e-6  # samples a second: one every eleven days
 
@@ -156,7 +159,8 @@ class Streams:
     """The streams that a communicator reads: shared by its proxies, and closed when nobody wants them.
 
     `resolve` makes proxies of texts; `is_heard` returns whether a servant sees a listener to one of its
-    streams. With `threads`, one of them calls `close_unwanted` from time to time.
+    streams, until a moment of the monotonic clock. If the pool has threads, one of them asks that, and
+    another one calls `close_unwanted` from time to time.
     """
 
     def __init__(
@@ -165,18 +169,18 @@ class Streams:
         presence: Presence,
         *,
         resolve: Resolve,
-        is_heard: Callable[[Target, str], bool],
-        threads: bool,
+        is_heard: Callable[[Target, str, float], bool],
+        pool: Pool,
     ) -> None:
         self.presence: Final = presence
         self.resolve: Final = resolve
         self.is_heard: Final = is_heard
+        self.pool: Final = pool
         self.closed: Final = threading.Event()
         self.listening: Final[set[StreamReader[Any] | Subscription[Any]]] = set()
         self._transport: Final = transport
         self._lock: Final = threading.RLock()
         self._readers: Final = WeakValueDictionary[tuple[Target, Operation[..., Any]], StreamReader[Any]]()
-        self._threads: Final = threads
         self._repeating: Callable[[], object] | None = None
         presence.add_listener(self._wake)
 
@@ -190,7 +194,7 @@ class Streams:
             if reader is None:
                 reader = StreamReader(self, target, operation)
                 self._check_open(reader)
-                if self._threads and self._repeating is None:
+                if self.pool.has_threads and self._repeating is None:
                     self._repeating = repeat(LINGER / _LOOKS, self.close_unwanted, "zenoh_ice streams")
                 self._readers[target, operation] = reader
             return reader
@@ -284,6 +288,42 @@ class _Listener(Generic[V]):
         self._accepted = fingerprint
 
 
+class _Inquiry:
+    """The question to a servant, before a wait for its stream ends, whether it sees a listener.
+
+    A stream may be denied silently, and only the servant knows. Another thread asks: the wait for samples
+    goes on, and ends in time.
+    """
+
+    def __init__(self, reader: StreamReader[Any], started: float, timeout: float) -> None:
+        self._reader: Final = reader
+        self._end: Final = started + timeout
+        self._worth_asking: Final = timeout >= _WORTH_ASKING
+        self._unheard = False
+        self._begun = False
+        ahead = min(_ASKING, _ASKING_SHARE * timeout) if self._worth_asking else 0.0
+        self.delay: Final = timeout - ahead if reader.streams.pool.has_threads else timeout
+        """Seconds after the start of the wait when it is time to ask; those of the whole wait for never."""
+
+    def begin(self) -> bool:
+        """Ask, once, if it makes sense; return whether the wait goes on meanwhile."""
+        goes_on = self._end > time.monotonic()
+        if goes_on and not self._begun and self._worth_asking and self._reader.has_none:
+            self._begun = True
+            self._reader.streams.pool.submit(self._ask)
+        return goes_on
+
+    def is_unheard(self) -> bool:
+        """Return whether the servant said that it sees no listener."""
+        if not self._reader.streams.pool.has_threads and self._worth_asking and self._reader.has_none:
+            self._ask()  # in virtual time it takes none
+        return self._unheard
+
+    def _ask(self) -> None:
+        reader = self._reader
+        self._unheard = not reader.streams.is_heard(reader.target, reader.operation.name, self._end)
+
+
 class StreamReader(_Listener[V]):
     """Keep the newest sample of one stream, and listen to it only while it is used.
 
@@ -319,10 +359,11 @@ class StreamReader(_Listener[V]):
         """Return the newest sample once there is one newer than `after`.
 
         Raises ConnectionLostException, or its like, when the servant is lost meanwhile or is absent at the
-        end; TimeoutException when it is present but sends nothing; AccessDeniedException when it sees no
-        listener; MarshalException as `latest` does.
+        end; TimeoutException when it is present but sends nothing; AccessDeniedException when it said
+        meanwhile that it sees no listener; MarshalException as `latest` does.
         """
         started = time.monotonic()
+        inquiry = _Inquiry(self, started, timeout)
 
         def ended() -> bool:
             sample = self.latest()
@@ -333,31 +374,35 @@ class StreamReader(_Listener[V]):
         try:
             with self._lock:
                 inlet = self.inlet or self.streams.listen(self, queue=1)
-                inlet.wait(self._changed, ended, timeout)
+                if not inlet.wait(self._changed, ended, inquiry.delay) and inquiry.begin():
+                    inlet.wait(self._changed, ended, max(0.0, started + timeout - time.monotonic()))
                 sample = self._sample
                 if sample is not None and sample.follows(after):
                     return sample
-            raise self.explain_silence(timeout)
+            raise self.explain_silence(timeout, inquiry)
         finally:
             with self._lock:
                 self._waiting -= 1
                 self._looks = 0
+
+    @property
+    def has_none(self) -> bool:
+        """Whether no sample has arrived since it began to listen."""
+        return self._sample is None
 
     def lost_since(self, moment: float) -> bool:
         """Return whether the servant was lost after a moment of the monotonic clock, and is offline."""
         presence = self.streams.presence
         return presence.lost_since(self.target, moment) and presence.is_lost(self.target)
 
-    def explain_silence(self, timeout: float) -> SystemException:
-        """Return why no sample arrived within `timeout` s."""
+    def explain_silence(self, timeout: float, inquiry: _Inquiry) -> SystemException:
+        """Return why no sample arrived within `timeout` s, at once."""
         streams, target = self.streams, self.target
         if streams.closed.is_set():
             return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         if not streams.presence.interfaces(target):
-            return streams.presence.explain_absence(target)
-        # A stream may be denied silently; the servant knows whether it sees a listener.
-        asked = timeout >= _WORTH_ASKING and self._sample is None
-        if asked and not streams.is_heard(target, self.operation.name):
+            return streams.presence.explain_absence(target, _EXPLAINING)
+        if inquiry.is_unheard():
             return AccessDeniedException(
                 f"{self.what}: {target} exists but sees no listener: access control does not "
                 "let this component read it; `security` in the settings of the router says who may"
@@ -508,11 +553,15 @@ class Samples(Generic[V]):
             while True:
                 await asyncio.sleep(self._pacer.delay())
                 started = time.monotonic()
+                inquiry = _Inquiry(self._reader, started, self._timeout)
                 while not arrived:
                     left = started + self._timeout - time.monotonic()
+                    if self._timeout - left >= inquiry.delay:
+                        inquiry.begin()
                     if left <= 0 or self._reader.streams.closed.is_set() or self._reader.lost_since(started):
-                        # On another thread: it may ask others for the reason.
-                        raise await asyncio.to_thread(self._reader.explain_silence, self._timeout)
+                        # On another thread: it may look for the reason.
+                        explain = self._reader.explain_silence
+                        raise await asyncio.to_thread(explain, self._timeout, inquiry)
                     with suppress(TimeoutError):
                         await asyncio.wait_for(arrival.wait(), min(left, _LOOK_AGAIN))
                     arrival.clear()

@@ -224,8 +224,8 @@ class Transport(Protocol):
     token_delay: float
     """Seconds within which existing tokens arrive, once a link is made."""
 
-    def explain_unreachable(self) -> str:
-        """Return why nothing answers at the endpoints."""
+    def explain_unreachable(self, limit: float) -> str:
+        """Return why nothing answers at the endpoints, after `limit` s at most."""
 
     # Calls.
 

@@ -712,3 +712,27 @@ def test_servants_that_never_return_hold_up_the_end_for_one_limit_together(
     assert "a call of Stuck0@nao still runs" in caplog.text
     for servant in servants:
         servant.leave.set()
+
+
+@pytest.mark.parametrize("timeout", [0.1, 0.5])
+def test_a_wait_for_a_stream_ends_in_time_although_its_server_hangs(
+    timeout: float, endpoint: str, make_communicator: MakeCommunicator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("zenoh_ice.communicator._STATUS_LIMIT", FOREVER)  # of the question why it is silent
+    with ComponentProcess(module(SERVER, "--listen", endpoint)) as server:
+        server.wait_for("^ready")
+        client = make_communicator(connect=[endpoint], lease=LONGEST_CALL)
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        server.process.send_signal(signal.SIGSTOP)
+        try:
+            waiting = threading.Thread(target=silent, args=(calculator, timeout), daemon=True)
+            waiting.start()
+            waiting.join(CALL_LIMIT)
+            assert not waiting.is_alive()
+        finally:
+            server.process.send_signal(signal.SIGCONT)
+
+
+def silent(calculator: CalculatorPrx, timeout: float) -> None:
+    with pytest.raises(TimeoutException):
+        calculator.getReading.wait(timeout=timeout)

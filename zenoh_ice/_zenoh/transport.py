@@ -122,8 +122,8 @@ class ZenohTransport:
             self.session.close()
             raise
 
-    def explain_unreachable(self) -> str:
-        return explain_endpoints(self.endpoints, self.settings.security)
+    def explain_unreachable(self, limit: float) -> str:
+        return explain_endpoints(self.endpoints, self.settings.security, limit)
 
     # Calls.
 
