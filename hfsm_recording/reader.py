@@ -29,6 +29,11 @@ LARGEST_MESSAGE: Final = 4 << 20
 """Most bytes of a message other than an image: the largest that the runtime writes has about 1 MiB."""
 MOST_MESSAGES: Final = 5_000_000
 """Six hours of a behavior with four automata, which makes about 230 messages a second."""
+FEW_MESSAGES: Final = 100_000
+"""Messages that any recording may have; a large one may have one for each of its bytes.
+
+A genuine message takes several bytes, even compressed, since its time differs from the one before.
+"""
 MOST_UNPACKED: Final = 1 << 30
 """Bytes that any recording may unpack to; a large one may unpack to `HIGHEST_RATIO` times its size."""
 HIGHEST_RATIO: Final = 1000
@@ -117,8 +122,9 @@ class RecordingFile:
         self.truncated = True  # until the end is found
         try:
             with suppress(*_BROKEN), self._path.open("rb") as file:
-                most = max(MOST_UNPACKED, HIGHEST_RATIO * self._path.stat().st_size)
-                yield from self._messages(file, most)
+                size = self._path.stat().st_size
+                most = max(MOST_UNPACKED, HIGHEST_RATIO * size)
+                yield from self._messages(file, most, min(MOST_MESSAGES, max(FEW_MESSAGES, size)))
                 self.truncated = False
         except OSError as error:
             raise RecordingError(f"the recording {self._path} cannot be read: {error.strerror}") from error
@@ -152,7 +158,7 @@ class RecordingFile:
                 elif opcode in (_CHUNK, _MESSAGE):
                     return
 
-    def _messages(self, file: IO[bytes], most: int) -> Iterator[RawMessage]:
+    def _messages(self, file: IO[bytes], most: int, most_messages: int) -> Iterator[RawMessage]:
         count = unpacked = 0
         schemas: dict[int, type[Message] | None] = {}
         channels: dict[int, tuple[str, type[Message]]] = {}
@@ -170,8 +176,8 @@ class RecordingFile:
                     channels[channel.id] = channel.topic, kind
             elif opcode == _MESSAGE:
                 count += 1
-                if count > MOST_MESSAGES:
-                    raise RecordingError(f"the recording {self._path} has more than {MOST_MESSAGES} messages")
+                if count > most_messages:
+                    raise RecordingError(f"the recording {self._path} has more than {most_messages} messages")
                 number, _, time, _ = _MESSAGE_HEAD.unpack_from(content)
                 if number in channels:
                     topic, kind = channels[number]

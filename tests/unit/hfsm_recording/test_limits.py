@@ -105,6 +105,17 @@ def test_more_messages_than_any_run_makes_are_refused(
         Recording(path)
 
 
+def test_more_messages_than_a_small_file_can_have_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reader, "FEW_MESSAGES", 10_000)
+    data = message(b'{"context":"","kind":"now"}') * 6_000
+    path = bomb(tmp_path / "run.mcap", "visualhfsm.Reading", data, 2)
+    assert path.stat().st_size < 10_000
+    with pytest.raises(RecordingError, match="has more than 10000 messages"):
+        Recording(path)
+
+
 def test_a_chunk_that_says_that_it_unpacks_to_too_much_is_not_unpacked(tmp_path: Path) -> None:
     path = bomb(tmp_path / "run.mcap", "visualhfsm.Gap", bytes(65 << 20), 1)
     with (
