@@ -145,7 +145,7 @@ class _Caller(msgspec.Struct, frozen=True, eq=False):
             if (receiver := transport.receivers.get(self.prefix)) is None:
                 raise NoAnswer(timed_out=False)
             try:
-                job = receiver.admit(self.operation, payload, attachment, reply)
+                job = receiver.admit(self.operation, payload, attachment or None, reply)
             except BaseException as error:
                 _logger.exception("internal error in %s", self.operation)
                 return False, encode_error(unknown_exception(error))
@@ -175,7 +175,7 @@ class _Caller(msgspec.Struct, frozen=True, eq=False):
     def send(self, payload: bytes, attachment: bytes) -> None:
         receiver = self.transport.receivers.get(self.prefix)
         if receiver is not None:
-            job = receiver.admit(self.operation, payload, attachment, lambda *_: None)
+            job = receiver.admit(self.operation, payload, attachment or None, lambda *_: None)
             if job is not None:
                 kind, run = job
                 self.transport.pool.submit(run, kind)

@@ -130,6 +130,12 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
 
     Other calls may be refused then, with BusyException, but no operation marked `["stop"]`.
     """
+    ice_frozen: ClassVar[frozenset[str]] = frozenset()
+    """Operations that never change, and that callers of every version may call.
+
+    What a caller says of its call is not read: neither another fingerprint nor a limit that has passed, nor
+    an unreadable attachment, has such a call refused, and `Current` knows nothing of the caller.
+    """
 
     def __init_subclass__(cls, *, proxy: type[ObjectPrx] | None = None, **options: Any) -> None:  # noqa: ANN401
         super().__init_subclass__(**options)
@@ -198,7 +204,8 @@ class _Method(msgspec.Struct, frozen=True, eq=False):
     limit: int  # bytes that the arguments may have
     decode: Callable[[bytes], msgspec.Struct]  # of the arguments; raises MarshalException or DECODE_ERRORS
     make_result: Callable[[Any], msgspec.Struct] | None  # of one value without byte sequences
-    fingerprints: frozenset[str] | None  # of the callers' interfaces; None for what every servant has
+    fingerprints: frozenset[str] | None  # of the callers' interfaces; None if they do not matter
+    frozen: bool  # whether attachments of its calls are not read
     kind: Kind
 
 
@@ -267,7 +274,7 @@ class ServedObject:
             if payload is not None and len(payload) > method.limit:
                 raise too_large(len(payload), method.limit, f"{method.what}: request")
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
-            if attachment is not None:
+            if attachment is not None and not method.frozen:
                 if len(attachment) > ATTACHMENT_LIMIT:
                     raise too_large(len(attachment), ATTACHMENT_LIMIT, "attachment")
                 about = read_attachment(bytes(attachment))
@@ -454,6 +461,7 @@ class ServedObject:
         # Before the first call: a type that cannot be decoded is to fail at the start of the servant.
         communicator, arguments = self._communicator, operation.arguments
         what = f"{self.target.identity}.{operation.name}"
+        frozen = operation.name in self.servant.ice_frozen
         self._methods[operation.name] = _Method(
             operation,
             what,
@@ -461,8 +469,9 @@ class ServedObject:
             arguments.size_limit,
             arguments.decode or partial(arguments.unpack, what=what, resolve=communicator.stringToProxy),
             operation.result.make_single,
-            fingerprints,
-            communicator.pool.kind(refusable=refusable),
+            None if frozen else fingerprints,
+            frozen,
+            communicator.pool.kind(refusable=refusable and not frozen),
         )
 
     # Its life.

@@ -118,7 +118,10 @@ def outcome_of(call: Callable[[], Outcome]) -> Outcome | SystemException:
 
 
 class Caller(Protocol):
-    """Call one operation of one servant, within one time limit; thread-safe."""
+    """Call one operation of one servant, within one time limit; thread-safe.
+
+    An empty attachment is none: the call then comes from nobody known, and of no version.
+    """
 
     @property
     def timeout(self) -> float:

@@ -196,6 +196,7 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
 @_command(
     "nao stop",
     'nao stop "it walks towards the stairs" --realm robot2',
+    "nao stop --all --connect tls/robotlab.local:7448",
     "nao stop --ready",
     "nao stop --reset",
 )
@@ -208,24 +209,33 @@ def stop(
     ready: Annotated[
         bool, typer.Option("--ready", help="Keep a connection open; stop at Enter, space or Ctrl-C.")
     ] = False,
+    everywhere: Annotated[
+        bool, typer.Option("--all", help="Stop the robots of all realms that can be reached.")
+    ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Let the robot accept commands again.")] = False,
+    seconds: Annotated[
+        float, typer.Option(min=0.1, callback=finite, help="Give up after this many seconds.")
+    ] = 20.0,
 ) -> None:
     """Stop the robot; it then refuses every command.
 
     The robot holds its joints, ends its walk and motions, and refuses commands from everyone until --reset.
-    With --ready the command connects first and waits for a key, so that nothing delays the stop. Components
-    keep running; `visualhfsm stop` ends one.
+    The stop is repeated until the robot has confirmed it; the exit code is 1 if it has not. It works with
+    robots of every release. With --ready the command connects first and waits for a key, so that nothing
+    delays the stop. Components keep running; `visualhfsm stop` ends one.
     """
     from deploy.nao import stop as commands
 
-    if ready and reset:
-        raise typer.BadParameter("--ready and --reset exclude each other")
+    if ready + reset + everywhere > 1:
+        raise typer.BadParameter("--all, --ready and --reset exclude each other")
     if reset:
         commands.reset(settings)
     elif ready:
         commands.hold(settings, reason)
+    elif everywhere:
+        commands.stop_all(settings, reason, seconds)
     else:
-        commands.stop(settings, reason)
+        commands.stop(settings, reason, seconds)
 
 
 @_command("nao router", "nao router --config keys/router.toml", defaults=ROUTER_DEFAULTS)

@@ -30,6 +30,7 @@ __all__ = [
     "process_name",
     "servants",
     "split",
+    "wait_for_servant",
 ]
 
 _QUIET: Final = 0.1  # s without news after which all servants of a link are known; news arrives within ms
@@ -79,10 +80,15 @@ def nobody(communicator: Communicator) -> ZenohIceError:
 
 def find_servant(communicator: Communicator, identity: str) -> DynamicProxy:
     """Return a proxy of a servant that is online; raises the exceptions of a call."""
-    proxy = communicator.stringToProxy(identity)
-    if not _is_there(communicator, target_of(proxy)):
-        raise communicator.presence.explain_absence(target_of(proxy))
-    return DynamicProxy(proxy)
+    wait_for_servant(communicator, identity)
+    return DynamicProxy(communicator.stringToProxy(identity))
+
+
+def wait_for_servant(communicator: Communicator, identity: str) -> None:
+    """Wait until a servant is online; raises the exceptions of a call when it is not soon."""
+    target = target_of(communicator.stringToProxy(identity))
+    if not _is_there(communicator, target):
+        raise communicator.presence.explain_absence(target)
 
 
 def split(communicator: Communicator, text: str) -> tuple[DynamicProxy, str]:

@@ -19,15 +19,17 @@ from typing import Final
 import typer
 
 from deploy.nao import NaoError
-from deploy.nao.connection import find_servant
-from deploy.nao.dynamic import DynamicProxy
+from deploy.nao.connection import wait_for_servant
+from deploy.nao.stopping import Realm, Stopping
+from hfsm_command import emergency_stop
+from hfsm_command.emergency_stop import SAFETY, begin_stop
 from zenoh_ice import Communicator, ZenohIceError, initialize
 from zenoh_ice.settings import Settings
 
-__all__ = ["hold", "reset", "stop"]
+__all__ = ["hold", "reset", "stop", "stop_all"]
 
-_SAFETY: Final = "Safety"
 _STOPPED: Final = "the robot refuses commands until `nao stop --reset`"
+_NO_LINK: Final = "no link was made"
 _LOOK: Final = 0.1  # s between two checks of the link
 _AGAIN: Final = 0.2  # s until a stop that failed is sent again
 _STOP_KEYS: Final = b"\r\n "
@@ -35,18 +37,74 @@ _CTRL_C: Final = b"\x03"
 _LEAVE: Final = b"q"
 
 
-def stop(settings: Settings, reason: str) -> None:
-    """Stop the robot of a realm; raises what a call raises."""
-    with initialize(settings) as communicator:
-        find_servant(communicator, _SAFETY).invoke("emergencyStop", [reason])
-    typer.echo(f"stopped: {_STOPPED}")
+def stop(settings: Settings, reason: str, seconds: float) -> None:
+    """Stop the robot of a realm.
+
+    Raises NaoError when it has not confirmed within some seconds that it has stopped, or goes on moving.
+    """
+    stopping = Stopping(settings, reason)
+    stopping.run(seconds, _report)
+    realm = stopping.realms[settings.realm]
+    if not realm.stopped:
+        _stop_by_a_call(settings, reason, stopping)
+    if realm.moving:
+        raise NaoError(_outcome(realm))
+    typer.echo(_outcome(realm) if realm.stopped else f"stopped: {_STOPPED}")
+
+
+def stop_all(settings: Settings, reason: str, seconds: float) -> None:
+    """Stop the robots of all realms that can be reached, and list each with its result.
+
+    Raises NaoError when one of them, or an endpoint, has not confirmed within some seconds.
+    """
+    stopping = Stopping(settings, reason, every_realm=True)
+    stopping.run(seconds, _report)
+    for realm in stopping.concerned:
+        typer.echo(f"{realm.name}: {_outcome(realm)}")
+    for route in stopping.unreached:
+        typer.echo(f"{route.name}: NOT reached: {route.trouble or _NO_LINK}")
+    if not stopping.concerned and not stopping.unreached:
+        raise NaoError("no robot was found, so none was stopped")
+    if not stopping.succeeded:
+        raise NaoError("not every robot was stopped: see above")
 
 
 def reset(settings: Settings) -> None:
     """Let the robot accept commands again; raises what a call raises."""
     with initialize(settings) as communicator:
-        find_servant(communicator, _SAFETY).invoke("resetEmergencyStop", [])
+        wait_for_servant(communicator, SAFETY)
+        emergency_stop.reset(communicator)
     typer.echo("reset: the robot accepts commands again")
+
+
+def _report(text: str) -> None:
+    typer.echo(text, err=True)
+
+
+def _outcome(realm: Realm) -> str:
+    if not realm.stopped:
+        return f"NOT stopped: {realm.trouble or 'no answer'}"
+    if realm.moving:
+        return (
+            f"stopped, but its joints still move, the fastest at {realm.speed:.1f} rad/s: look at the robot"
+        )
+    return f"stopped: {_STOPPED}{'' if realm.speed is None else '; its joints are still'}"
+
+
+def _stop_by_a_call(settings: Settings, reason: str, stopping: Stopping) -> None:
+    """Try once more, in a way that finds out why nothing answers; raises NaoError that says it."""
+    why = stopping.realms[settings.realm].trouble
+    if not why and len(stopping.unreached) == len(stopping.routes):
+        why = "; ".join(route.trouble or f"{route.name}: {_NO_LINK}" for route in stopping.unreached)
+    try:
+        if not why:
+            with initialize(settings) as communicator:
+                wait_for_servant(communicator, SAFETY)
+                begin_stop(communicator, reason, settings.timeout).result()
+    except ZenohIceError as error:
+        why = str(error)
+    if why:
+        raise NaoError(f"the robot was NOT stopped: {why}")
 
 
 def hold(settings: Settings, reason: str) -> None:
@@ -66,7 +124,7 @@ class _StopButton:
     def __init__(self, communicator: Communicator, reason: str) -> None:
         self._communicator: Final = communicator
         self._reason: Final = reason
-        self._safety: DynamicProxy | None = None
+        self._ready = False
         self._searched = False
         self._was_ready = False
         self._pressed_at: float | None = None  # until the robot has stopped
@@ -98,18 +156,19 @@ class _StopButton:
         self._pressed_at = time.monotonic()
 
     def _follow(self) -> None:
-        """Notice whether the robot is online, and find it when it is back."""
-        present = _SAFETY in self._communicator.identities()
-        if self._safety is not None and not present:
-            self._safety = None
+        """Notice whether the robot is online, and when it is back."""
+        present = SAFETY in self._communicator.identities()
+        if self._ready and not present:
+            self._ready = False
             self._say("LOST: the robot is unreachable; a stop will be sent when it is back")
-        elif self._safety is None and (present or not self._searched):
+        elif not self._ready and (present or not self._searched):
             self._searched = True  # if nobody is known, only once: it takes seconds in which no key is read
             try:
-                self._safety = find_servant(self._communicator, _SAFETY)
+                wait_for_servant(self._communicator, SAFETY)
             except ZenohIceError as error:
                 self._say(f"not ready: {error}")
                 return
+            self._ready = True
             self._say(
                 f"ready{' again' if self._was_ready else ''}: Enter or space stops the robot of realm "
                 f"{self._communicator.realm}; Ctrl-C stops it and leaves; q leaves without a stop"
@@ -119,12 +178,11 @@ class _StopButton:
     def _send(self) -> None:
         assert self._pressed_at is not None
         try:
-            if self._safety is None:
-                raise NaoError("the robot is unreachable")
-            self._safety.invoke("emergencyStop", [self._reason])
+            # Whether or not its token is there: under a flood of tokens it may be late.
+            begin_stop(self._communicator, self._reason, self._communicator.settings.timeout).result()
         except ZenohIceError as error:
-            self._failure = str(error)
-            self._say(f"NOT STOPPED: {error}; trying again until it is")
+            self._failure = str(error) if self._ready else "the robot is unreachable"
+            self._say(f"NOT STOPPED: {self._failure}; trying again until it is")
             return
         took = time.monotonic() - self._pressed_at
         self._pressed_at = None

@@ -15,6 +15,7 @@ import msgspec
 from msgspec import Meta
 
 from codegen.hfsm.document import Document
+from hfsm_command.emergency_stop import SAFETY, begin_stop
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException, MotorsPrx
 from interfaces.nao import GroundTruthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, ScenePrx
@@ -392,7 +393,6 @@ class StopReport(msgspec.Struct, frozen=True, rename="camel"):
 
 
 _STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
-    "Safety": lambda proxy: SafetyPrx.uncheckedCast(proxy).emergencyStop.begin(_REASON),
     "Head": lambda proxy: PoseHeadPrx.uncheckedCast(proxy).stop.begin(),
     "Body": lambda proxy: JointsPrx.uncheckedCast(proxy).stop.begin(),
     "Motors": lambda proxy: MotorsPrx.uncheckedCast(proxy).stop.begin(),
@@ -404,9 +404,14 @@ async def stop_robot(communicator: Communicator) -> StopReport:
 
     Missing servants are skipped. A robot with an emergency stop refuses commands until `reset_robot`.
     """
+    # The emergency stop is sent even if no robot is known: under a flood of tokens its own may be late.
+    emergency_stop = begin_stop(communicator, _REASON, communicator.settings.timeout)
     calls: dict[str, asyncio.Future[Any]] = {}
     failed: dict[str, str] = {}
-    for identity in sorted(set(communicator.identities()) & _STOPS.keys()):
+    present = set(communicator.identities())
+    if SAFETY in present:
+        calls[SAFETY] = asyncio.wrap_future(emergency_stop)
+    for identity in sorted(present & _STOPS.keys()):
         try:
             calls[identity] = asyncio.wrap_future(_STOPS[identity](communicator.stringToProxy(identity)))
         except ZenohIceError as error:
@@ -420,12 +425,12 @@ async def stop_robot(communicator: Communicator) -> StopReport:
         elif (failure := answer.exception()) is not None:
             failed[identity] = str(failure)
     # As long as the emergency stop is latched, that is published with `RobotMonitor.stop_reason`.
-    return StopReport([name for name in calls if name not in failed and name != "Safety"], failed)
+    return StopReport([name for name in calls if name not in failed and name != SAFETY], failed)
 
 
 async def reset_robot(communicator: Communicator) -> None:
     """Let a robot accept commands again after its emergency stop. Raises ZenohIceError when it cannot."""
-    safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+    safety = SafetyPrx.uncheckedCast(communicator.stringToProxy(SAFETY))
     await asyncio.wrap_future(safety.resetEmergencyStop.begin())
 
 

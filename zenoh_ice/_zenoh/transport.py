@@ -310,7 +310,7 @@ class _Caller:
         try:
             # No variable holds the channel: the frames of an exception would keep it alive, and a channel
             # that a servant fills with further replies blocks everything on the same link.
-            reply = self._get(payload=payload, attachment=attachment).recv()
+            reply = self._get(payload=payload, attachment=attachment or None).recv()
         except zenoh.ZError:  # the end without an answer, of the session too
             raise NoAnswer(timed_out=False) from None
         answer = reply.ok
@@ -334,7 +334,9 @@ class _Caller:
             self._kind = pool.kind()
         handler = Callback(replies.append, partial(pool.jobs.put, (self._kind, finish)), indirect=False)
         try:
-            self._get(handler, payload=payload, attachment=attachment, cancellation_token=cancellation)
+            self._get(
+                handler, payload=payload, attachment=attachment or None, cancellation_token=cancellation
+            )
         except zenoh.ZError as error:
             raise self._transport.refusal(self._what, error) from error
         return cancellation.cancel
@@ -342,7 +344,7 @@ class _Caller:
     def send(self, payload: bytes, attachment: bytes) -> None:
         handler = Callback(_DISCARD, indirect=False)
         try:
-            self._get(handler, payload=payload, attachment=attachment)
+            self._get(handler, payload=payload, attachment=attachment or None)
         except zenoh.ZError as error:
             raise self._transport.refusal(self._what, error) from error
 

@@ -1,0 +1,106 @@
+"""The emergency stop of a robot as one message, which is the same for every release, for ever.
+
+It is a query of Zenoh with the key `REALM/Safety/emergencyStop` and, as its payload, the MessagePack map
+`{"reason": TEXT}`. It has no attachment: so no fingerprint, which another release might refuse, and no limit,
+after which a server might think it obsolete. A robot that has stopped answers with an empty map, any other
+answer is an error. Whoever sends it asks for no description and reads no token before.
+tests/data/emergency_stop has the bytes, with the answers of the releases so far. Never change them.
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from typing import Final
+
+import msgspec
+
+from zenoh_ice import Communicator, SystemException, ZenohIceError
+from zenoh_ice.interface import Operation
+from zenoh_ice.proxy import Call
+from zenoh_ice.text import cut, encodable
+from zenoh_ice.transport import NoAnswer, Outcome, Target, decode_error
+
+__all__ = ["SAFETY", "begin_stop", "refusal", "reset", "stop_key", "stop_payload"]
+
+SAFETY: Final = "Safety"
+"""Identity of the servant that stops a robot."""
+
+_STOP: Final = "emergencyStop"
+_WHAT: Final = f"{SAFETY}.{_STOP}"
+_LONGEST_REASON: Final = 256  # characters
+
+
+class _Reason(msgspec.Struct):
+    reason: str
+
+
+class _Nothing(msgspec.Struct):
+    pass
+
+
+_EMERGENCY_STOP: Final[Operation[[str], None]] = Operation(_STOP, arguments=_Reason, result=_Nothing)
+_RESET: Final[Operation[[], None]] = Operation(
+    "resetEmergencyStop", arguments=_Nothing, result=_Nothing, idempotent=True
+)
+
+
+def stop_key(realm: str) -> str:
+    """Return the key of the message that stops the robot of a realm."""
+    return Target(realm, SAFETY).key(_STOP)
+
+
+def stop_payload(reason: str) -> bytes:
+    """Return the payload of the message; the reason is cut after 256 characters."""
+    return msgspec.msgpack.encode(_Reason(encodable(cut(reason, _LONGEST_REASON))))
+
+
+def refusal(ok: bool, answer: bytes) -> ZenohIceError | None:
+    """Return what the robot reports instead of having stopped; None if it has stopped.
+
+    `ok` is whether the answer came as a result, not as an error. What a result contains does not matter: a
+    later release may add to the empty map.
+    """
+    return None if ok else decode_error(answer, (), _WHAT)
+
+
+def begin_stop(communicator: Communicator, reason: str, timeout: float) -> Future[None]:
+    """Send the message to the robot of a communicator's realm; the future ends within `timeout` s.
+
+    It raises what the robot reports, or the reason why there was no answer.
+    """
+    target = Target(communicator.realm, SAFETY)
+    future: Future[None] = communicator.new_future()
+    started = time.monotonic()
+
+    def finish(outcome: Outcome | SystemException) -> None:
+        if isinstance(outcome, NoAnswer):
+            failure: ZenohIceError | None = communicator.presence.explain_no_answer(
+                target, _WHAT, started, timeout, timed_out=outcome.timed_out
+            )
+        elif isinstance(outcome, SystemException):
+            failure = outcome
+        else:
+            ok, answer = outcome
+            failure = refusal(ok, bytes(answer) if isinstance(answer, bytes) else b"")
+        with suppress(InvalidStateError):  # cancelled, or the communicator was destroyed
+            if failure is None:
+                future.set_result(None)
+            else:
+                future.set_exception(failure)
+
+    try:
+        caller = communicator.transport.caller(target, _EMERGENCY_STOP, timeout=timeout)
+        caller.begin(stop_payload(reason), b"", finish)
+    except SystemException as error:
+        finish(error)
+    return future
+
+
+def reset(communicator: Communicator) -> None:
+    """Let the robot of a realm accept commands again; raises what a call raises.
+
+    This is an ordinary call, so that one that was delayed is not executed; but it asks for no fingerprint.
+    """
+    Call(communicator.stringToProxy(SAFETY), _RESET)()
