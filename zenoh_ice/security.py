@@ -76,8 +76,9 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     clients = [f"@client/{realm}/*/*" for realm in realms]
     presence = [*(f"@servant/{realm}/**" for realm in realms), *clients]
     return [
-        # Everybody may see presence and status: error messages need them.
-        ("liveliness_query declare_liveliness_subscriber", "ingress egress", presence),
+        # Everybody may see presence and status: error messages need them. Whoever asks for the servants of
+        # all realms gets those of the role's.
+        ("liveliness_query declare_liveliness_subscriber", "ingress egress", [*presence, "@servant/**"]),
         ("liveliness_token", "egress", presence),
         ("liveliness_token", "ingress", clients if role.liveliness else []),
         ("query", "ingress", processes),

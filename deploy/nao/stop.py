@@ -42,8 +42,8 @@ def stop(settings: Settings, reason: str, seconds: float) -> None:
 
     Raises NaoError when it has not confirmed within some seconds that it has stopped, or goes on moving.
     """
-    stopping = Stopping(settings, reason)
-    stopping.run(seconds, _report)
+    stopping = Stopping(settings, reason, limit=seconds)
+    stopping.run(_report)
     realm = stopping.realms[settings.realm]
     if not realm.stopped:
         _stop_by_a_call(settings, reason, stopping)
@@ -57,8 +57,8 @@ def stop_all(settings: Settings, reason: str, seconds: float) -> None:
 
     Raises NaoError when one of them, or an endpoint, has not confirmed within some seconds.
     """
-    stopping = Stopping(settings, reason, every_realm=True)
-    stopping.run(seconds, _report)
+    stopping = Stopping(settings, reason, limit=seconds, every_realm=True)
+    stopping.run(_report)
     for realm in stopping.concerned:
         typer.echo(f"{realm.name}: {_outcome(realm)}")
     for route in stopping.unreached:
@@ -95,7 +95,7 @@ def _stop_by_a_call(settings: Settings, reason: str, stopping: Stopping) -> None
     """Try once more, in a way that finds out why nothing answers; raises NaoError that says it."""
     why = stopping.realms[settings.realm].trouble
     if not why and len(stopping.unreached) == len(stopping.routes):
-        why = "; ".join(route.trouble or f"{route.name}: {_NO_LINK}" for route in stopping.unreached)
+        why = "; ".join(route.trouble for route in stopping.unreached if route.trouble)
     try:
         if not why:
             with initialize(settings) as communicator:

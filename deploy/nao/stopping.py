@@ -100,8 +100,9 @@ class Realm:
 class Stopping:
     """Stop the robot of a realm, or of all realms that can be reached: `run` does it, once."""
 
-    def __init__(self, settings: Settings, reason: str, *, every_realm: bool = False) -> None:
-        self.routes: Final = _routes(settings)
+    def __init__(self, settings: Settings, reason: str, *, limit: float, every_realm: bool = False) -> None:
+        self._limit: Final = limit
+        self.routes: Final = _routes(settings, min(limit, _LINK_LIMIT))
         own = Realm(settings.realm, required=not every_realm)
         self.realms: Final = {own.name: own}
         self._payload: Final = stop_payload(reason)
@@ -127,12 +128,12 @@ class Stopping:
         found, missed = self.concerned, self._every_realm and self.unreached
         return bool(found) and not missed and all(each.stopped and not each.moving for each in found)
 
-    def run(self, limit: float, say: Callable[[str], object]) -> None:
-        """Try until everything has stopped, for at most `limit` s; `say` gets what is still missing.
+    def run(self, say: Callable[[str], object]) -> None:
+        """Try until everything has stopped, or until the limit; `say` gets what is still missing.
 
         Raises ConfigurationException, or EndpointInUseException, for settings that allow no link.
         """
-        deadline = time.monotonic() + limit
+        deadline = time.monotonic() + self._limit
         self._start()
         said = ""
         while (left := deadline - time.monotonic()) > 0:
@@ -254,9 +255,12 @@ class Stopping:
                 realm.watch(_fastest(states[keys[realm.name]]))
 
 
-def _routes(settings: Settings) -> list[Route]:
-    """Return a route for each endpoint and, for a peer, one for what it finds by itself."""
-    limits: Any = {"timeout": _LINK_LIMIT, "lease": _LINK_LIMIT}
+def _routes(settings: Settings, limit: float) -> list[Route]:
+    """Return a route for each endpoint and, for a peer, one for what it finds by itself.
+
+    `limit` is that of making a link, in s.
+    """
+    limits: Any = {"timeout": limit, "lease": limit}
     routes = [
         Route(
             endpoint,

@@ -77,7 +77,7 @@ def test_the_robot_is_stopped_with_a_reason_and_reset(robot: RobotClient) -> Non
 
 
 def test_without_a_robot_it_says_so() -> None:
-    outcome = nao("stop", "--connect", free_endpoint(), "--timeout", "0.1")
+    outcome = nao("stop", "--connect", free_endpoint(), "--timeout", "0.1", "--seconds", "0.3")
     assert (outcome.code, "start a server there" in outcome.err) == (1, True)
 
 

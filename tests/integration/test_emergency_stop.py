@@ -1,0 +1,315 @@
+"""The emergency stop as one message that every release understands, and a command that repeats it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import zenoh
+
+from hfsm_command.emergency_stop import begin_stop
+from interfaces.nao import SafetyPrx
+from naoserver.fake import FakeRobot
+from tests.support.limits import CALL_LIMIT, FOREVER, RUN_LIMIT
+from tests.support.nao_command import Outcome, at, nao
+from tests.support.processes import free_endpoint
+from tests.support.relay import Relay
+from tests.support.robot_server import RobotClient, served, served_to_client
+from tests.support.security import Keys, routing
+from tests.support.stranger import stranger
+from tests.support.waiting import until
+from zenoh_ice import Settings, initialize
+from zenoh_ice._wire import ERROR_ENCODING, encode_call_attachment
+from zenoh_ice.session import open_session
+
+RECORDED = json.loads(Path("tests/data/emergency_stop/messages.json").read_text())
+MESSAGE = RECORDED["message"]
+RELEASES = RECORDED["releases"]
+REASON = "a hand in the way"
+STOPPED = b"\x80"
+
+Sent = tuple[str, str, str | None]
+Answer = tuple[bool, bytes]
+
+
+def error(text: str) -> Answer:
+    """The answer of a robot that could not stop."""
+    encoded = {"exception": "::zenoh_ice::UnknownException", "message": text}
+    return False, msgspec.msgpack.encode(encoded)
+
+
+def joints(*speeds: float) -> Answer:
+    return True, msgspec.msgpack.encode({"returnValue": {"velocities": speeds}})
+
+
+class ScriptedRobot:
+    """A robot that answers as another release did, or as a test says: the last answer again and again."""
+
+    def __init__(self, session: zenoh.Session, realm: str = "nao", token: str = "") -> None:
+        self.sent: list[Sent] = []
+        self.stops: list[Answer] = [(True, STOPPED)]
+        self.joints: list[Answer] = []
+        self._declared: list[Any] = [
+            session.declare_queryable(f"{realm}/Safety/emergencyStop", self._stop),
+            session.declare_queryable(
+                f"{realm}/Body/getJointState", lambda query: _reply(query, self.joints)
+            ),
+        ]
+        if token:
+            self._declared.append(session.liveliness().declare_token(token))
+
+    def _stop(self, query: zenoh.Query) -> None:
+        payload, attachment = query.payload, query.attachment
+        assert payload is not None
+        self.sent.append(
+            (
+                str(query.selector),
+                payload.to_bytes().hex(),
+                None if attachment is None else attachment.to_bytes().hex(),
+            )
+        )
+        _reply(query, self.stops)
+
+
+def _reply(query: zenoh.Query, answers: list[Answer]) -> None:
+    with query:
+        if not answers:
+            return
+        ok, payload = answers.pop(0) if len(answers) > 1 else answers[0]
+        if ok:
+            query.reply(query.key_expr, payload)
+        else:
+            query.reply_err(payload, encoding=ERROR_ENCODING)
+
+
+@contextmanager
+def listening(endpoint: str) -> Iterator[zenoh.Session]:
+    """Open a session that others connect to."""
+    with open_session(Settings(listen=(endpoint,), connect=(), lease=CALL_LIMIT)) as session:
+        yield session
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return free_endpoint()
+
+
+@pytest.fixture
+def scripted(endpoint: str) -> Iterator[ScriptedRobot]:
+    with listening(endpoint) as session:
+        yield ScriptedRobot(session)
+
+
+@pytest.fixture
+def robot() -> Iterator[RobotClient]:
+    with served_to_client(FakeRobot()) as client:
+        yield client
+
+
+def stop(endpoint: str, *options: str) -> Outcome:
+    return nao("stop", REASON, "--connect", endpoint, "--mode", "client", *options)
+
+
+@contextmanager
+def stopping(endpoint: str) -> Iterator[Future[Outcome]]:
+    """Run the command in the background."""
+    with ThreadPoolExecutor(1) as pool:
+        yield pool.submit(stop, endpoint, "--seconds", str(FOREVER))
+
+
+class TestMessage:
+    @pytest.mark.parametrize("release", RELEASES)
+    def test_the_command_sends_the_recorded_message_and_understands_the_recorded_answers(
+        self, endpoint: str, scripted: ScriptedRobot, release: str
+    ) -> None:
+        answers = RELEASES[release]
+        scripted.stops = [(True, bytes.fromhex(answers["stop"]["payload"]))]
+        scripted.joints = [(True, bytes.fromhex(answers["joints"]["payload"]))]
+        outcome = stop(endpoint)
+        assert outcome.code == 0
+        assert outcome.out.startswith("stopped: the robot refuses commands until")
+        assert "its joints are still" in outcome.out
+        assert set(scripted.sent) == {(MESSAGE["key"], MESSAGE["payload"], MESSAGE["attachment"])}
+
+    def test_a_communicator_sends_the_same_message_and_needs_no_token(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        with initialize(connect=[endpoint], mode="client", clock="wall") as communicator:
+            begin_stop(communicator, REASON, CALL_LIMIT).result()
+        assert scripted.sent == [(MESSAGE["key"], MESSAGE["payload"], MESSAGE["attachment"])]
+
+    @pytest.mark.parametrize("release", RELEASES)
+    def test_an_error_of_each_release_is_not_taken_for_a_stop(
+        self, endpoint: str, scripted: ScriptedRobot, release: str
+    ) -> None:
+        refused = RELEASES[release]["without a reason"]
+        scripted.stops = [(refused["ok"], bytes.fromhex(refused["payload"]))]
+        outcome = stop(endpoint, "--seconds", "0.5")
+        assert (outcome.code, outcome.out) == (1, "")
+        assert "the robot was NOT stopped: Safety.emergencyStop: Object missing required" in outcome.err
+
+    @pytest.mark.parametrize(
+        "attachment",
+        [
+            pytest.param(None, id="none"),
+            pytest.param(encode_call_attachment("0123456789abcdef", 1, "c0ffee", 0.0), id="other version"),
+            pytest.param(encode_call_attachment("", 1, "c0ffee", 0.001), id="late"),
+            pytest.param(b"\xc1", id="unreadable"),
+            pytest.param(b"x" * 4096, id="too long"),
+        ],
+    )
+    def test_this_release_stops_whatever_is_said_of_the_message(
+        self, robot: RobotClient, attachment: bytes | None
+    ) -> None:
+        with stranger(robot.endpoint) as sender:
+            key = MESSAGE["key"].replace("nao/", f"{robot.realm}/", 1)
+            until(lambda: sender.ask(f"{robot.realm}/Safety/getSafetyState", STOPPED, None))
+            (reply,) = sender.ask(key, bytes.fromhex(MESSAGE["payload"]), attachment)
+        assert reply.ok is not None
+        assert reply.ok.payload.to_bytes() == STOPPED
+        state = robot.proxy(SafetyPrx, "Safety").getSafetyState()
+        assert (state.stopped, state.reason) == (True, REASON)
+
+
+class TestRepetition:
+    def test_a_stop_that_fails_is_repeated_until_it_succeeds(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        scripted.stops = [error("the left arm does not answer"), error("again"), (True, STOPPED)]
+        assert stop(endpoint).code == 0
+        assert len(scripted.sent) == 3
+
+    def test_a_robot_that_cannot_stop_is_reported_in_its_words(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        scripted.stops = [error("the left arm does not answer")]
+        outcome = stop(endpoint, "--seconds", "0.5")
+        assert outcome.code == 1
+        assert "the robot was NOT stopped: the left arm does not answer" in outcome.err
+
+    def test_it_is_repeated_while_the_joints_move(self, endpoint: str, scripted: ScriptedRobot) -> None:
+        scripted.joints = [joints(0.0, -1.5), joints(0.5, 0.0), joints(0.0, 0.01)]
+        outcome = stop(endpoint)
+        assert (outcome.code, len(scripted.sent)) == (0, 3)
+        assert "its joints are still" in outcome.out
+
+    def test_joints_that_go_on_moving_are_reported(self, endpoint: str, scripted: ScriptedRobot) -> None:
+        scripted.joints = [joints(0.0, -1.5)]
+        outcome = stop(endpoint)
+        assert (outcome.code, outcome.out) == (1, "")
+        assert "stopped, but its joints still move, the fastest at 1.5 rad/s" in outcome.err
+
+    @pytest.mark.parametrize(
+        "answer",
+        [
+            pytest.param((True, b"\xc1"), id="not MessagePack"),
+            pytest.param((True, b"\x91" * 100_000), id="nested too deeply"),
+            pytest.param((True, b"\x80"), id="of another form"),
+            pytest.param(error("no joints"), id="an error"),
+        ],
+    )
+    def test_a_robot_that_says_nothing_of_its_joints_counts_as_stopped(
+        self, endpoint: str, scripted: ScriptedRobot, answer: Answer
+    ) -> None:
+        scripted.joints = [answer]
+        outcome = stop(endpoint)
+        assert outcome.code == 0
+        assert "joints" not in outcome.out
+
+    def test_it_is_sent_when_the_network_is_back(self, robot: RobotClient) -> None:
+        with Relay(robot.endpoint) as relay, at(relay.endpoint, robot.realm):
+            relay.cut()
+            with stopping(relay.endpoint) as outcome:
+                relay.resume()
+                assert outcome.result(RUN_LIMIT).code == 0
+        assert robot.proxy(SafetyPrx, "Safety").getSafetyState().stopped
+
+    def test_it_waits_for_a_robot_whose_server_starts(self, endpoint: str) -> None:
+        with listening(endpoint) as session, stopping(endpoint) as outcome:
+            scripted = ScriptedRobot(session)
+            assert outcome.result(RUN_LIMIT).code == 0
+            assert scripted.sent
+
+    def test_settings_that_allow_no_link_end_it_at_once(self, endpoint: str, tmp_path: Path) -> None:
+        outcome = stop(endpoint, "--authority", str(tmp_path / "none.pem"), "--seconds", str(FOREVER))
+        assert (outcome.code, "none.pem" in outcome.err) == (1, True)
+
+
+class TestAllRobots:
+    def test_every_realm_at_every_endpoint_is_stopped_and_listed(self, endpoint: str) -> None:
+        with ExitStack() as opened:
+            session = opened.enter_context(listening(endpoint))
+            first, second = (
+                ScriptedRobot(session, realm, RELEASES["0.1.0"]["token"].replace("/nao/", f"/{realm}/", 1))
+                for realm in ("nao7", "red")
+            )
+            other = opened.enter_context(served(FakeRobot()))
+            outcome = nao("stop", "--all", "--connect", endpoint, "--connect", other.endpoint)
+            client = opened.enter_context(other.client())
+            assert client.proxy(SafetyPrx, "Safety").getSafetyState().stopped
+        assert outcome.code == 0, outcome.text
+        lines = [line.partition(": the robot")[0] for line in outcome.out.splitlines()]
+        assert lines == sorted(["nao7: stopped", "red: stopped", f"{other.realm}: stopped"])
+        assert first.sent
+        assert second.sent
+
+    def test_behind_a_router_every_realm_of_the_role_is_stopped_and_no_other_is_seen(
+        self, tmp_path: Path
+    ) -> None:
+        keys, roles = (
+            Keys(tmp_path / "keys"),
+            {
+                "robot": {"serve": ["**"], "realms": ["nao*", "secret"]},
+                "student": {"call": ["Safety.emergencyStop"], "realms": ["nao*"], "liveliness": False},
+            },
+        )
+        users = {"robot": "robot", "student": "student"}
+        with ExitStack() as opened:
+            opened.enter_context(routing(keys.settings("router", security={"roles": roles, "users": users})))
+            session = opened.enter_context(open_session(keys.settings("robot")))
+            robots = {
+                realm: ScriptedRobot(
+                    session, realm, RELEASES["0.1.0"]["token"].replace("/nao/", f"/{realm}/", 1)
+                )
+                for realm in ("nao", "nao7", "secret")
+            }
+            outcome = nao(
+                "stop", "--all", "--config", str(keys.folder / "student.toml"), "--connect", keys.endpoint
+            )
+        assert outcome.code == 0, outcome.text
+        assert [line.partition(": the robot")[0] for line in outcome.out.splitlines()] == [
+            "nao: stopped",
+            "nao7: stopped",
+        ]
+        assert [realm for realm, robot in robots.items() if robot.sent] == ["nao", "nao7"]
+
+    def test_one_that_does_not_stop_is_named(self, endpoint: str, scripted: ScriptedRobot) -> None:
+        with stranger(endpoint) as also:
+            token = RELEASES["0.1.0"]["token"].replace("/nao/", "/red/", 1)
+            failing = ScriptedRobot(also.session, "red", token)
+            failing.stops = [error("no motors")]
+            until(
+                lambda: nao("stop", "--all", "--connect", endpoint, "--seconds", "1.5").out.count("\n") == 2
+            )
+            outcome = nao("stop", "--all", "--connect", endpoint, "--seconds", "1.5")
+        assert outcome.code == 1
+        assert "nao: stopped" in outcome.out
+        assert "red: NOT stopped: no motors" in outcome.out
+
+    def test_an_endpoint_that_is_not_reached_is_named(self, robot: RobotClient) -> None:
+        absent = free_endpoint()
+        outcome = nao("stop", "--all", "--connect", robot.endpoint, "--connect", absent, "--seconds", "1.5")
+        assert outcome.code == 1
+        assert f"{robot.realm}: stopped" in outcome.out
+        assert f"{absent}: NOT reached" in outcome.out
+
+    def test_without_any_robot_it_says_so(self, endpoint: str) -> None:
+        with listening(endpoint):
+            outcome = nao("stop", "--all", "--connect", endpoint, "--seconds", "1")
+        assert (outcome.code, "no robot was found" in outcome.err) == (1, True)
