@@ -27,8 +27,8 @@ from zenoh_ice.text import printable
 
 __all__ = ["Realm", "Route", "Stopping"]
 
-_LINKS: Final = 6  # tried for each endpoint; a lab's firewall lets an address have sixteen
-_STAGGER: Final = 0.7  # s between their beginnings: more than a good network needs for all of it
+_LINKS: Final = 8  # tried for each endpoint; the firewall of a lab lets an address have sixteen
+_STAGGER: Final = 0.3  # s between their beginnings: on a good network the first has done it by then
 _LINK_LIMIT: Final = 6.0  # s for making a link; more would not help, since servers give up after two
 _ANSWER_LIMIT: Final = 2.0  # s until a stop that was not answered is sent again
 _STATE_LIMIT: Final = 1.0  # s for the speeds of the joints
@@ -37,7 +37,7 @@ _PAUSE: Final = 0.1  # s between messages that nobody serves, and between links
 _QUIET: Final = 0.6  # s without a further realm after which all of a link are known; gossip takes tenths
 _STILL: Final = 0.1  # rad/s below which a joint counts as still
 _STILL_LIMIT: Final = 2.0  # s after the stop within which the joints must be
-_LAST: Final = 0.3  # s for links that are still being made when the robots have stopped
+_LAST: Final = 0.1  # s for links that are still being made when the robots have stopped
 _LONGEST_TROUBLE: Final = 300  # characters
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
 

@@ -27,6 +27,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+_LAST_PORT = 65535
+
 _Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of the authority.")]
 _Days = Annotated[int, typer.Option(min=1, max=3650, help="How long certificates are valid.")]
 _File = Annotated[Path, typer.Argument(metavar="TOML", help="File of settings.")]
@@ -38,19 +40,33 @@ _File = Annotated[Path, typer.Argument(metavar="TOML", help="File of settings.")
 )
 def init(
     folder: _Folder,
+    *,
     host: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME", help="Name or address of the router's machine; may be repeated. [default: this]"
         ),
     ] = None,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Port of the router.")] = 7447,
+    port: Annotated[int, typer.Option(min=1, max=_LAST_PORT, help="Port of the router.")] = 7447,
+    operator_port: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=_LAST_PORT,
+            help="Port of the router for operator and robot alone, which a firewall keeps from others. "
+            "[default: the next one]",
+            show_default=False,
+        ),
+    ] = None,
     realm: Annotated[str, typer.Option(help="Realm of the robot.")] = "nao",
     days: _Days = 365,
 ) -> None:
     """Make an authority, certificates, and the settings of a router, a robot, an operator and students."""
     hosts = host or [socket.gethostname()]
-    files = _folder(folder).create(realm=realm, hosts=hosts, port=port, valid=timedelta(days=days))
+    own_port = operator_port or min(port + 1, _LAST_PORT)
+    files = _folder(folder).create(
+        realm=realm, hosts=hosts, port=port, operator_port=own_port, valid=timedelta(days=days)
+    )
     router, robot, *users = files
     typer.echo(f"{router}: start the router with it, on {hosts[0]}: nao router --config {router}")
     typer.echo(f"{robot}: for the robot's server: naoserver-sim --config {robot}")

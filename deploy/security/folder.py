@@ -38,7 +38,8 @@ _AUTHORITY: Final = "authority"
 _ROUTER: Final = "router"
 _ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - other machines must reach the router
 
-_CLIENT_ROLES: Final = ("robot", "operator", "student")  # with which the file of a router begins
+_STUDENT: Final = "student"
+_CLIENT_ROLES: Final = ("robot", "operator", _STUDENT)  # with which the file of a router begins
 
 _ROUTER_FILE: Final = """\
 # Settings of the router: nao router --config router.toml
@@ -99,11 +100,21 @@ class SecurityFolder:
 
     path: Path
 
-    def create(self, *, realm: str, hosts: Sequence[str], port: int, valid: timedelta) -> list[Path]:
+    def create(
+        self,
+        *,
+        realm: str,
+        hosts: Sequence[str],
+        port: int,
+        operator_port: int | None = None,
+        valid: timedelta,
+    ) -> list[Path]:
         """Make everything for a router, a robot, an operator and students; return the files of settings.
 
         `hosts` are the names and addresses by which others reach the router; they connect to the first.
-        Raises ConfigurationException for an invalid realm, SecurityFilesError for an invalid host.
+        Robot and operator use `operator_port`, an endpoint that a firewall can keep for them; by default the
+        same as everybody. Raises ConfigurationException for an invalid realm, SecurityFilesError for an
+        invalid host.
         """
         Settings(realm=realm)
         if (self.path / "authority.key").exists():
@@ -115,12 +126,14 @@ class SecurityFolder:
         files = _pem(_AUTHORITY, authority.certificate, authority.key)
         files |= _pem(_ROUTER, *authority.issue(_ROUTER, [*hosts, *_LOCAL_HOSTS], valid))
         users = "".join(_user_line(role, role) for role in _CLIENT_ROLES)
-        listen = json.dumps(f"tls/{_in_brackets(_listening_host(hosts))}:{port}")
+        ports = dict.fromkeys(_CLIENT_ROLES, operator_port or port) | {_STUDENT: port}
+        here = _in_brackets(_listening_host(hosts))
+        listen = [json.dumps(f"tls/{here}:{each}") for each in sorted({*ports.values()})]
         files["router.toml"] = _ROUTER_FILE.format(
-            realm=json.dumps(realm), listen=listen, users=users
+            realm=json.dumps(realm), listen=", ".join(listen), users=users
         ).encode()
         for role in _CLIENT_ROLES:
-            connect = f"tls/{_in_brackets(hosts[0])}:{port}"
+            connect = f"tls/{_in_brackets(hosts[0])}:{ports[role]}"
             files |= _client_files(authority, role, role, realm=realm, connect=connect, valid=valid)
         self._write(files)
         return [self.path / name for name in files if name.endswith(".toml")]
@@ -140,7 +153,7 @@ class SecurityFolder:
         if name in router.security.users:
             raise SecurityFilesError(f"{router_file}: {name!r} is a user already")
         with_user = _with_user(router_file, name, role)
-        client_file = self.path / f"{_CLIENT_ROLES[0]}.toml"
+        client_file = self.path / f"{role if role in _CLIENT_ROLES else _STUDENT}.toml"
         connect = load_settings(client_file, environment={}).connect
         if not connect:
             raise SecurityFilesError(f"{client_file}: `connect` names no router")

@@ -39,12 +39,18 @@ def folder(tmp_path: Path) -> Path:
 
 def test_files_fit_together(folder: Path) -> None:
     router = load_settings(folder / "router.toml", environment={})
-    assert (router.mode, router.realm, router.listen) == ("router", "lab", ("tls/0.0.0.0:7001",))
+    assert (router.mode, router.realm, router.listen) == (
+        "router",
+        "lab",
+        ("tls/0.0.0.0:7001", "tls/0.0.0.0:7002"),
+    )
     assert router.security.users == {name: name for name in ("robot", "operator", "student")}
     assert check_security(router) == []
     for name in router.security.users:
         settings = load_settings(folder / f"{name}.toml", environment={})
-        assert (settings.mode, settings.realm, settings.connect) == ("client", "lab", ("tls/robot.lab:7001",))
+        port = 7001 if name == "student" else 7002
+        connect = (f"tls/robot.lab:{port}",)
+        assert (settings.mode, settings.realm, settings.connect) == ("client", "lab", connect)
         assert settings.listen == ()
         assert check_security(settings) == []
 
@@ -52,16 +58,27 @@ def test_files_fit_together(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("hosts", "listens"),
     [
-        (["127.0.0.1", "localhost"], "tls/127.0.0.1:7447"),
-        (["::1"], "tls/[::1]:7447"),
-        (["localhost", "robot.lab"], "tls/0.0.0.0:7447"),
+        (["127.0.0.1", "localhost"], "tls/127.0.0.1"),
+        (["::1"], "tls/[::1]"),
+        (["localhost", "robot.lab"], "tls/0.0.0.0"),
     ],
 )
 def test_the_router_of_one_machine_listens_there_alone(
     hosts: list[str], listens: str, tmp_path: Path
 ) -> None:
     security("init", tmp_path, *(word for host in hosts for word in ("--host", host)))
-    assert load_settings(tmp_path / "router.toml", environment={}).listen == (listens,)
+    router = load_settings(tmp_path / "router.toml", environment={})
+    assert router.listen == (f"{listens}:7447", f"{listens}:7448")
+
+
+def test_the_port_of_the_operator_can_be_chosen(tmp_path: Path) -> None:
+    security("init", tmp_path, "--host", "robot.lab", "--port", 9000, "--operator-port", 8000)
+    connects = {
+        name: load_settings(tmp_path / f"{name}.toml", environment={}).connect
+        for name in ("robot", "operator", "student")
+    }
+    own = ("tls/robot.lab:8000",)
+    assert connects == {"robot": own, "operator": own, "student": ("tls/robot.lab:9000",)}
 
 
 def test_the_router_is_known_by_every_name_that_it_has(folder: Path) -> None:
@@ -80,7 +97,10 @@ def test_one_more_user(folder: Path) -> None:
     output = security("add", folder, "ann", "--role", "student")
     assert all(str(folder / name) in output for name in ("authority.pem", "ann.pem", "ann.key", "ann.toml"))
     assert load_settings(folder / "router.toml", environment={}).security.users["ann"] == "student"
-    assert check_security(load_settings(folder / "ann.toml", environment={})) == []
+    ann = load_settings(folder / "ann.toml", environment={})
+    assert (ann.connect, check_security(ann)) == (("tls/robot.lab:7001",), [])
+    security("add", folder, "bob", "--role", "operator")
+    assert load_settings(folder / "bob.toml", environment={}).connect == ("tls/robot.lab:7002",)
 
 
 def test_a_certificate_is_issued_again_for_the_same_names(folder: Path) -> None:

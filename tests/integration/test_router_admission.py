@@ -1,0 +1,183 @@
+"""A router whose endpoint is held by connections that never finish their TLS handshake."""
+
+from __future__ import annotations
+
+import socket
+import ssl
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+
+import pytest
+
+from deploy.admission import Admission
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.security import Keys, routing
+from tests.support.waiting import until
+from zenoh_ice import EndpointInUseException, initialize
+from zenoh_ice.settings import host_and_port
+
+
+def hello() -> bytes:
+    """The first bytes of a TLS client."""
+    sent = ssl.MemoryBIO()
+    client = ssl.create_default_context().wrap_bio(ssl.MemoryBIO(), sent, server_hostname="localhost")
+    with suppress(ssl.SSLWantReadError):
+        client.do_handshake()
+    return sent.read()
+
+
+def place_of(endpoint: str) -> tuple[str, int]:
+    place = host_and_port(endpoint)
+    assert place is not None
+    return place
+
+
+@contextmanager
+def holding(endpoint: str, number: int, first: bytes) -> Iterator[list[socket.socket]]:
+    """Hold connections that send some bytes and then nothing."""
+    with ExitStack() as held:
+        connections = [
+            held.enter_context(socket.create_connection(place_of(endpoint), EVENT_LIMIT))
+            for _ in range(number)
+        ]
+        for connection in connections:
+            connection.sendall(first)
+        yield connections
+
+
+def connects(keys: Keys) -> float:
+    """Make a link as a student; return how long it took in s."""
+    began = time.monotonic()
+    with initialize(keys.settings("student", timeout=CALL_LIMIT)):
+        return time.monotonic() - began
+
+
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Keys:
+    return Keys(tmp_path_factory.mktemp("keys"))
+
+
+@pytest.fixture(scope="module")
+def router(keys: Keys) -> Iterator[None]:
+    with routing(keys.settings("router")):
+        yield
+
+
+@pytest.mark.usefixtures("router")
+class TestUnfinishedHandshakes:
+    @pytest.mark.parametrize(
+        "first", [pytest.param(b"", id="silent"), pytest.param(hello(), id="a first message alone")]
+    )
+    def test_a_client_gets_in_beside_them_and_at_once_after_them(self, keys: Keys, first: bytes) -> None:
+        # Each costs Zenoh 0.1 s when it ends: without the admission, the last link takes 30 s.
+        with holding(keys.endpoint, 300, first):
+            connects(keys)
+        assert connects(keys) < CALL_LIMIT
+
+    def test_what_is_not_tls_is_ended_at_once(self, keys: Keys) -> None:
+        with holding(keys.endpoint, 1, b"GET / HTTP/1.1\r\n\r\n") as (connection,):
+            connection.settimeout(EVENT_LIMIT)
+            with suppress(ConnectionResetError):
+                assert connection.recv(1) == b""
+
+
+def test_the_log_names_the_address_of_a_client(keys: Keys, endpoint: str) -> None:
+    options = ("--config", str(keys.folder / "router.toml"), "--listen", endpoint)
+    with ComponentProcess(module("deploy.nao", "router", *options)) as router:
+        router.wait_for(f"the router listens on {endpoint}")
+        with initialize(keys.settings("student", connect=[endpoint])):
+            router.wait_for("'student' came, at 127.0.0.1, process")
+        router.wait_for("'student' left, at 127.0.0.1, process")
+
+
+@pytest.fixture
+def inner() -> Iterator[socket.socket]:
+    """What the admission passes connections on to."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(EVENT_LIMIT)
+        yield server
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return free_endpoint().replace("tcp/", "tls/")
+
+
+@pytest.fixture
+def admission(endpoint: str, inner: socket.socket) -> Iterator[Admission]:
+    admission = Admission([endpoint], [inner.getsockname()[1]])
+    try:
+        yield admission
+    finally:
+        admission.close()
+
+
+RECORD = b"\x16\x03\x01"  # the beginning of a handshake
+
+
+class TestPassingOn:
+    def test_bytes_pass_in_both_directions_whatever_their_number(
+        self, endpoint: str, inner: socket.socket, admission: Admission
+    ) -> None:
+        data = bytes(range(256)) * 40_000
+        with holding(endpoint, 1, RECORD) as (client,):
+            server, (_, port) = inner.accept()
+            with server:
+                assert admission.origin(port) == "127.0.0.1"
+                assert server.recv(3, socket.MSG_WAITALL) == RECORD
+                for sender, receiver in ((client, server), (server, client)):
+                    assert _transfer(sender, receiver, data) == data
+
+    @pytest.mark.parametrize("first", ["client", "server"])
+    def test_the_end_of_one_side_ends_the_other(
+        self, endpoint: str, inner: socket.socket, admission: Admission, first: str
+    ) -> None:
+        with holding(endpoint, 1, RECORD) as (client,):
+            server, _ = inner.accept()
+            with server:
+                assert server.recv(3, socket.MSG_WAITALL) == RECORD
+                ends = (client, server) if first == "client" else (server, client)
+                ends[0].sendall(b"the last")
+                ends[0].shutdown(socket.SHUT_RDWR)
+                ends[1].settimeout(EVENT_LIMIT)
+                assert ends[1].recv(8, socket.MSG_WAITALL) == b"the last"
+                assert ends[1].recv(1) == b""
+
+    def test_an_endpoint_in_use_is_named(self, endpoint: str, admission: Admission) -> None:
+        with pytest.raises(EndpointInUseException, match=endpoint):
+            Admission([endpoint], [1])
+
+    def test_silent_connections_make_room_for_new_ones(
+        self, endpoint: str, inner: socket.socket, admission: Admission
+    ) -> None:
+        with holding(endpoint, admission.most_silent + 1, b"") as connections:
+            connections[0].settimeout(EVENT_LIMIT)
+            with suppress(ConnectionResetError):
+                assert connections[0].recv(1) == b""
+            connections[-1].sendall(RECORD)
+            server, _ = inner.accept()
+            server.close()
+
+    def test_it_lets_go_of_everything_that_has_ended(self, endpoint: str, admission: Admission) -> None:
+        with holding(endpoint, 5, b""), holding(endpoint, 5, RECORD):
+            until(lambda: (len(admission.silent), len(admission.handshakes)) == (5, 5))
+        until(
+            lambda: (
+                not (admission.clients or admission.silent or admission.handshakes or admission.of_address)
+            )
+        )
+
+
+def _transfer(sender: socket.socket, receiver: socket.socket, data: bytes) -> bytes:
+    """Send while nobody reads, then read: more than fits into the buffers in between."""
+    sender.setblocking(False)
+    receiver.settimeout(EVENT_LIMIT)
+    sent, received = memoryview(data), bytearray()
+    while len(received) < len(data):
+        with suppress(BlockingIOError):
+            while sent:
+                sent = sent[sender.send(sent) :]
+        received += receiver.recv(1 << 20)
+    return bytes(received)
