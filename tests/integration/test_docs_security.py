@@ -39,10 +39,11 @@ def run(command: list[str]) -> subprocess.CompletedProcess[str]:
 
 def test_the_five_commands(tmp_path: Path) -> None:
     init, router, robot, call, add = commands(tmp_path / "keys")
-    port = free_endpoint().rpartition(":")[2]
-    made = run([*init, "--port", port])
+    port, operator_port = (free_endpoint().rpartition(":")[2] for _ in range(2))
+    made = run([*init, "--port", port, "--operator-port", operator_port])
     assert made.returncode == 0, made.stderr
-    listen = ["--listen", f"tls/127.0.0.1:{port}"]  # rather than to the network
+    # Rather than to the network:
+    listen = [word for each in (port, operator_port) for word in ("--listen", f"tls/127.0.0.1:{each}")]
     with ComponentProcess(module([*router, *listen])) as routing:
         routing.wait_for("listens on tls/.*; each may do what the roles robot, operator, student grant")
         settings = load_settings(robot[-1], defaults={"clock": "wall"})

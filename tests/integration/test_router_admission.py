@@ -125,8 +125,8 @@ class TestPassingOn:
         with holding(endpoint, 1, RECORD) as (client,):
             server, (_, port) = inner.accept()
             with server:
-                assert admission.origin(port) == "127.0.0.1"
                 assert server.recv(3, socket.MSG_WAITALL) == RECORD
+                assert admission.origin(port) == "127.0.0.1"
                 for sender, receiver in ((client, server), (server, client)):
                     assert _transfer(sender, receiver, data) == data
 
