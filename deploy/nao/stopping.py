@@ -27,8 +27,8 @@ from zenoh_ice.text import printable
 
 __all__ = ["Realm", "Route", "Stopping"]
 
-_LINKS: Final = 8  # tried for each endpoint; the firewall of a lab lets an address have sixteen
-_STAGGER: Final = 0.3  # s between their beginnings: on a good network the first has done it by then
+_LINKS: Final = 6  # tried for each endpoint; the firewall of a lab lets an address have sixteen
+_STAGGER: Final = 0.5  # s between their beginnings: on a good network the first has done it by then
 _LINK_LIMIT: Final = 6.0  # s for making a link; more would not help, since servers give up after two
 _ANSWER_LIMIT: Final = 2.0  # s until a stop that was not answered is sent again
 _STATE_LIMIT: Final = 1.0  # s for the speeds of the joints
