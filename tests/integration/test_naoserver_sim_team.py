@@ -9,6 +9,7 @@ from naoserver.errors import RobotError
 from naoserver_sim.command import app
 from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
+from tests.support.nao_command import nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 
@@ -25,6 +26,9 @@ def test_robots_live_in_realms_of_their_own_and_end_together():
             with initialize(realm=realm, connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
                 truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
                 assert "Ball" in truth.getGroundTruth.wait(timeout=START_LIMIT).value.objects
+        outcome = nao("stop", "--all", "--connect", endpoint, "--listen", "tcp/127.0.0.1:0")
+        stopped = [line.partition(": the robot")[0] for line in outcome.out.splitlines()]
+        assert (outcome.code, stopped) == (0, ["nao: stopped", "nao2: stopped"]), outcome.text
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130
 
