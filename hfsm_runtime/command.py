@@ -324,7 +324,7 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
 @contextmanager
 def _ros_node(component: type[Component], settings: Settings, options: Mapping[str, Any]) -> Iterator[Node]:
     """Open a node of ROS for a component in a `with` block."""
-    from ros2 import DEFAULT_SETTINGS, RosError  # only components that use ROS need its libraries
+    from ros2 import RosError, settings_of_node  # only components that use ROS need its libraries
 
     from .ros import Node
 
@@ -335,12 +335,11 @@ def _ros_node(component: type[Component], settings: Settings, options: Mapping[s
             raise typer.BadParameter(
                 f"--remap takes FROM:=TO, such as /cmd_vel:=/turtle1/cmd_vel, not {each!r}"
             )
-    connect = tuple(options["ros_connect"] or settings.connect)
-    settings = msgspec.structs.replace(DEFAULT_SETTINGS, connect=connect, security=settings.security)
+    own = settings_of_node(settings, options["ros_connect"] or ())
     name = re.sub(r"\W", "_", PurePath(component._hfsm_document).stem or component.__name__, flags=re.ASCII)
     namespace, domain = options["ros_namespace"], options["ros_domain"]
     try:
-        node = Node(name, namespace=namespace, domain=domain, settings=settings, remap=names)
+        node = Node(name, namespace=namespace, domain=domain, settings=own, remap=names)
     except RosError as error:
         raise ComponentError(f"the node of ROS cannot start: {error}") from error
     with node:

@@ -23,15 +23,18 @@ from .exceptions import (
     RosError,
     TypeUnknownError,
 )
-from .graph import Graph
+from .graph import Graph, Sender
 from .messages import Types
-from .node import DEFAULT_SETTINGS, Client, Node, Publisher, Service, Subscription
+from .node import DEFAULT_SETTINGS, Node, settings_of_node
 from .parameters import Parameters
 from .rosout import RosoutHandler
+from .services import LARGEST_COMMAND, Client, Service
+from .topics import Publisher, Subscription
 from .wire import LATCHED, SENSOR_DATA, Entity, QoS
 
 __all__ = [
     "DEFAULT_SETTINGS",
+    "LARGEST_COMMAND",
     "LATCHED",
     "SENSOR_DATA",
     "Aborted",
@@ -55,10 +58,12 @@ __all__ = [
     "QoS",
     "RosError",
     "RosoutHandler",
+    "Sender",
     "ServerGoal",
     "Service",
     "Status",
     "Subscription",
     "TypeUnknownError",
     "Types",
+    "settings_of_node",
 ]

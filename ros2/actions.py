@@ -16,7 +16,10 @@ from enum import IntEnum
 from typing import Any, Final
 
 from .exceptions import CallTimeoutError, GoalRejectedError, RosError
-from .node import Client, Node, Publisher, Service, Subscription
+from .graph import Sender
+from .node import Node
+from .services import LARGEST_COMMAND, Client, Service
+from .topics import Publisher, Subscription
 from .wire import QoS
 from .workers import join_all
 
@@ -85,7 +88,7 @@ class ActionClient:
 
     def wait(self, timeout: float) -> None:
         """Wait until a server is present; raises CallTimeoutError."""
-        if not self.node.graph.wait(lambda: self.ready, timeout):
+        if not self.node.discovery.wait(lambda: self.ready, timeout):
             raise CallTimeoutError(f"{self.name}: no server within {timeout:g} s")
 
     def send(self, goal: object = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:
@@ -209,23 +212,35 @@ class Goal:
 class ServerGoal:
     """A goal from the point of view of the function that executes it."""
 
-    def __init__(self, server: ActionServer, goal_id: bytes, request: object, stamp: object) -> None:
+    def __init__(
+        self,
+        server: ActionServer,
+        goal_id: bytes,
+        request: object,
+        stamp: object,
+        client: Sender | None = None,
+    ) -> None:
         self._server: Final = server
         self.id: Final = goal_id
         self.request: Final[Any] = request
         self.stamp: Final = stamp
         self.status = Status.ACCEPTED
         self.result: Future[Any] = Future()
+        self._client: Final = client
         self._canceled: Final = threading.Event()
 
     @property
     def canceled(self) -> bool:
         """Return whether it is to be cancelled: in that case clean up, and raise Canceled."""
+        if self._client is not None and not self._canceled.is_set() and self._client.gone:
+            _logger.warning("%s: a goal is cancelled: its client is gone", self._server.name)
+            self._canceled.set()
         return self._canceled.is_set()
 
     def wait(self, seconds: float) -> bool:
         """Wait for some seconds, or until it is to be cancelled; return whether it is."""
-        return self._canceled.wait(seconds)
+        self._canceled.wait(seconds)
+        return self.canceled
 
     def publish_feedback(self, feedback: object = None, /, **fields: object) -> None:
         """Publish feedback: a message, or its fields."""
@@ -250,8 +265,15 @@ class ActionServer:
         name: str,
         execute: Callable[[ServerGoal], object],
         accept: Callable[[Any], bool] | None = None,
+        *,
+        largest_goal: int = LARGEST_COMMAND,
+        needs_client: bool = False,
     ) -> None:
-        """Serve an action; `accept` gets each goal and returns whether it is to be executed."""
+        """Serve an action; `accept` gets each goal and returns whether it is to be executed.
+
+        Goals of more than `largest_goal` bytes are refused. With `needs_client` a goal is cancelled when the
+        client that sent it is gone.
+        """
         self.node: Final = node
         self.name: Final = node.resolve(name)
         self.type_name: Final = type_name
@@ -269,7 +291,13 @@ class ActionServer:
             "action_msgs/srv/CancelGoal", f"{part}cancel_goal", self._on_cancel
         )
         self._result = node.create_service(f"{type_name}_GetResult", f"{part}get_result", self._on_result)
-        self._send = node.create_service(f"{type_name}_SendGoal", f"{part}send_goal", self._on_goal)
+        self._send = node.create_service(
+            f"{type_name}_SendGoal",
+            f"{part}send_goal",
+            self._on_goal,
+            largest=largest_goal,
+            with_sender=needs_client,
+        )
         node.on_close(self, self.close)
 
     def publish_feedback(self, goal: ServerGoal, feedback: object, fields: dict[str, object]) -> None:
@@ -297,12 +325,12 @@ class ActionServer:
         for each in parts:
             each.close()
 
-    def _on_goal(self, request: Any) -> object:  # noqa: ANN401
+    def _on_goal(self, request: Any, client: Sender | None = None) -> object:  # noqa: ANN401
         goal_id, stamp = bytes(request.goal_id.uuid), self.node.now()
         refused = {"accepted": False, "stamp": stamp}
         if self._accept is not None and not self._accept(request.goal):
             return refused
-        goal = ServerGoal(self, goal_id, request.goal, stamp)
+        goal = ServerGoal(self, goal_id, request.goal, stamp, client)
         with self._lock:
             if self._closed or goal_id in self._goals or len(self._threads) >= _MOST_GOALS:
                 return refused

@@ -23,6 +23,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
 from .exceptions import DefinitionError, MessageError, TypeUnknownError
+from .extents import Extents
 
 Kind = Literal["msg", "srv", "action"]
 
@@ -84,6 +85,7 @@ class Types:
         for each, (constants, fields) in self._store.fielddefs.items():
             if "'char'" in str(fields):
                 self._store.fielddefs[each] = constants, [(field, _plain(kind)) for field, kind in fields]
+        self._extents: Final = Extents(self._store.fielddefs)
         self._interfaces: dict[str, Kind] = dict.fromkeys(self._store.types, "msg")
         self._hashes: dict[str, str] = {}
         self._reading: Final = threading.RLock()
@@ -214,11 +216,21 @@ class Types:
             except _MISFITS:
                 raise MessageError(f"{name}: {error}") from error
 
-    def decode(self, data: bytes | memoryview, name: str) -> Any:  # noqa: ANN401
-        """Return the message in CDR, with arrays as views of it; raises MessageError if it is malformed."""
+    def largest(self, name: str) -> int:
+        """Return the maximum bytes of a message: exactly, if each of its members has a fixed size."""
         self._require(name)
-        if len(data) > LARGEST_MESSAGE:
-            raise MessageError(f"{name}: {len(data)} bytes; at most {LARGEST_MESSAGE} are decoded")
+        largest = self._extents.largest(name)
+        return LARGEST_MESSAGE if largest is None else largest
+
+    def decode(self, data: bytes | memoryview, name: str) -> Any:  # noqa: ANN401
+        """Return the message in CDR, with arrays as views of it.
+
+        Raises MessageError if it is malformed, too large, or has too many elements.
+        """
+        largest = self.largest(name)
+        if len(data) > largest:
+            raise MessageError(f"{name}: {len(data)} bytes; at most {largest} are decoded")
+        self._extents.check(memoryview(data), name)
         try:
             return self._store.deserialize_cdr(memoryview(data), name)
         except (SerdeError, struct.error, AssertionError, IndexError, OverflowError, ValueError) as error:

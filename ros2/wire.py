@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import dataclass, field
-from typing import Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 import xxhash
 
@@ -184,8 +184,18 @@ class Entity:
         return None
 
     def gid(self) -> bytes:
-        """Return its 16-byte id in attachments: XXH3-128 of its token, low half first."""
-        return xxhash.xxh3_128_intdigest(self.token().encode()).to_bytes(16, "little")
+        """Return its 16-byte id in attachments."""
+        return gid_of(self.token())
+
+
+def gid_of(token: str) -> bytes:
+    """Return the 16-byte id of an entity by its token: XXH3-128, low half first."""
+    return xxhash.xxh3_128_intdigest(token.encode()).to_bytes(16, "little")
+
+
+def tokens_of(domain: int, kind: EntityKind, name: str) -> str:
+    """Return the key expression of the tokens of all entities of a kind that use a topic or a service."""
+    return f"{SPACE}/{domain}/*/*/*/{kind}/*/*/*/{_mangle(name)}/**"
 
 
 def _mangle(name: str) -> str:
@@ -199,6 +209,8 @@ def _demangle(text: str) -> str:
 @dataclass(frozen=True, slots=True)
 class Attachment:
     """The attachment of a message, a request or a reply."""
+
+    SIZE: ClassVar[int] = _ATTACHMENT.size
 
     sequence: int
     stamp: int

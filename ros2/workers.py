@@ -37,7 +37,7 @@ class Workers:
             if self._free:
                 self._free -= 1
             elif len(self._threads) < self._most:
-                thread = threading.Thread(target=self._work, name=f"{self.name} callbacks", daemon=True)
+                thread = threading.Thread(target=self._work, name=self.name, daemon=True)
                 self._threads.append(thread)
                 thread.start()
         self._jobs.put(job)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from msgspec import structs
-
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice import Settings, ZenohIceError
 
@@ -26,9 +24,8 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
         import ros2  # its dependencies are needed only with ROS
     except ImportError as error:
         raise VisualHfsmError(f"{what}: {error}") from error
-    settings = structs.replace(ros2.DEFAULT_SETTINGS, connect=settings.connect, security=settings.security)
     try:
-        with ros2.Node("visualhfsm", settings=settings) as node:
+        with ros2.Node("visualhfsm", settings=ros2.settings_of_node(settings)) as node:
             node.graph.wait(lambda: False, _LOOK)
             found = {
                 "topics": node.graph.topics(),
