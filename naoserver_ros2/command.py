@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
@@ -12,7 +13,7 @@ import typer
 
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from interfaces.nao import ClockPrx
-from ros2 import Node, RosError, RosoutHandler
+from ros2 import DEFAULT_SETTINGS, Node, RosError, RosoutHandler, Service
 from zenoh_ice import Communicator, Settings, initialize
 
 from .commands import Commands
@@ -24,9 +25,13 @@ __all__ = ["EXPECTED", "app", "serve"]
 EXPECTED: Final = (RosError, GatewayError)
 """Errors that are reported in one line."""
 
-_ANY_PORT: Final = "tcp/127.0.0.1:0"
 _LOOK: Final = 0.1
 """Seconds between two checks for listeners."""
+
+_REACHED: Final = 5.0
+"""Seconds after which others should reach the node."""
+
+_logger = logging.getLogger(__name__)
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")
 
@@ -67,8 +72,8 @@ def gateway(
     Prints a line that begins with 'ready' once it is in the graph. Ctrl-C ends it, and what it drove stops.
     """
     names = dict(_pair(each) for each in remap or ())
-    with stop_on_signals() as stop, initialize(settings) as communicator:
-        own = settings.override(connect=ros or settings.connect, listen=[_ANY_PORT], mode="peer")
+    with stop_on_signals() as stop, initialize(_as_client(settings)) as communicator:
+        own = settings.override(connect=ros or settings.connect)
         with serve(
             communicator, name, namespace=namespace, domain=domain, remap=names, settings=own
         ) as telemetry:
@@ -78,10 +83,17 @@ def gateway(
 
 
 @contextmanager
-def serve(communicator: Communicator, name: str, **options: Any) -> Iterator[Telemetry]:  # noqa: ANN401
+def serve(
+    communicator: Communicator,
+    name: str,
+    *,
+    settings: Settings = DEFAULT_SETTINGS,
+    **options: Any,  # noqa: ANN401
+) -> Iterator[Telemetry]:
     """Show the robot of a communicator's realm as a ROS node within a `with` block.
 
-    `options` are those of `ros2.Node`. Yields the telemetry, whose `look` is due several times a second.
+    `settings.connect` has the endpoint of the router of ROS, or of another node; `options` are those of
+    `ros2.Node`. Yields the telemetry, whose `look` is due several times a second.
     """
     clock = require(communicator, ClockPrx, "Clock")
     reading = clock.getTime()
@@ -89,13 +101,54 @@ def serve(communicator: Communicator, name: str, **options: Any) -> Iterator[Tel
     stamps.adjust(reading.time, time.time())
     robot = communicator.clock
     now = (lambda: stamps.ns(robot.now())) if robot.simulated else time.time_ns
-    with Node(name, clock=now, **options) as node, ExitStack() as steps:
-        logger, handler = logging.getLogger(__package__), RosoutHandler(node, logging.WARNING)
-        logger.addHandler(handler)
-        steps.callback(logger.removeHandler, handler)
+    own = _as_client(settings)
+    node_made = Node(name, clock=now, settings=own, separate_discovery=True, **options)
+    with node_made as node, ExitStack() as steps:
+        handler = RosoutHandler(node, logging.WARNING)
+        for package in (__package__, "ros2"):
+            logging.getLogger(package).addHandler(handler)
+            steps.callback(logging.getLogger(package).removeHandler, handler)
         telemetry = steps.enter_context(closing(Telemetry(node, communicator, stamps)))
-        Commands(node, communicator, stamps)
+        commands = Commands(node, communicator, stamps)
+        if own.connect:
+            where = ", ".join(own.connect)
+            steps.enter_context(_reported_if_shut_out(commands.emergency_stop, where))
         yield telemetry
+
+
+@contextmanager
+def _reported_if_shut_out(service: Service, where: str) -> Iterator[None]:
+    """Log a warning, within a `with` block, if others do not reach a service through the router."""
+    end = threading.Event()
+
+    def look() -> None:
+        deadline = time.monotonic() + _REACHED
+        with service.seen_from_outside() as is_seen:
+            while not is_seen():
+                if end.wait(_LOOK):
+                    return
+                if time.monotonic() > deadline:
+                    _logger.warning(
+                        "%s lets nobody in ROS reach %s: the router's role of this user needs ros_serve"
+                        " (docs/how-to/security.md, ROS)", where, service.name,
+                    )  # fmt: skip
+                    return
+
+    thread = threading.Thread(target=look, name="reach of the gateway", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        end.set()
+        thread.join()
+
+
+def _as_client(settings: Settings) -> Settings:
+    """Return settings with which a session gets only what it asks for.
+
+    Peers send each other all their tokens, and handling thousands takes Zenoh seconds.
+    """
+    return settings.override(mode="client", listen=()) if settings.connect else settings
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -24,18 +24,25 @@ from interfaces.nao import (
     SpeechPrx,
     WalkPrx,
 )
-from ros2 import Aborted, ActionServer, Canceled, Node, QoS, ServerGoal
+from ros2 import LARGEST_COMMAND, Aborted, ActionServer, Canceled, Node, QoS, Sender, ServerGoal
 from zenoh_ice import Communicator, SystemException, UserException
 
 from . import trajectory
 from .description import FOOTPRINT
 from .messages import ODOM, Stamps
 from .telemetry import find, require
+from .vigil import JointMotion, Vigil, WalkMotion
 
 _NEWEST: Final = QoS(depth=1)
 _FULL_PACE: Final = 1.0
 _POLL: Final = 0.05
 """Wall seconds between two checks of a motion, a posture or speech."""
+_SILENCE: Final = 1.0
+"""Wall seconds of silence after which a text that was not begun is taken as dropped."""
+_ATTEMPTS: Final = 3
+"""Number of attempts to begin a motion while others begin the same one."""
+_LARGEST_TRAJECTORY: Final = 4 << 20
+"""Maximum bytes of the goal of a trajectory: 10,000 points of all joints."""
 _QUIET: Final = 1.0
 """Wall seconds in which the same refusal is logged only once."""
 _MOST_REFUSALS: Final = 10
@@ -63,12 +70,22 @@ class Commands:
         postures = find(communicator, PosturesPrx, "Postures")
         motions = find(communicator, MotionsPrx, "Motions")
 
-        node.create_service("std_srvs/srv/Trigger", "~/emergency_stop", self._stop)
-        node.create_service("std_srvs/srv/Trigger", "~/reset", self._reset)
+        self.emergency_stop: Final = node.create_service(
+            "std_srvs/srv/Trigger", "~/emergency_stop", self._stop, urgent=True
+        )
+        node.create_service("std_srvs/srv/Trigger", "~/reset", self._reset, urgent=True)
+        self._vigil: Final = Vigil()
+        node.on_close(self._vigil, self._vigil.close)
+        self._joint_motion: Final = JointMotion(self._body, tuple(self._names))
         self._listen("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "joint_angles", self._move)
         follower = trajectory.TrajectoryFollower(self._body, stamps.robot_time)
         ActionServer(
-            node, trajectory.TYPE, "joint_trajectory_controller/follow_joint_trajectory", follower.execute
+            node,
+            trajectory.TYPE,
+            "joint_trajectory_controller/follow_joint_trajectory",
+            follower.execute,
+            largest_goal=_LARGEST_TRAJECTORY,
+            needs_client=True,
         )
         if motors is not None:
             self._motors = motors
@@ -78,7 +95,7 @@ class Commands:
             self._listen("geometry_msgs/msg/PoseStamped", "move_base_simple/goal", self._go, _NEWEST)
         if speech is not None:
             self._speech = speech
-            self._listen("std_msgs/msg/String", "speech", lambda message: speech.say(message.data))
+            self._listen("std_msgs/msg/String", "speech", lambda message, _: speech.say(message.data))
             self._serve("SpeechWithFeedback", "speech_action", self._say)
         if postures is not None:
             self._postures = postures
@@ -92,7 +109,7 @@ class Commands:
             )
         if motions is not None:
             self._motions = motions
-            self._serve("RunBehavior", "run_behavior", self._play)
+            self._serve("RunBehavior", "run_behavior", self._play, needs_client=True)
 
     # -- topics ------------------------------------------------------------------------------------------
 
@@ -100,16 +117,18 @@ class Commands:
         self,
         type_name: str,
         name: str,
-        handle: Callable[[Any], object],
+        handle: Callable[[Any, Sender], object],
         qos: QoS = QoS(),  # noqa: B008
     ) -> None:
-        def receive(message: Any) -> None:  # noqa: ANN401 - its class is made at run time
+        def receive(message: Any, sender: Sender) -> None:  # noqa: ANN401 - its class is made at run time
             try:
-                handle(message)
+                handle(message, sender)
             except (RefusedError, UserException, SystemException) as error:
                 self._refuse(name, str(error))
 
-        self._node.create_subscription(type_name, name, receive, qos)
+        self._node.create_subscription(
+            type_name, name, receive, qos, largest=LARGEST_COMMAND, with_sender=True
+        )
 
     def _refuse(self, name: str, why: str) -> None:
         """Log why a message was refused: each reason once, and at most ten in a second."""
@@ -119,7 +138,7 @@ class Commands:
             self._refusals.append((why, now))
             _logger.warning("/%s: refused: %s", name, why)
 
-    def _drive(self, twist: Any) -> None:  # noqa: ANN401
+    def _drive(self, twist: Any, _: Sender) -> None:  # noqa: ANN401
         """Walk at a velocity until the next message; the server stops the walk 0.5 s after the last one."""
         velocity = {"linear.x": twist.linear.x, "linear.y": twist.linear.y, "angular.z": twist.angular.z}
         for field, value in velocity.items():
@@ -130,8 +149,8 @@ class Commands:
         for call in (motors.setV.begin(forward), motors.setL.begin(left), motors.setW.begin(turn)):
             call.result()  # within the proxy's limit
 
-    def _go(self, message: Any) -> None:  # noqa: ANN401
-        """Walk to a place in the frame odom or base_footprint."""
+    def _go(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
+        """Walk to a place in the frame odom or base_footprint, while the publisher exists."""
         place, turn, frame = message.pose.position, message.pose.orientation, message.header.frame_id
         sine = 2.0 * (turn.w * turn.z + turn.x * turn.y)
         cosine = 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
@@ -148,9 +167,13 @@ class Commands:
         elif frame != FOOTPRINT:
             raise RefusedError(f"the frame is {frame[:64]!r}: it must be {ODOM} or {FOOTPRINT}")
         self._walk.walkTo(x, y, heading)
+        self._vigil.watch(WalkMotion(self._walk, self._walk.getWalkState().count, sender))
 
-    def _move(self, message: Any) -> None:  # noqa: ANN401
-        """Send joints to angles at a fraction of their speed, as ALMotion's setAngles and changeAngles do."""
+    def _move(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
+        """Send joints to angles at a fraction of their speed, while the publisher exists.
+
+        The angles are as in ALMotion's setAngles and changeAngles.
+        """
         given = message.joint_names
         if len(given) > len(self._names):
             raise RefusedError(f"{len(given)} joints; there are {len(self._names)}")
@@ -166,7 +189,9 @@ class Commands:
         if message.relative:
             commands = dict(zip(self._names, self._body.getJointState().commands, strict=True))
             targets = {name: commands[name] + angle for name, angle in targets.items()}
-        self._body.setJointPositions(targets, message.speed)
+        limited = self._body.setJointPositions(targets, message.speed)
+        self._joint_motion.add(limited, sender)
+        self._vigil.watch(self._joint_motion)
 
     def _chain(self, name: str) -> Sequence[str]:
         """Return the joints of one of NAOqi's chains; a joint is a chain of one."""
@@ -183,30 +208,44 @@ class Commands:
 
     # -- actions -----------------------------------------------------------------------------------------
 
-    def _serve(self, kind: str, name: str, act: Callable[[ServerGoal], None]) -> None:
+    def _serve(
+        self, kind: str, name: str, act: Callable[[ServerGoal], None], *, needs_client: bool = False
+    ) -> None:
         def execute(goal: ServerGoal) -> None:
             try:
                 act(goal)
             except (UserException, SystemException) as error:
                 raise Aborted(str(error)) from error
 
-        ActionServer(self._node, f"naoqi_bridge_msgs/action/{kind}", name, execute)
+        ActionServer(self._node, f"naoqi_bridge_msgs/action/{kind}", name, execute, needs_client=needs_client)
 
     def _pose(self, goal: ServerGoal, name: str, fraction: float) -> None:
-        self._postures.goToPosture(name, fraction)
-        _accompany(goal, self._postures.getPostureState, self._postures.stop)
+        postures = self._postures
+        count = _begin(name, postures.getPostureState, lambda: postures.goToPosture(name, fraction))
+        _accompany(goal, count, postures.getPostureState, postures.stop)
 
     def _play(self, goal: ServerGoal) -> None:
-        self._motions.play(goal.request.behavior, _FULL_PACE)
-        _accompany(goal, self._motions.getMotionState, self._motions.stop)
+        motions, name = self._motions, goal.request.behavior
+        count = _begin(name, motions.getMotionState, lambda: motions.play(name, _FULL_PACE))
+        _accompany(goal, count, motions.getMotionState, motions.stop)
 
     def _say(self, goal: ServerGoal) -> None:
-        before = self._speech.getSpeech()
+        """Say a text after those that wait, until it has been said or dropped."""
+        before, heard = self._speech.getSpeech(), time.monotonic()
         self._speech.say(goal.request.say)
+        own: int | None = None  # the count of the goal's text, once it is being said
         while True:
             now = self._speech.getSpeech()
-            if now.count != before.count and not now.speaking:
+            if own is None and now.count != before.count and now.text == goal.request.say:
+                own = now.count
+            if own is not None and (now.count != own or not now.speaking):
                 return
+            if now.speaking:
+                heard = time.monotonic()
+            elif now.count != before.count:
+                return
+            elif time.monotonic() - heard > _SILENCE:
+                raise Aborted("the text was dropped: somebody stopped the speech")
             if goal.wait(_POLL):
                 self._speech.stop()
                 raise Canceled
@@ -229,12 +268,30 @@ class Commands:
         return {"success": True, "message": done}
 
 
-def _accompany(goal: ServerGoal, state: Callable[[], ActionState], stop: Callable[[], None]) -> None:
-    """Wait for the end of the motion or posture just begun; stop it when the goal is cancelled."""
-    own = state().count
+def _begin(name: str, state: Callable[[], ActionState], begin: Callable[[], None]) -> int:
+    """Begin a motion or a posture and return its count; raises Aborted when another one took its place.
+
+    Another client may begin one at the same moment. If it has the same name, only beginning again shows whose
+    it is: then the newest is ours.
+    """
+    for _ in range(_ATTEMPTS):
+        before = state().count
+        begin()
+        now = state()
+        if now.name != name:
+            break
+        if now.count == before + 1:
+            return now.count
+    raise Aborted(f"{now.name} was begun instead")
+
+
+def _accompany(
+    goal: ServerGoal, count: int, state: Callable[[], ActionState], stop: Callable[[], None]
+) -> None:
+    """Wait for the end of the motion or posture with a count; stop it when the goal is cancelled."""
     while True:
         now = state()
-        if now.count != own:
+        if now.count != count:
             raise Aborted(f"{now.name} was begun instead")
         if now.status is ActionStatus.Done:
             return

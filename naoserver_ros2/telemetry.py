@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, TypeVar
 
 from interfaces.jderobot import CameraPrx, EncodersPrx, ImageData
@@ -74,9 +74,12 @@ class _Topic:
     """A topic, and whether it had listeners at the last check."""
 
     def __init__(self, publisher: Publisher) -> None:
+        self._publisher: Final = publisher
         self.publish: Final = publisher.publish
-        self.name: Final = publisher.name
         self.wanted = False
+
+    def look(self) -> None:
+        self.wanted = self._publisher.heard
 
 
 class _Relay:
@@ -87,9 +90,9 @@ class _Relay:
         self._follow = follow
         self._following: Subscription[Any] | None = None
 
-    def look(self, heard: Collection[str]) -> None:
+    def look(self) -> None:
         for topic in self._topics:
-            topic.wanted = topic.name in heard
+            topic.look()
         if not any(topic.wanted for topic in self._topics):
             self.close()
         elif self._following is None:
@@ -134,9 +137,8 @@ class Telemetry:
 
     def look(self) -> None:
         """Follow just the streams whose topics have listeners."""
-        heard = {entity.name for entity in self._node.graph.entities("MS")}
         for relay in self._relays:
-            relay.look(heard)
+            relay.look()
 
     def close(self) -> None:
         """End all streams."""

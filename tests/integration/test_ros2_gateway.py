@@ -16,9 +16,11 @@ import pytest
 from PIL import Image
 
 from interfaces.jderobot import EncodersPrx, MotorsPrx
-from interfaces.nao import ActionStatus, JointsPrx, SafetyPrx, SpeechPrx, WalkPrx
+from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, SafetyPrx, SpeechPrx, WalkPrx
 from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
+from naoserver.motions.keyframes import load_motions
+from naoserver.motions.player import MotionRoute
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot as NaoRobot
 from naoserver_ros2.command import EXPECTED, app, serve
@@ -33,6 +35,7 @@ from naoserver_ros2.trajectory import (
     TYPE,
 )
 from ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
+from ros2.wire import Attachment, key
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -344,7 +347,11 @@ def test_joints_go_to_angles(
         ({"joint_names": ["Nose", "HeadYaw"], "joint_angles": [0.1, 0.1]}, "'Nose'"),
         ({"joint_names": ["HeadYaw"], "joint_angles": [math.inf]}, "HeadYaw is inf"),
         ({"joint_names": ["Body"], "joint_angles": [0.1]}, "1 angles for 26 joints"),
-        ({"joint_names": ["HeadYaw"] * 5000, "joint_angles": [0.1] * 5000}, "5000 joints"),
+        ({"joint_names": ["HeadYaw"] * 2000, "joint_angles": [0.1] * 2000}, "2000 joints"),
+        (
+            {"joint_names": ["HeadYaw"] * 5000, "joint_angles": [0.1] * 5000},
+            "80033 bytes; at most 65536 are decoded",
+        ),
     ],
 )
 def test_angles_that_make_no_sense_are_refused_by_name(
@@ -466,6 +473,158 @@ def test_a_newer_trajectory_takes_the_joints_of_an_older_one(shared: Robot) -> N
     newer = follow(shared, {"HeadPitch": 0.0})
     assert "a newer trajectory" in older.result(MOVE_LIMIT).error_string
     assert newer.result(MOVE_LIMIT).error_code == SUCCESSFUL
+
+
+# Commanders that are gone
+
+
+@pytest.fixture
+def commander(shared: Robot) -> Iterator[Node]:
+    """A node that ends during the test."""
+    with Node("commander", settings=settings(shared.nao.endpoint)) as node:
+        yield node
+
+
+def position(shared: Robot, joint: str) -> float:
+    """Return the setpoint of a joint in rad."""
+    return float(shared.nao.proxy(JointsPrx, "Body").getJointState().commands[H25.joint_names.index(joint)])
+
+
+def rests(shared: Robot, joint: str) -> None:
+    """Wait until the setpoint of a joint no longer changes."""
+    last = math.inf
+
+    def still() -> bool:
+        nonlocal last
+        before, last = last, position(shared, joint)
+        time.sleep(0.1)
+        return before == last
+
+    eventually(still)
+
+
+def send_slowly(commander: Node, joint: str, angle: float, speed: float = 0.02) -> None:
+    """Send a joint to a far angle."""
+    publisher = commander.create_publisher("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "/joint_angles")
+    eventually(lambda: publisher.heard)
+    publisher.publish(joint_names=[joint], joint_angles=[angle], speed=speed)
+
+
+def test_joints_are_held_when_their_publisher_is_gone(shared: Robot, commander: Node) -> None:
+    begin = position(shared, "LShoulderPitch")
+    goal = begin - 1.5
+    send_slowly(commander, "LShoulderPitch", goal)
+    eventually(lambda: position(shared, "LShoulderPitch") < begin - 0.02)
+    commander.close()
+    eventually(lambda: shared.logs("its publisher is gone: LShoulderPitch held"))
+    rests(shared, "LShoulderPitch")
+    assert position(shared, "LShoulderPitch") > goal + 0.1
+
+
+def test_a_joint_that_somebody_else_took_is_not_held(shared: Robot, commander: Node) -> None:
+    begin = position(shared, "RShoulderPitch")
+    send_slowly(commander, "RShoulderPitch", begin - 1.0)
+    eventually(lambda: position(shared, "RShoulderPitch") < begin - 0.02)
+    shared.nao.proxy(JointsPrx, "Body").setJointPositions({"RShoulderPitch": begin + 0.3}, 0.05)
+    eventually(lambda: position(shared, "RShoulderPitch") > begin)
+    commander.close()
+    eventually(lambda: position(shared, "RShoulderPitch") == pytest.approx(begin + 0.3, abs=0.001))
+
+
+def test_joints_of_who_never_announced_itself_are_held(shared: Robot) -> None:
+    begin = position(shared, "LElbowYaw")
+    kind = "naoqi_bridge_msgs/msg/JointAnglesWithSpeed"
+    ros = shared.ros
+    data = ros.types.encode(
+        ros.types.make(kind, joint_names=["LElbowYaw"], joint_angles=[begin + 1.5], speed=0.02)
+    )
+    attachment = Attachment(1, 0, b"unannounced here").encode()
+    ros.session.put(key(0, "/joint_angles", kind, ros.types.hash(kind)), data, attachment=attachment)
+    eventually(lambda: shared.logs("its publisher is gone: LElbowYaw held"))
+    rests(shared, "LElbowYaw")
+    assert begin < position(shared, "LElbowYaw") < begin + 1.4
+
+
+def test_a_walk_to_a_place_ends_when_its_publisher_is_gone(shared: Robot, commander: Node) -> None:
+    walk = shared.nao.proxy(WalkPrx, "Walk")
+    count = walk.getWalkState().count
+    goal = commander.create_publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
+    eventually(lambda: goal.heard)
+    goal.publish(header={"frame_id": "base_footprint"}, pose={"position": {"x": 50.0}})
+    wait_for(walk.getWalkState, lambda state: state.count > count and state.status is ActionStatus.Moving)
+    commander.close()
+    wait_for(walk.getWalkState, lambda state: state.status is ActionStatus.Stopped)
+
+
+def test_a_trajectory_is_cancelled_when_its_client_is_gone(shared: Robot, commander: Node) -> None:
+    begin = position(shared, "HeadYaw")
+    client = ActionClient(commander, TYPE, TRAJECTORY)
+    client.wait(EVENT_LIMIT)
+    points = [{"positions": [begin + 1.0], "time_from_start": {"sec": 60}}]
+    client.send(trajectory={"joint_names": ["HeadYaw"], "points": points}, timeout=CALL_LIMIT)
+    eventually(lambda: position(shared, "HeadYaw") > begin + 0.005)
+    commander.close()
+    eventually(lambda: shared.logs("a goal is cancelled: its client is gone"))
+    rests(shared, "HeadYaw")
+    assert position(shared, "HeadYaw") < begin + 0.9
+
+
+def test_a_motion_stops_when_its_client_is_gone(shared: Robot, commander: Node) -> None:
+    motions = shared.nao.proxy(MotionsPrx, "Motions")
+    count = motions.getMotionState().count
+    client = ActionClient(commander, "naoqi_bridge_msgs/action/RunBehavior", "/run_behavior")
+    client.wait(EVENT_LIMIT)
+    client.send(behavior="dance", timeout=CALL_LIMIT)
+    eventually(lambda: motions.getMotionState().count > count)
+    commander.close()
+    wait_for(motions.getMotionState, lambda state: state.status is ActionStatus.Stopped)
+
+
+def test_no_peer_sends_its_tokens_to_the_gateway(shared: Robot) -> None:
+    graph, peer = shared.ros.graph, shared.ros.session.info
+    assert graph.wait(lambda: "/nao" in graph.nodes(), EVENT_LIMIT)
+    gateway = next(each.session for each in graph.entities("NN") if each.node_name == "/nao")
+    assert gateway not in {str(zid) for zid in peer.peers_zid()}, (
+        "it is a client, which gets what it asks for"
+    )
+
+
+# Others beside ROS
+
+
+def test_a_text_that_somebody_drops_ends_its_goal(shared: Robot) -> None:
+    speech = shared.nao.proxy(SpeechPrx, "Speech")
+    speech.stop()
+    speech.say("a text that takes long to say " * 20)
+    eventually(lambda: speech.getSpeech().speaking)
+    count = speech.getSpeech().count
+    goal = shared.action("naoqi_bridge_msgs/action/SpeechWithFeedback", "/speech_action").send(say="late")
+    eventually(lambda: goal.status is Status.EXECUTING)
+    time.sleep(0.1)
+    speech.stop()
+    goal.result(MOVE_LIMIT)
+    assert goal.status is Status.ABORTED
+    assert speech.getSpeech().count == count
+
+
+def test_a_motion_of_somebody_else_is_not_taken_for_the_goals_own(
+    shared: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motions, servant = shared.nao.proxy(MotionsPrx, "Motions"), shared.servant("Motions")
+    player, begin = servant._player, servant._player.begin
+
+    def begin_and_lose(kind: str, name: str, route: Any, **options: Any) -> None:
+        begin(kind, name, route, **options)
+        if name == "dance":
+            begin(kind, "wave", MotionRoute(load_motions()["wave"]), **options)
+
+    monkeypatch.setattr(player, "begin", begin_and_lose)
+    goal = shared.action("naoqi_bridge_msgs/action/RunBehavior", "/run_behavior").send(behavior="dance")
+    goal.result(MOVE_LIMIT)
+    assert goal.status is Status.ABORTED
+    assert motions.getMotionState().name == "wave"
+    assert motions.getMotionState().status in (ActionStatus.Moving, ActionStatus.Done)
+    motions.stop()
 
 
 # The command
