@@ -39,7 +39,9 @@ def access_control(security: Security, realm: str) -> dict[str, Any]:
                 "flows": flows.split(),
                 "key_exprs": list(dict.fromkeys(keys)),
             }
-            for number, (messages, flows, keys) in enumerate(_rules(role, role.realms or (realm,)), 1)
+            for number, (messages, flows, keys) in enumerate(
+                [*_rules(role, role.realms or (realm,)), *_ros_rules(role)], 1
+            )
             if keys
         ]
         rules += granted
@@ -93,6 +95,48 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
         ("query", "egress", [*served, *processes] if served else []),
         ("put declare_subscriber", "ingress egress", served),
         ("liveliness_token", "ingress", [f"@servant/{key.removesuffix('/**')}/**" for key in identities]),
+    ]
+
+
+def _ros_rules(role: Role) -> list[tuple[str, str, list[str]]]:
+    """Return messages, flows and keys of what a role may do in the graph of ROS, as rmw_zenoh lays it out.
+
+    A message, a request or a goal has the key DOMAIN/NAME/TYPE/HASH. The `::` in the type divides it from all
+    keys of ours. Below it are the messages that latched topics keep for late joiners.
+    """
+
+    def keys(names: Sequence[str]) -> list[str]:
+        chunks = ["/".join(map(_glob, name.strip("/").split("/"))) for name in names]
+        return [f"{domain}/{name}/$*::$*/*" for domain in role.ros_domains for name in chunks]
+
+    def kept(keys: Sequence[str]) -> list[str]:
+        return [f"{key}/@adv/**" for key in keys]
+
+    called, served = keys(role.ros_call), keys(role.ros_serve)
+    heard = [*called, *keys(role.ros_read)]
+    if not (heard or served):
+        return []
+    graph = [f"@ros2_lv/{domain}/**" for domain in role.ros_domains]
+    offered = [*served, *kept(served)]
+    published = [*called, *kept(called)]
+    presence = [*graph, *kept(heard), *offered]
+    return [
+        # Everybody who uses ROS may see the graph.
+        ("liveliness_query declare_liveliness_subscriber", "ingress egress", presence),
+        ("liveliness_token", "egress", presence),
+        ("liveliness_token", "ingress", [*graph, *published, *offered] if role.liveliness else []),
+        ("put query", "ingress", published),
+        ("reply declare_queryable declare_subscriber", "egress", published),
+        ("reply declare_queryable", "ingress", kept(called)),
+        ("query", "egress", kept(called)),
+        # A kept message has the key of its topic.
+        ("reply", "ingress", called),
+        ("reply", "egress", heard),
+        ("declare_subscriber", "ingress", [*heard, *kept(heard)]),
+        ("put", "egress", [*heard, *kept(heard)]),
+        ("query", "ingress", kept(heard)),
+        ("reply declare_queryable", "egress", kept(heard)),
+        ("put query reply declare_subscriber declare_queryable", "ingress egress", offered),
     ]
 
 

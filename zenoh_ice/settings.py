@@ -47,6 +47,7 @@ def _text(pattern: str, description: str) -> Meta:
 _A_REALM: Final = "a realm is 1 to 64 letters, digits, '_', '-' or '.', without '/', '*' or '@'"
 _OPERATIONS: Final = "write IDENTITY.OPERATION, such as Head.getPose, Camera*.* or ** alone"
 _IDENTITIES: Final = "write an identity, such as Head, Hfsm.* or ** alone"
+_ROS_NAMES: Final = "write a full name of ROS, such as /cmd_vel, /camera/**, /**/emergency_stop or ** alone"
 _REALMS: Final = "write a realm: letters, digits, '_', '-', '.' and '*'"
 
 Realm = Annotated[str, _text(r"[A-Za-z0-9_.\-]{1,64}", _A_REALM)]
@@ -61,6 +62,8 @@ Name = Annotated[str, _text(r"[^\x00-\x1f\x7f-\x9f]{1,64}", "write 1 to 64 chara
 Operation = Annotated[str, _text(rf"{_STAR}(\*\*|{_GLOB}\.[A-Za-z0-9_*]{{1,128}})", _OPERATIONS)]
 IdentityPattern = Annotated[str, _text(rf"{_STAR}(\*\*|{_GLOB})", _IDENTITIES)]
 RealmPattern = Annotated[str, _text(rf"{_STAR}(?!\*\*)[A-Za-z0-9_.\-*]{{1,64}}", _REALMS)]
+RosName = Annotated[str, _text(r"(\*\*|(/(\*\*|[A-Za-z0-9_*]{1,128})){1,16})", _ROS_NAMES)]
+RosDomain = Annotated[int, Meta(ge=0, le=232, description="write a whole number from 0 to 232")]
 _Most = Meta(max_length=256)
 
 
@@ -81,6 +84,14 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     liveliness: bool = True
     """whether its processes may hold a liveliness token, by whose end robots notice that they are gone;
     thousands of tokens delay everybody, so set false for users that move nothing"""
+    ros_call: Annotated[tuple[RosName, ...], _Most] = ()
+    """topics of ROS to publish and to hear, and services to call; an action is `/NAME/**`"""
+    ros_read: Annotated[tuple[RosName, ...], _Most] = ()
+    """topics of ROS to hear"""
+    ros_serve: Annotated[tuple[RosName, ...], _Most] = ()
+    """topics, services and actions of ROS that its nodes offer, as `naoserver-ros2` does"""
+    ros_domains: Annotated[tuple[RosDomain, ...], _Most] = (0,)
+    """domains of ROS in which the role applies"""
 
 
 class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

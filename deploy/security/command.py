@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenoh_ice import ConfigurationException
-from zenoh_ice.settings import load_settings
+from zenoh_ice.settings import Role, load_settings
 
 if TYPE_CHECKING:
     from deploy.security.folder import SecurityFolder
@@ -126,8 +126,23 @@ def show(file: _File) -> None:
             cells = ("\n".join(items) or "-" for items in (users, role.call, role.read, role.serve))
             table.add_row(name, *cells, "yes" if role.liveliness else "no")
         Console().print(table)
+        _show_ros(security.roles)
     elif settings.mode != "client":
         typer.echo("It has no roles: every accepted user may do everything.")
+
+
+def _show_ros(roles: Mapping[str, Role]) -> None:
+    """Print what roles may do in the graph of ROS, if any may do anything."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("role", "ros_call", "ros_read", "ros_serve", "ros_domains", title="ROS")
+    for name, role in roles.items():
+        if role.ros_call or role.ros_read or role.ros_serve:
+            rights = ("\n".join(names) or "-" for names in (role.ros_call, role.ros_read, role.ros_serve))
+            table.add_row(name, *rights, ", ".join(map(str, role.ros_domains)))
+    if table.rows:
+        Console().print(table)
 
 
 @app.command(

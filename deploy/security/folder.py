@@ -58,6 +58,7 @@ key = "router.key"
 #   read   streams to read, without calling anything
 #   serve  identities to serve
 #   liveliness = false   robots do not notice when its programs end, and it cannot flood them with tokens
+#   ros_call, ros_read, ros_serve   the same in ROS, by names such as /cmd_vel; a gateway needs ros_serve
 # `*` stands for any characters of a name; `**` alone is everything.
 
 [security.roles.robot]
@@ -66,10 +67,14 @@ serve = ["**"]
 [security.roles.operator]
 call = ["**"]
 serve = ["Hfsm.*"]
+ros_call = ["**"]
+ros_serve = ["**"]
 
 [security.roles.student]
 call = ["*.get*", "Safety.emergencyStop"]
 read = ["**"]
+ros_call = ["/**/emergency_stop"]
+ros_read = ["**"]
 liveliness = false
 
 # The role of each certificate, by its common name; "*" is every accepted user.
