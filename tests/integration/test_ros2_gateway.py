@@ -20,7 +20,7 @@ from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, SafetyPrx, Speec
 from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
 from naoserver.motions.keyframes import load_motions
-from naoserver.motions.player import MotionRoute
+from naoserver.motions.routes import MotionRoute
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot as NaoRobot
 from naoserver_ros2.command import EXPECTED, app, serve
