@@ -17,7 +17,7 @@ from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
 from naoserver_naoqi.command import app, parse_address
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import RobotAddress, call
+from naoserver_naoqi.link import NAME, RobotAddress, call
 from tests.support.commands import run_here
 from tests.support.conformance import fake_as_naoqi
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
@@ -58,6 +58,8 @@ def test_it_leaves_the_robot_as_wished_and_its_cameras_also_after_a_crash_by_the
         assert len(call(link, SUBSCRIBERS)) == 1
         process.process.kill()
         assert process.wait() == -signal.SIGKILL
+    # The virtual NAOqi ends the subscription of a killed program; a robot keeps it, as here.
+    call(link, "ALVideoDevice.subscribeCamera", NAME, 0, 1, 11, 10)
     assert len(call(link, SUBSCRIBERS)) == 1
 
     with served(url, "--start", "stiffen", "--end", "limp") as (process, communicator):
