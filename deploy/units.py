@@ -115,6 +115,8 @@ def _service(name: str, spec: ProcessSpec, after: Sequence[str]) -> str:
     pairs = " ".join(_word(f"{key}={value}") for key, value in environment.items())
     # A minute without failure resets the launcher's count; systemd counts starts within an interval.
     window = (spec.restart_limit + 1) * (STEADY + spec.restart_pause + spec.ready_timeout)
+    # The dead man's switch of a robot's server outlives a killed one for a moment, to stop the robot.
+    kill_mode = "process" if spec.watchdog else "mixed"
     watchdog = f"WatchdogSec={spec.watchdog:g}\n" if spec.watchdog else ""
     return f"""{_HEADER}
 [Unit]
@@ -133,7 +135,7 @@ User={getpass.getuser()}
 WorkingDirectory={str(Path.cwd()).replace("%", "%%")}
 Environment={pairs}
 ExecStart={" ".join(_word(word).replace("$", "$$") for word in words)}
-KillMode=mixed
+KillMode={kill_mode}
 KillSignal=SIGINT
 TimeoutStartSec={spec.ready_timeout:g}
 TimeoutStopSec={2 * spec.stop_timeout:g}
@@ -169,7 +171,12 @@ def write_compose_file(name: str, processes: Sequence[ProcessSpec], file: Path) 
 def _container(spec: ProcessSpec, after: Sequence[str]) -> dict[str, Any]:
     literal = {
         "command": list(spec.command),
-        "environment": {"PYTHONUNBUFFERED": "1", **spec.environment},
+        # A robot's server keeps its emergency stop where the next container finds it.
+        "environment": {
+            "PYTHONUNBUFFERED": "1",
+            "XDG_STATE_HOME": f"{_FOLDER}/.state",
+            **spec.environment,
+        },
         "volumes": [{"type": "bind", "source": str(Path.cwd()), "target": _FOLDER}],
     }
     return {

@@ -76,7 +76,8 @@ def test_a_unit_that_hangs_is_ended_and_one_that_fails_for_good_starts_an_alert(
     units: dict[str, str],
 ) -> None:
     robot, ball = units["lab-robot.service"].splitlines(), units["lab-ball.service"].splitlines()
-    assert "WatchdogSec=12.5" in robot
+    assert {"WatchdogSec=12.5", "KillMode=process"} < set(robot), "its dead man's switch is to stop the robot"
+    assert "KillMode=mixed" in ball
     assert not any(line.startswith("WatchdogSec") for line in ball), "it reports nothing to systemd"
     for lines in (robot, ball):
         assert lines.index("OnFailure=lab-alert@%n.service") < lines.index("[Service]")
@@ -116,14 +117,14 @@ def test_the_compose_file_has_the_same_order_policy_and_words(
     assert services == {
         "robot": common | {
             "command": ["python", "-m", "robot"],
-            "environment": {"PYTHONUNBUFFERED": "1"},
+            "environment": {"PYTHONUNBUFFERED": "1", "XDG_STATE_HOME": "/stack/.state"},
             "stop_grace_period": "6s",
             "restart": "on-failure:3",
             "depends_on": {},
         },
         "ball": common | {
             "command": [word.replace("$", "$$") for word in AWKWARD],
-            "environment": {"PYTHONUNBUFFERED": "1", "A": "x y%", "B": "$$C"},
+            "environment": {"PYTHONUNBUFFERED": "1", "XDG_STATE_HOME": "/stack/.state", "A": "x y%", "B": "$$C"},
             "stop_grace_period": "15s",
             "restart": "no",
             "depends_on": {"robot": {"condition": "service_started"}},
