@@ -106,7 +106,7 @@ def _open(settings: Settings) -> tuple[zenoh.Session, Sequence[int]]:
 
 
 def _free_ports(number: int) -> list[int]:
-    """Return ports of loopback that nobody uses now: Zenoh does not tell which it takes by itself."""
+    """Return ports of loopback that nobody uses now: Zenoh does not report which it takes by itself."""
     with ExitStack() as held:
         probes = [held.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(number)]
         return [int(probe.getsockname()[1]) for probe in probes]

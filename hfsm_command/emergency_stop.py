@@ -1,9 +1,9 @@
-"""The emergency stop of a robot as one message, which is the same for every release, for ever.
+"""The emergency stop of a robot as one message, which is the same for every release, forever.
 
 It is a query of Zenoh with the key `REALM/Safety/emergencyStop` and, as its payload, the MessagePack map
 `{"reason": TEXT}`. It has no attachment: so no fingerprint, which another release might refuse, and no limit,
 after which a server might think it obsolete. A robot that has stopped answers with an empty map, any other
-answer is an error. Whoever sends it asks for no description and reads no token before.
+answer is an error. Its sender asks for no description and reads no token before.
 tests/data/emergency_stop has the bytes, with the answers of the releases so far. Never change them.
 """
 

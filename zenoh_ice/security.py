@@ -78,7 +78,7 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     clients = [f"@client/{realm}/*/*" for realm in realms]
     presence = [*(f"@servant/{realm}/**" for realm in realms), *clients]
     return [
-        # Everybody may see presence and status: error messages need them. Whoever asks for the servants of
+        # Everybody may see presence and status: error messages need them. Who asks for the servants of
         # all realms gets those of the role's.
         ("liveliness_query declare_liveliness_subscriber", "ingress egress", [*presence, "@servant/**"]),
         ("liveliness_token", "egress", presence),
