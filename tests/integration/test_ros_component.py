@@ -165,8 +165,8 @@ def test_states_and_transitions_are_published_as_they_change(scene: Scene) -> No
     assert (first.active_states, first.initial_states, first.info) == (["wait"], ["wait"], "running")
     ghost = status.wait_for(lambda each: each.path == "/keeper/guard")
     assert (ghost.active_states, ghost.info) == ([], "running, inactive in left")
-    publishers = scene.tool.graph.publishers("/field/keeper/transitions")
-    assert len(publishers) == 1
+    graph = scene.tool.graph
+    assert graph.wait(lambda: len(graph.publishers("/field/keeper/transitions")) == 1, EVENT_LIMIT)
     until(lambda: scene.call("event/kick").success and transitions.messages)
     fired = transitions.messages[0]
     assert fired.transition.label == "kicked"
