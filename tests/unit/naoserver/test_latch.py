@@ -137,9 +137,10 @@ def test_the_last_moment_of_a_lease_counts_too(path: Path) -> None:
         assert gate.state().holder == "Ann"
 
 
-def test_a_record_that_somebody_removed_is_no_trouble(path: Path) -> None:
+def test_a_record_that_somebody_removed_is_no_trouble(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with server(path):
         path.unlink()
+    assert caplog.messages == []
 
 
 def test_a_record_that_cannot_be_written_at_the_end_is_logged(
