@@ -62,12 +62,13 @@ class Gate:
         """Call `stop` at every emergency stop, as soon as commands are refused."""
         self._stops.append(stop)
 
-    def require(self, client: str) -> None:
+    def require(self, client: str, *, begun: bool = False) -> None:
         """Raise CommandRefused unless a client may command the robot now.
 
-        An empty client represents a caller that cannot hold a lease.
+        An empty client represents a caller that cannot hold a lease. What was `begun` before goes on when its
+        client is gone: whoever does it also ends it, which may take some time.
         """
-        if client and self.is_lost(client):
+        if client and not begun and self.is_lost(client):
             self._report(Severity.Warning, "refused a command: its client is gone", "gone")
             raise CommandRefused("the client of this command is gone: its link to the robot broke")
         holder = ""

@@ -130,7 +130,7 @@ class GuardedDevice:
         """
 
         def command(reading: JointReading) -> Outcome:
-            self.gate.require(client)
+            self.gate.require(client, begun=bool(owner))
             self.claims.check(targets, owner)
             sender = "" if owner else client
             return self._safety.move(targets, speeds, reading, sender, full_speed=bool(owner))
@@ -170,14 +170,15 @@ class GuardedDevice:
             self._obey(lambda reading: self._safety.hold(self.claims.release(owner), reading))
 
     def stiffen(
-        self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = ""
+        self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = "", owner: str = ""
     ) -> dict[str, float]:
         """Change how strongly joints hold; return the stiffnesses that were set.
 
-        Raises InvalidCommand or CommandRefused, and then changes nothing.
+        With `owner`, for a motion that may outlive its client, as in `move`. Raises InvalidCommand or
+        CommandRefused, and then changes nothing.
         """
         with self._lock:
-            self.gate.require(client)
+            self.gate.require(client, begun=bool(owner))
             safe = self._safety.stiffen(stiffnesses)
             if not self._closed:
                 self._device.command_stiffnesses(safe, seconds)

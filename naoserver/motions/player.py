@@ -216,7 +216,8 @@ class MotionPlayer:
         stiffnesses = zip(self._names, self._body.read().stiffnesses, strict=True)
         limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
         if limp:
-            self._body.stiffen(dict.fromkeys(limp, 1.0), _STIFFENING, client=action.client)
+            full = dict.fromkeys(limp, 1.0)
+            self._body.stiffen(full, _STIFFENING, client=action.client, owner=action.owner)
             action.since += _STIFFENING
 
     def _let_go(self, action: _Action) -> None:

@@ -34,6 +34,12 @@ class MotionRig:
             if self.robot.control_loop is None:
                 self.player.tick()
 
+    def lose(self, client: str) -> None:
+        """Lose a client as a server does: its commands are refused first, then what it moves is ended."""
+        self.assembly.gate.is_lost = {client}.__contains__
+        self.let_go(PERIOD)
+        self.assembly.drop_client(client)
+
     def begin(self, motion: str, pace: float = 1.0, client: str = "") -> None:
         """Start a motion."""
         route = MotionRoute(MOTIONS[motion], MOTIONS.values())

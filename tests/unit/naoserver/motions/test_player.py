@@ -85,10 +85,12 @@ def test_a_motion_that_is_refused_at_its_very_beginning_leaves_its_joints_free(r
     body.stiffen(dict.fromkeys(POSTURES["Stand"], 0.0), 0.0)
     rig.let_go(0.02)
     rig.assembly.gate.stop("a test")
-    answers = iter([lambda _client: None])
+    answers = iter([lambda _client, **_: None])
     require = rig.assembly.gate.require
     with monkeypatch.context() as patched:  # the stop comes when the gate has been asked already
-        patched.setattr(rig.assembly.gate, "require", lambda client: next(answers, require)(client))
+        patched.setattr(
+            rig.assembly.gate, "require", lambda *given, **more: next(answers, require)(*given, **more)
+        )
         with pytest.raises(CommandRefused):
             rig.begin("wave")
     rig.assembly.gate.reset()
@@ -186,9 +188,9 @@ def messages(rig):
 def test_a_gesture_of_a_lost_client_stops_at_once(rig):
     rig.begin("dance", client="anna")
     rig.let_go(1.0)
-    rig.assembly.drop_client("ben")
+    rig.lose("ben")
     assert rig.player.busy
-    rig.assembly.drop_client("anna")
+    rig.lose("anna")
     held = rig.commands()
     progress = rig.player.progress("motion")
     assert (progress.status, progress.message) == (ActionStatus.Stopped, GONE)
@@ -206,7 +208,7 @@ def test_an_action_without_a_client_loses_none(rig):
 def test_on_the_way_to_a_posture_a_robot_whose_client_is_lost_crouches(rig):
     rig.begin_posture("StandZero", client="anna", fraction=0.2)
     rig.let_go(0.5)
-    rig.assembly.drop_client("anna")
+    rig.lose("anna")
     assert (
         "Warning",
         f"the posture StandZero will end in the safest posture that it reaches: {GONE}",
@@ -223,7 +225,7 @@ def test_who_lies_when_its_client_is_lost_ends_its_leg_and_stays_where_it_lies(r
     lies(rig, 1.5)
     getattr(rig, begin)(name, client="anna")
     rig.let_go(2.0)
-    rig.assembly.drop_client("anna")
+    rig.lose("anna")
     rig.let_go(MOTIONS["stand_up_from_belly"].duration - 2.5)
     assert rig.player.busy, "half way up it may not let go"
     rig.finish()
@@ -235,7 +237,7 @@ def test_who_lies_when_its_client_is_lost_ends_its_leg_and_stays_where_it_lies(r
 def test_an_emergency_stop_ends_also_what_has_lost_its_client(rig):
     rig.begin_posture("Crouch", client="anna", fraction=0.2)
     rig.let_go(0.5)
-    rig.assembly.drop_client("anna")
+    rig.lose("anna")
     rig.assembly.gate.stop("a test")
     held = rig.commands()
     rig.let_go(2.0)
@@ -246,7 +248,7 @@ def test_an_emergency_stop_ends_also_what_has_lost_its_client(rig):
 def test_who_commands_after_the_loss_gets_the_joints(rig):
     rig.begin_posture("Crouch", client="anna", fraction=0.2)
     rig.let_go(0.5)
-    rig.assembly.drop_client("anna")
+    rig.lose("anna")
     rig.go("Stand")
     progress = rig.player.progress("posture")
     assert (progress.name, progress.status, progress.message) == ("Stand", ActionStatus.Done, "")
