@@ -94,8 +94,8 @@ class Gate:
         reason = reason.strip() or "emergency stop"
         with self._lock:
             self._stop_reason = reason
-        self._report(Severity.Error, f"emergency stop: {reason}", "stop")
         failure = self._stop_all()
+        self._report(Severity.Error, f"emergency stop: {reason}", "stop")  # not earlier: a log may block
         self._keep()
         if failure is not None:
             raise failure

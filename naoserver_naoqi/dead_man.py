@@ -99,8 +99,10 @@ def guard(pipe: int, connect: Callable[[float], Link]) -> None:
                 robot.find()
             armed = True
             continue
-        _logger.error("the server %s: stopping the robot", "ended without warning" if ended else "is silent")
-        robot.stop()
+        trouble = robot.stop()
+        # Not earlier: whoever should read the log may hang with the server, and a full pipe would block us.
+        why = "ended without warning" if ended else "is silent"
+        _logger.error("the server %s: the robot %s", why, trouble or "was stopped")
         if ended:
             return
         armed = False  # one stop for each silence: somebody else may command the robot then
@@ -119,31 +121,37 @@ class _Robot:
         with suppress(HardwareFailure):
             self._linked()
 
-    def stop(self) -> None:
-        """Stop walk, posture and joints, and try until that has succeeded, or the robot cannot be reached."""
+    def stop(self) -> str:
+        """Stop walk, posture and joints; try until that has succeeded, or for 10 s. Return what failed."""
         deadline = time.monotonic() + _PATIENCE
         left: list[Callable[[Link], object]] = [
             lambda link: call(link, "ALMotion.stopMove"),
             lambda link: call(link, "ALRobotPosture.stopMove"),
             lambda link: call(link, "ALMotion.changeAngles", self._joints, [0.0] * len(self._joints), _HOLD),
         ]
+        trouble = ""
         while left and time.monotonic() < deadline:
             failed = []
             for stop in left:
                 try:
                     stop(self._linked())
                 except HardwareFailure as error:
-                    _logger.warning("%s", error)
+                    trouble = f"could not be stopped: {error}"
                     failed.append(stop)
             left = failed
             if left:
                 time.sleep(_AGAIN)
-        _logger.error("the robot %s", "could not be stopped" if left else "was stopped")
+        return trouble if left else ""
 
     def _linked(self) -> Link:
         if self._link is None or self._link.lost.is_set():
-            self._link = self._connect(_CONNECTING)
-            self._joints = [str(name) for name in call(self._link, "ALMotion.getBodyNames", "Body")]
+            link = self._connect(_CONNECTING)
+            try:
+                self._joints = [str(name) for name in call(link, "ALMotion.getBodyNames", "Body")]
+            except HardwareFailure:
+                link.close()
+                raise
+            self._link = link  # not earlier: without their names, the joints would count as stopped
         return self._link
 
 

@@ -107,6 +107,19 @@ def test_what_the_robot_refuses_is_repeated(naoqi: ScriptedNaoqi) -> None:
     assert len(naoqi.called(HOLD)) == 1
 
 
+def test_a_robot_that_does_not_name_its_joints_at_first_is_stopped_wholly(naoqi: ScriptedNaoqi) -> None:
+    def refuse_first(_chain: str) -> list[str]:
+        if len(naoqi.called("ALMotion.getBodyNames")) == 1:
+            raise CallFailed("ALMotion.getBodyNames: busy")
+        return JOINTS
+
+    naoqi.answers["ALMotion.getBodyNames"] = refuse_first
+    with guarded(naoqi) as server:
+        server.say(b".")
+        naoqi.wait_for_call("ALMotion.getBodyNames")
+    assert is_stopped(naoqi)
+
+
 def test_a_robot_that_cannot_be_reached_at_first_is_stopped_when_it_can(naoqi: ScriptedNaoqi) -> None:
     naoqi.reachable = False
     with guarded(naoqi) as server:
