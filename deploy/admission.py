@@ -135,14 +135,15 @@ class Admission:
     def begin(self, client: _Client) -> _Listener | None:
         """Return the listener for a handshake that begins; None if there are too many."""
         self.silent.pop(client, None)
-        of_address = self.of_address[client.address]
+        of_address = self.of_address.get(client.address, {})
         for others, most in ((of_address, _MOST_OF_ADDRESS), (self.handshakes, self.most_handshakes)):
             if len(others) >= most:
                 oldest = next(iter(others))
                 if self.loop.time() - oldest.began < _FAIR_SHARE:
                     return None
                 oldest.end()
-        self.handshakes[client] = of_address[client] = None
+        # Looked up again: with its last handshake, an address is forgotten.
+        self.handshakes[client] = self.of_address[client.address][client] = None
         return min(self.listeners, key=lambda listener: listener.load(self.loop.time()))
 
     def finish(self, client: _Client) -> bool:

@@ -6,7 +6,7 @@ import socket
 import ssl
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 
 import pytest
 
@@ -159,6 +159,18 @@ class TestPassingOn:
             connections[-1].sendall(RECORD)
             server, _ = inner.accept()
             server.close()
+
+    def test_a_handshake_that_takes_the_place_of_the_only_other_one_has_its_own(
+        self, endpoint: str, inner: socket.socket, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("deploy.admission._MOST_HANDSHAKES", 1)
+        monkeypatch.setattr("deploy.admission._FAIR_SHARE", 0.0)
+        with closing(Admission([endpoint], [inner.getsockname()[1]])) as admission:
+            for _ in range(2):
+                with holding(endpoint, 2, RECORD):
+                    until(lambda: len(admission.clients) == 1)
+                until(lambda: not (admission.clients or admission.handshakes or admission.of_address))
+            assert admission.listeners[0].load(0.0)[1] == 0
 
     def test_it_lets_go_of_everything_that_has_ended(self, endpoint: str, admission: Admission) -> None:
         with holding(endpoint, 5, b""), holding(endpoint, 5, RECORD):
