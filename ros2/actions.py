@@ -341,8 +341,13 @@ class ActionServer:
             thread = threading.Thread(
                 target=self._carry_out, args=(goal,), name=f"{self.name} goal", daemon=True
             )
-            self._threads.add(thread)
-            thread.start()
+            try:
+                thread.start()
+            except RuntimeError as error:  # at a limit of threads or memory
+                _logger.error("%s: a goal is refused: %s", self.name, error)
+                del self._goals[goal_id]
+                return refused
+            self._threads.add(thread)  # it needs the lock to end
         return {"accepted": True, "stamp": stamp}
 
     def _carry_out(self, goal: ServerGoal) -> None:

@@ -173,7 +173,7 @@ class Service(Endpoint):
         self._with_sender: Final = with_sender
         self._largest: Final = min(largest, node.types.largest(f"{entity.type_name}_Request"))
         self._refusals: Final = Refusals(self.name, "a malformed request is refused")
-        self._own: Final = Workers(f"{self.name} callbacks", most=1) if urgent else None
+        self._own: Final = Workers(f"{self.name} callbacks", 1, at_once=True) if urgent else None
         self._line: Final = Line(self._own or node.workers, _MOST_REQUESTS)
         if with_sender:
             self.others("SC")  # they are known when the first request arrives

@@ -10,6 +10,9 @@ from collections.abc import Callable, Iterable
 from queue import SimpleQueue
 from typing import Final
 
+from .exceptions import RosError
+from .refusals import Refusals
+
 _JOIN_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
@@ -18,28 +21,38 @@ Job = Callable[[], object]
 
 
 class Workers:
-    """A few threads, started when needed, that run the jobs of all lines."""
+    """A few threads, started when needed, that run the jobs of all lines.
 
-    def __init__(self, name: str, most: int = 8) -> None:
+    Where the system gives the process no further thread, jobs wait for those that run, or for the next try.
+    """
+
+    def __init__(self, name: str, most: int = 8, *, at_once: bool = False) -> None:
+        """Have at most `most` threads; with `at_once` the first one now, or raise RosError."""
         self.name: Final = name
         self._most: Final = most
         self._jobs: Final[SimpleQueue[Job | None]] = SimpleQueue()
         self._lock: Final = threading.Lock()
         self._threads: Final[list[threading.Thread]] = []
-        self._free = 0
+        self._unfinished = 0  # jobs that wait or run
+        self._shortage: Final = Refusals(name, "callbacks are late")
         self._closed = False
+        if at_once:
+            try:
+                self._start()
+            except RuntimeError as error:
+                raise RosError(f"{name}: {error}") from error
 
     def submit(self, job: Job) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""
         with self._lock:
             if self._closed:
                 return
-            if self._free:
-                self._free -= 1
-            elif len(self._threads) < self._most:
-                thread = threading.Thread(target=self._work, name=self.name, daemon=True)
-                self._threads.append(thread)
-                thread.start()
+            self._unfinished += 1
+            if len(self._threads) < min(self._unfinished, self._most):
+                try:
+                    self._start()
+                except RuntimeError as error:
+                    self._shortage.add(error)
         self._jobs.put(job)
 
     def close(self) -> None:
@@ -59,11 +72,16 @@ class Workers:
         except Exception:
             _logger.exception("%s: a callback failed", self.name)
 
+    def _start(self) -> None:
+        thread = threading.Thread(target=self._work, name=self.name, daemon=True)
+        thread.start()
+        self._threads.append(thread)  # not earlier: one that could not be started cannot be joined
+
     def _work(self) -> None:
         while (job := self._jobs.get()) is not None and not self._closed:
             self.call(job)
             with self._lock:
-                self._free += 1
+                self._unfinished -= 1
 
 
 class Line:

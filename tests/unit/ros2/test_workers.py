@@ -8,6 +8,7 @@ from functools import partial
 
 import pytest
 
+from ros2 import RosError
 from ros2.workers import Job, Line, Workers
 from tests.support.limits import EVENT_LIMIT
 
@@ -79,6 +80,47 @@ def test_a_failing_job_ends_no_thread(workers: Workers, caplog: pytest.LogCaptur
     workers.submit(ran.set)
     assert ran.wait(EVENT_LIMIT)
     assert "a callback failed" in caplog.text
+
+
+@pytest.fixture
+def no_threads() -> Iterator[pytest.MonkeyPatch]:
+    """Let no thread start, until the patch is undone."""
+
+    def fail(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threading.Thread, "start", fail)
+        yield patch
+
+
+def test_a_line_goes_on_when_there_is_a_thread_again(
+    workers: Workers, no_threads: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    line, seen, end = Line(workers, 10), list[int](), threading.Event()
+    line.put(partial(seen.append, 1))
+    assert "callbacks are late: can't start new thread" in caplog.text
+    no_threads.undo()
+    line.put(end.set)
+    Line(workers, 10).put(partial(seen.append, 2))
+    assert end.wait(EVENT_LIMIT)
+    assert seen[0] == 1
+
+
+def test_a_thread_that_is_there_at_once_runs_jobs_when_there_is_no_other(
+    request: pytest.FixtureRequest,
+) -> None:
+    workers, ran = Workers("test", 1, at_once=True), threading.Event()
+    request.getfixturevalue("no_threads")
+    Line(workers, 10).put(ran.set)
+    assert ran.wait(EVENT_LIMIT)
+    workers.close()
+
+
+@pytest.mark.usefixtures("no_threads")
+def test_a_thread_that_cannot_be_there_at_once_is_an_error() -> None:
+    with pytest.raises(RosError, match="test: can't start new thread"):
+        Workers("test", at_once=True)
 
 
 def test_a_callback_may_close_its_threads() -> None:
