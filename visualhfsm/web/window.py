@@ -78,9 +78,8 @@ class Window:
             self._add_output(push)
         else:
             if isinstance(push, RunPush) and push.status == "generating":
-                self._add_output(
-                    Output(tab=push.tab, lines=[], whole=True)
-                )  # what waits is of the former run
+                # What waits is of the former run.
+                self._add_output(Output(tab=push.tab, lines=[], whole=True))
             about = (
                 push.component
                 if isinstance(push, Snapshot | Structure | Stale)
