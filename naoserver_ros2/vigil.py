@@ -14,7 +14,7 @@ from typing import Final, Protocol
 
 from interfaces.nao import ActionStatus, JointsPrx, WalkPrx
 from ros2 import Sender
-from zenoh_ice import SystemException, UserException
+from zenoh_ice import BusyException, SystemException, TimeoutException, UserException
 
 _PERIOD: Final = 0.1
 """Wall seconds between two looks."""
@@ -37,18 +37,18 @@ class Vigil:
 
     def __init__(self) -> None:
         self._lock: Final = threading.Lock()
-        self._motions: list[Motion] = []
+        self._motions: dict[Motion, int] = {}  # each with how often it was to be watched
         self._thread: threading.Thread | None = None
         self._end: Final = threading.Event()
 
     def watch(self, motion: Motion) -> None:
         """Look after a motion until it is over."""
         with self._lock:
-            if motion not in self._motions:
-                self._motions.append(motion)
+            self._motions[motion] = self._motions.get(motion, 0) + 1
             if self._thread is None and not self._end.is_set():
-                self._thread = threading.Thread(target=self._run, name="vigil over topics", daemon=True)
-                self._thread.start()
+                thread = threading.Thread(target=self._run, name="vigil over topics", daemon=True)
+                thread.start()
+                self._thread = thread  # not earlier: without a thread the next motion tries again
 
     def close(self) -> None:
         """End the thread; what moves is left to the robot server, which loses this client."""
@@ -59,10 +59,12 @@ class Vigil:
     def _run(self) -> None:
         while not self._end.wait(_PERIOD):
             with self._lock:
-                motions = [*self._motions]
+                motions = self._motions.copy()
             over = [each for each in motions if not self._look(each)]
             with self._lock:
-                self._motions = [each for each in self._motions if each not in over]
+                for each in over:
+                    if self._motions[each] == motions[each]:  # it did not move again meanwhile
+                        del self._motions[each]
                 if not self._motions:
                     self._thread = None
                     return
@@ -70,6 +72,9 @@ class Vigil:
     def _look(self, motion: Motion) -> bool:
         try:
             return motion.look()
+        except (BusyException, TimeoutException) as error:  # it may still move
+            _logger.debug("what a topic set in motion is watched later: %s", error)
+            return True
         except (UserException, SystemException) as error:  # refused, or the server is gone
             _logger.warning("what a topic set in motion cannot be watched: %s", error)
             return False
@@ -99,24 +104,29 @@ class JointMotion:
 
     def look(self) -> bool:
         """Hold the joints whose publisher is gone."""
+        with self._lock:
+            targets = self._targets.copy()
         commands = dict(zip(self._names, self._body.getJointState().commands, strict=True))
         held: dict[str, float] = {}
-        with self._lock:
-            for name, target in [*self._targets.items()]:
-                distance = abs(commands[name] - target.angle)
-                # A setpoint that moves away is somebody else's.
-                if distance < _THERE or distance > target.distance + _THERE:
-                    del self._targets[name]
-                elif target.sender.gone:
-                    held[name] = commands[name]
-                    del self._targets[name]
-                else:
-                    target.distance = distance
-            left = bool(self._targets)
+        over: dict[str, _Target] = {}
+        for name, target in targets.items():
+            distance = abs(commands[name] - target.angle)
+            # A setpoint that moves away is somebody else's.
+            if distance < _THERE or distance > target.distance + _THERE:
+                over[name] = target
+            elif target.sender.gone:
+                held[name] = commands[name]
+                over[name] = target
+            else:
+                target.distance = distance
         if held:
+            self._body.setJointPositions(held, 1.0)  # if it fails, the next look repeats it
             _logger.warning("/joint_angles: its publisher is gone: %s held", ", ".join(held))
-            self._body.setJointPositions(held, 1.0)
-        return left
+        with self._lock:
+            for name, target in over.items():
+                if self._targets.get(name) is target:  # not commanded again meanwhile
+                    del self._targets[name]
+            return bool(self._targets)
 
 
 class WalkMotion:
