@@ -161,8 +161,12 @@ class Stopping:
                 thread = threading.Thread(
                     target=self._work, args=(route, delay), name=f"stop by {route.name}", daemon=True
                 )
-                thread.start()
-                self._threads.append(thread)
+                try:
+                    thread.start()
+                except RuntimeError as error:  # at a limit of threads or memory: those that run must do
+                    route.trouble = str(error)
+                else:
+                    self._threads.append(thread)
 
     def _complete(self) -> bool:
         """Return whether nothing is left to do."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
@@ -236,6 +237,23 @@ class TestRepetition:
             scripted = ScriptedRobot(session)
             assert outcome.result(RUN_LIMIT).code == 0
             assert scripted.sent
+
+    def test_one_thread_is_enough(
+        self, endpoint: str, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        start, links = threading.Thread.start, list[threading.Thread]()
+
+        def first_alone(thread: threading.Thread) -> None:
+            if thread.name.startswith("stop by"):
+                links.append(thread)
+                if len(links) > 1:
+                    raise RuntimeError("can't start new thread")
+            start(thread)
+
+        monkeypatch.setattr(threading.Thread, "start", first_alone)
+        assert stop(endpoint).code == 0
+        assert scripted.sent
+        assert len(links) > 1
 
     def test_settings_that_allow_no_link_end_it_at_once(self, endpoint: str, tmp_path: Path) -> None:
         outcome = stop(endpoint, "--authority", str(tmp_path / "none.pem"), "--seconds", str(FOREVER))
