@@ -66,7 +66,7 @@ class Gate:
         """Raise CommandRefused unless a client may command the robot now.
 
         An empty client represents a caller that cannot hold a lease. What was `begun` before goes on when its
-        client is gone: whoever does it also ends it, which may take some time.
+        client is gone, until the server has ended it.
         """
         if client and not begun and self.is_lost(client):
             self._report(Severity.Warning, "refused a command: its client is gone", "gone")

@@ -100,7 +100,7 @@ def guard(pipe: int, connect: Callable[[float], Link]) -> None:
             armed = True
             continue
         trouble = robot.stop()
-        # Not earlier: whoever should read the log may hang with the server, and a full pipe would block us.
+        # Not earlier: nobody may read the log while the server hangs, and a full pipe would block us.
         why = "ended without warning" if ended else "is silent"
         _logger.error("the server %s: the robot %s", why, trouble or "was stopped")
         if ended:
