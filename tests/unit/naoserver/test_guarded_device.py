@@ -183,6 +183,9 @@ def test_a_command_of_a_client_that_is_gone_already_is_refused(rig):
             command()
         assert str(refusal.value) == "the client of this command is gone: its link to the robot broke"
     rig.guarded.move({"HeadYaw": 0.5}, {}, client="another")
+    # What it began goes on: only who executes an action knows how it may end.
+    rig.guarded.stiffen({"HeadYaw": 0.5}, 0.0, client="lost", owner="what it began")
+    rig.guarded.move({"HeadYaw": 0.6}, {}, client="lost", owner="what it began")
     assert rig.events.snapshot()[0][0].message == "refused a command: its client is gone"
 
 
