@@ -12,7 +12,7 @@ from naoserver_naoqi.connection import Connection, Reporter, join
 from naoserver_naoqi.link import Failure, Link, LinkLost, Reply
 
 MOST: Final = 200
-"""Limit of unanswered calls; further ones are refused."""
+"""Limit of unanswered calls; further ones are refused, unless they stop something."""
 _AFTER_FAILURE: Final = 2.0
 _PATIENCE: Final = 1.0
 """Seconds to wait for an answer before the next command is sent without it."""
@@ -32,11 +32,14 @@ class BackgroundCalls:
         self._lock = threading.Lock()
         self._replies: list[tuple[str, Reply]] = []
 
-    def run(self, operation: str, *arguments: object) -> None:
-        """Start a call. Raises LinkLost while the robot is not connected."""
+    def run(self, operation: str, *arguments: object, urgent: bool = False) -> None:
+        """Start a call, an urgent one however many are unanswered.
+
+        Raises LinkLost while the robot is not connected, HardwareFailure when too many are unanswered.
+        """
         link = self._connection.require()
         with self._lock:
-            if len(self._replies) >= MOST:
+            if len(self._replies) >= MOST and not urgent:
                 raise HardwareFailure(f"{operation}: the robot has not answered {MOST} earlier calls")
             self._replies.append((operation, link.begin(operation, *arguments)))
 

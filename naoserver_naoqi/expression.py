@@ -76,7 +76,7 @@ class NaoqiVoice:
             if self._saying is None:
                 return
         try:
-            self._calls.run("ALTextToSpeech.stopAll")
+            self._calls.run("ALTextToSpeech.stopAll", urgent=True)
         except LinkLost:
             self.forget()
 

@@ -187,7 +187,7 @@ class NaoqiPostures:
                 return
             self._stopped, self._stop_at = True, self._now() + _STUBBORN
         try:
-            self._calls.run("ALRobotPosture.stopMove")
+            self._calls.run("ALRobotPosture.stopMove", urgent=True)
         except LinkLost:
             self.forget()
 
