@@ -16,6 +16,7 @@ from typing import Final, Self
 
 import msgspec
 
+from hfsm_command.directories import state_directory
 from naoserver.errors import RobotError
 from zenoh_ice.settings import Settings
 
@@ -123,14 +124,16 @@ def latch_of(settings: Settings) -> Latch | nullcontext[None]:
 
     It is a file in the user's directory of states, named after the realm and the endpoints: a server that is
     started again in the same way finds it. There is none for a server that nobody finds again, because it
-    listens on nothing but a port that the system picks.
+    listens on nothing but a port that the system picks. Raises RobotError when the user has no directory.
     """
     endpoints = [each for each in settings.listen if not each.endswith(":0")] or list(settings.connect)
     if not endpoints:
         return nullcontext()
-    state = os.environ.get("XDG_STATE_HOME", "")
-    base = Path(state) if state.startswith("/") else Path.home() / ".local" / "state"
+    try:
+        folder = state_directory()
+    except OSError as error:
+        raise RobotError(f"the emergency stop cannot be kept: {error}") from error
     # Machines may share the directory.
     place = " ".join((socket.gethostname(), *sorted(endpoints)))
     digest = hashlib.sha256(place.encode()).hexdigest()[:12]
-    return Latch(base / "visualhfsm" / "robots" / f"{settings.realm}-{digest}.json")
+    return Latch(folder / "robots" / f"{settings.realm}-{digest}.json")

@@ -20,6 +20,7 @@ from typing import Final
 
 import msgspec
 
+from hfsm_command.directories import state_directory
 from visualhfsm.errors import EditError
 
 _logger = logging.getLogger(__name__)
@@ -82,9 +83,7 @@ class Abandoned:
 
 def journal_directory() -> Path:
     """Return the directory of the journals: `visualhfsm/journals` in the user's directory of states."""
-    state = os.environ.get("XDG_STATE_HOME", "")
-    base = Path(state) if state.startswith("/") else Path.home() / ".local" / "state"
-    return base / "visualhfsm" / "journals"
+    return state_directory() / "journals"
 
 
 class Journal:
