@@ -101,14 +101,18 @@ def test_a_stop_that_does_not_end_the_way_into_a_posture_is_repeated(naoqi, capl
     assert "goes on into a posture though it was stopped" in caplog.text
 
 
+def flood(lights):
+    for _ in range(1000):
+        lights.set("LeftEye", (1.0, 1.0, 1.0), 0.0)
+
+
 def test_a_stop_waits_for_no_unanswered_call(naoqi):
     naoqi.held.update((GO, SAY, "ALLeds.fadeRGB"))
     with naoqi.robot() as robot:
         robot.postures.go("Stand", 0.5)
         robot.voice.say("one")
         with pytest.raises(CommandRefused, match="has not answered"):
-            for _ in range(1000):
-                robot.lights.set("LeftEye", (1.0, 1.0, 1.0), 0.0)
+            flood(robot.lights)
         robot.postures.stop()
         robot.voice.stop()
         assert naoqi.called("ALRobotPosture.stopMove") == naoqi.called("ALTextToSpeech.stopAll") == [()]
