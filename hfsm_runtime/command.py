@@ -312,6 +312,8 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
     end = None if seconds is None else round(seconds * 1e9)
     permission = Permission(safety)
     while not (runtime.ended.is_set() or stop.is_set()):
+        if runtime.refusal is None:
+            permission.forget()
         runtime.retry(permission.is_given)
         if end is None:
             runtime.ended.wait(_LOOK)

@@ -70,6 +70,10 @@ class Permission:
         self._stopped_by = ""  # the session of the server that was seen stopped
         self._doubted = ""  # the session of the server that knows of no stop
 
+    def forget(self) -> None:
+        """Forget the stop that was seen: a person has decided to go on."""
+        self._stopped_by = ""
+
     def is_given(self, holder: str) -> bool:
         """Return whether commands may be accepted now; ask as soon as one was refused, and then regularly.
 

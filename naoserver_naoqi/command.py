@@ -81,7 +81,7 @@ def naoserver_naoqi(
             )
         ) as nao,
     ):
-        nao.report_alive(switch.beat)
+        nao.report_to_switch(switch.beat, switch.release)
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
         options = ServerOptions(safety=capped(joint_speed))

@@ -41,7 +41,7 @@ _LARGEST: Final = 4096
 
 
 class DeadMansSwitch:
-    """The server's end of the switch. It acts only after the first `beat`, and not after `close`."""
+    """The server's end of the switch. It acts only after the first `beat`, and not after `release`."""
 
     def __init__(self, address: RobotAddress) -> None:
         self._process: Final = subprocess.Popen(
@@ -53,7 +53,7 @@ class DeadMansSwitch:
         assert self._process.stdin is not None
         self._pipe: Final = self._process.stdin
         self._beaten = 0.0
-        self._broken = False
+        self._broken = self._released = False
         self._pipe.write(msgspec.json.encode(address) + b"\n")  # others could see a login on a command line
         os.set_blocking(self._pipe.fileno(), False)
 
@@ -69,13 +69,17 @@ class DeadMansSwitch:
             self._broken = True
             _logger.error("the dead man's switch ended: nothing stops the robot if this server is killed")
 
-    def close(self) -> None:
-        """End the switch: the robot has been stopped."""
+    def release(self) -> None:
+        """Let the switch end without stopping the robot, which has been stopped."""
+        self._released = True
         with suppress(BrokenPipeError):
             self._pipe.write(_DONE)
+
+    def close(self) -> None:
+        """End the switch; unless it was released, it stops the robot first, which takes 13 s at most."""
         self._pipe.close()
         try:
-            self._process.wait(_END)
+            self._process.wait(_END if self._released else _PATIENCE + _END)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait(_END)

@@ -76,6 +76,11 @@ class NaoqiWalker:
             self.command(_STILL)
         self._velocities.close()
 
+    @property
+    def stopped(self) -> bool:
+        """Whether the robot has answered every command, and none keeps it walking."""
+        return self._commanded == _STILL and self._velocities.idle
+
     def command(self, velocity: WalkVelocity) -> None:
         with self._lock:
             if velocity != _STILL:

@@ -171,6 +171,7 @@ class NaoqiRobot:
         self.voice: Final = NaoqiVoice(connection, self._calls, reporter)
         self.postures: Final = NaoqiPostures(connection, self._calls, reporter, now)
         self._closed = False
+        self._release: Callable[[], None] = lambda: None
         self._wire()
 
     @property
@@ -184,9 +185,10 @@ class NaoqiRobot:
         self._connection.on_lost.append(assembly.gate.lose)
         self._connection.on_found.append(assembly.gate.find)
 
-    def report_alive(self, beat: Callable[[Link], None]) -> None:
-        """Call `beat` each time the robot has answered."""
+    def report_to_switch(self, beat: Callable[[Link], None], release: Callable[[], None]) -> None:
+        """Call `beat` each time the robot has answered, and `release` at the end if it has been stopped."""
         self._connection.on_tick.append(beat)
+        self._release = release
 
     def start(self) -> None:
         self._connection.start()
@@ -200,12 +202,18 @@ class NaoqiRobot:
         with ExitStack() as steps:  # all run, the last first, whatever they raise
             steps.callback(self._state.freeze)
             steps.callback(self._connection.close)
+            steps.callback(self._release_if_stopped)
             steps.callback(lambda: self.senses.close(self._connection.link))
             steps.callback(self._cameras.close)
             steps.callback(self._lifecycle.end)
             steps.callback(self._commands.close)
             steps.callback(self.walker.close)
             steps.callback(self.voice.stop)
+
+    def _release_if_stopped(self) -> None:
+        """Report that the robot has carried out every stop, unless it is lost or refused one."""
+        if self._connection.link is not None and self._commands.orders.idle and self.walker.stopped:
+            self._release()
 
     def _wire(self) -> None:
         """Register the parts at the connection."""

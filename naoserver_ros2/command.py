@@ -28,6 +28,8 @@ EXPECTED: Final = (RosError, GatewayError)
 _LOOK: Final = 0.1
 """Seconds between two checks for listeners."""
 
+_END: Final = 2.0
+"""Seconds within which the look at the router ends."""
 _REACHED: Final = 5.0
 """Seconds after which others should reach the node."""
 
@@ -140,7 +142,7 @@ def _reported_if_shut_out(service: Service, where: str) -> Iterator[None]:
         yield
     finally:
         end.set()
-        thread.join()
+        thread.join(_END)
 
 
 def _as_client(settings: Settings) -> Settings:

@@ -59,6 +59,26 @@ def test_a_robot_that_was_stopped_stays_as_it_is_at_the_end(naoqi):
     assert naoqi.called(LIFE) == [("disabled",)], "a robot with its own life would move"
 
 
+@pytest.mark.parametrize(("refused", "releases"), [(False, 1), (True, 0)])
+def test_the_dead_mans_switch_is_released_only_when_the_robot_has_stopped(naoqi, refused, releases):
+    released = []
+    with naoqi.robot() as robot:
+        robot.report_to_switch(lambda _link: None, lambda: released.append("released"))
+        robot.command_velocities({"HeadYaw": 0.5})
+        if refused:
+            naoqi.answers["ALMotion.changeAngles"] = refuse
+        robot.command_velocities({"HeadYaw": 0.0})
+    assert len(released) == releases
+
+
+def test_the_dead_mans_switch_of_a_robot_that_is_lost_is_not_released(naoqi):
+    released = []
+    with naoqi.robot() as robot:
+        robot.report_to_switch(lambda _link: None, lambda: released.append("released"))
+        naoqi.lose()
+    assert released == []
+
+
 def test_autonomous_life_is_switched_off_and_stays_off(naoqi):
     with naoqi.robot():
         pass
