@@ -225,4 +225,4 @@ def test_a_client_asks_whether_something_still_moves_because_it_commanded_it(nao
     with nao.client() as other:
         assert not other.proxy(SafetyPrx, "Safety").isMoving()
     eventually(lambda: not safety.isMoving())
-    assert nao.robot.read().commands[0] == pytest.approx(0.5)
+    assert nao.robot.read().commands[0] == pytest.approx(0.5, abs=0.001)
