@@ -37,8 +37,8 @@ _LEFT_CHANGE: Final = 0.02
 """Largest change of its width in m."""
 _TURN_CHANGE: Final = 0.12
 """Largest change of its turn in rad."""
-_SLOWING: Final = 2.0
-"""Further amount by which a step may become smaller."""
+_SLOWING: Final = 4.0
+"""Factor by which a step may change more if it becomes smaller: a stop at full speed takes 0.9 s at most."""
 
 
 @dataclass(frozen=True, slots=True)

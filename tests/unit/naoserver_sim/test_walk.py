@@ -10,6 +10,7 @@ from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.kinematics import LEG_JOINTS
+from naoserver_sim.walk.walker import LIMITS
 from naoserver_sim.world import load_world
 from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
@@ -90,6 +91,20 @@ def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(velocity):
     rig.go(1.0)
     assert rig.truth() == pytest.approx(before, abs=0.002)
     assert rig.robot.state().torso_tilt < 0.1
+
+
+@pytest.mark.parametrize("walked", [2.0, 2.1, 2.2])
+@pytest.mark.parametrize("velocity", [LIMITS, WalkVelocity(forward=LIMITS.forward)])
+def test_even_at_full_speed_it_comes_to_a_stand_within_a_second(velocity, walked):
+    rig = Rig()
+    rig.walker.command(velocity)
+    rig.go(walked)
+    rig.walker.command(STILL)
+    rig.go(1.0)
+    there = rig.commands()
+    rig.go(1.0)
+    assert rig.commands() == pytest.approx(there, abs=0.005)
+    assert rig.robot.stage.truth().torso.position[2] > 0.28
 
 
 def test_the_odometry_knows_where_it_has_got_to():
