@@ -60,6 +60,7 @@ WAYS: Final = ("position", "velocity", "walk", "walk to", "play", "burst", "post
 ENDS: Final = ("killed", "ends", "stop, server killed", "server killed")
 LOOK: Final = 3.0  # s for which motion is watched
 LIMIT: Final = 1.0  # s that it may last
+SETTLED: Final = 0.3  # s without motion after which the robot rests
 LONG: Final = 30.0
 _MOVED: Final = 1e-6  # rad
 
@@ -102,6 +103,13 @@ class Robot:
                 last = now
             before = after
         return last
+
+    def rest(self) -> None:
+        """Wait until nothing moves: the way of a lost commander into a posture goes on for a while."""
+        end = time.monotonic() + LONG
+        while self.motion(SETTLED):
+            if time.monotonic() > end:
+                raise AssertionError("the robot does not come to rest")
 
     def _setpoints(self) -> JointState:
         return self.body.getJointState()
@@ -146,6 +154,7 @@ def trial(
     figures: dict[tuple[str, str], list[float]],
 ) -> None:
     """Let a commander move the robot, and end it, or the server, at a random moment."""
+    robot.rest()
     way, end = draw.choice(WAYS), draw.choices(ENDS, (6, 2, 2, 1))[0]
     moment = draw.uniform(0.1, 1.5)
     lasts = moment if end == "ends" else LONG
