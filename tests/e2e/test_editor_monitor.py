@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, WebSocketRoute, expect
+from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
 from hfsm_recording.reader import RecordingFile
 from tests.support.browser import EditorPage
@@ -184,6 +184,20 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect(output).to_have_text("Paused")
     shown.press("F8")
     expect(output).to_have_text("Running")
+
+
+def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(shown: EditorPage) -> None:
+    waiting: list[Route] = []
+    shown.page.route("**/panels/output.js", lambda route: waiting.append(route))
+    with shown.page.expect_request("**/panels/output.js"):
+        shown.press("Alt+o")
+    run(shown)
+    while not waiting:
+        shown.page.wait_for_timeout(20)
+    waiting[0].continue_()
+    output = shown.page.locator("hfsm-output")
+    expect(output.get_by_role("status")).to_have_text("Running")
+    expect(output.locator(".line")).to_have_count(0)
 
 
 def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(

@@ -86,7 +86,7 @@ export class HfsmApp extends PageElement {
     this.strip = undefined;
     /** The tabs before the last change. @type {Set<number> | undefined} */
     this.knownTabs = undefined;
-    /** Whether the output was opened for a run. */
+    /** Whether a run opened what is below the canvas, its output. */
     this.outputOpened = false;
     /** Resolves when the overlay of the canvas has loaded. @type {Promise<void> | undefined} */
     this.overlay = undefined;
@@ -154,6 +154,7 @@ export class HfsmApp extends PageElement {
   /** Show an element below the canvas; an empty tag closes it. @param {string} tag */
   async showBottom(tag) {
     this.#wanted.bottom = tag;
+    this.outputOpened = false;
     return holdKeys(async () => {
       const element = tag ? await this.#load(tag) : undefined;
       if ((tag && !element) || this.#wanted.bottom !== tag) return undefined;
@@ -191,8 +192,9 @@ export class HfsmApp extends PageElement {
     runs.dismiss(tab);
     if (trial) this.showLive("trial");
     else this.#showRobot();
-    if (!this.bottom) this.outputOpened = true;
+    const opens = !this.#wanted.bottom;
     this.showBottom("hfsm-output");
+    this.outputOpened = opens;
     const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, trial});
     if (started) monitor.expect(started.component);
     else if (store.online) this.#showErrors();
@@ -461,7 +463,7 @@ export class HfsmApp extends PageElement {
     this.requestUpdate();
     if (monitor.component && this.outputOpened) {
       this.outputOpened = false;
-      if (this.#wanted.bottom === "hfsm-output" && !outputLog.of(monitor.tab).length) this.showBottom("");
+      if (!outputLog.of(monitor.tab).length) this.showBottom("");
     }
     if (!monitor.component || this.strip) return;
     this.strip = Object.assign(/** @type {Panel} */ (document.createElement("hfsm-monitor-timeline")), {compact: true});
