@@ -17,6 +17,7 @@ __all__ = [
     "UNKNOWN",
     "Answer",
     "Definitions",
+    "is_special",
     "is_static",
 ]
 
@@ -40,6 +41,23 @@ _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "r
 _PURE_OF_SEVERAL: Final = frozenset({"max", "min"})
 """A single argument may be a generator."""
 _PURE_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
+"""Methods of texts."""
+_OF_THEIR_ARGUMENTS: Final = frozenset(
+    {
+        *("abs", "max", "min", "round"),
+        *("math.ceil", "math.floor", "math.prod", "math.sumprod", "math.trunc"),
+    }
+)
+"""Functions whose result is of the kind of their arguments: they call methods of an object."""
+_NUMBERS: Final = frozenset(
+    {
+        *("bool", "float", "int", "isinstance", "len", "str"),
+        *("random.gauss", "random.randint", "random.random", "random.randrange", "random.uniform"),
+        *("time.monotonic", "time.perf_counter", "time.time"),
+    }
+)
+"""Functions with a plain result, whatever their arguments are; so have those of `math`."""
+_CONSTANTS: Final = frozenset({"math.e", "math.inf", "math.nan", "math.pi", "math.tau"})
 _RANDOM_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
 _RANDOM: Final = frozenset({"choice", "gauss", "rand", "randint", "randn", "random", "randrange", "uniform"})
 _TAKING: Final = frozenset({"next", "pop", "popleft", "read", "readline", "recv", "get_nowait", "shuffle"})
@@ -74,8 +92,9 @@ UNKNOWN: Final = Answer.UNKNOWN | Answer.CHANGES
 class Definitions:
     """Everything that the code of a document defines and assigns.
 
-    The code is `opaque` if classes of the document may define operators, or if `eval` and the like or
-    hand-written code beside the document may assign anything: then only constants keep their value.
+    The code is `opaque` if classes or special methods of the document may define operators, or if `eval` and
+    the like, `import *` or hand-written code beside the document may assign anything: then only constants
+    keep their value.
     """
 
     def __init__(self, analysis: Analysis) -> None:
@@ -87,7 +106,7 @@ class Definitions:
         self._declared = self.proxies | {each.name for each in document.parameters}
         self._declared |= COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
         self._is_extended = analysis.extension is not None
-        self.is_opaque = self._is_extended or not analysis.is_complete
+        self.is_opaque = self._is_extended or not analysis.is_complete or "*" in self.libraries
         self.functions: dict[str, ast.FunctionDef] = {}
         self.unclear_attributes: set[str] = set()
         """Names among the functions that are not plain functions, classes or constants."""
@@ -113,10 +132,14 @@ class Definitions:
 
     def _define(self, node: ast.stmt) -> None:
         """Record what a statement among the functions defines in the component."""
+        names = bound_names(ast.Module([node], []))
+        self.is_opaque |= any(is_special(name) for name in names)
+        self.unclear_attributes -= names
+        for name in names:
+            self.functions.pop(name, None)
         match node:
             case ast.FunctionDef(name=name) if not node.decorator_list or is_static(node):
                 self.functions[name] = node
-                self.unclear_attributes.discard(name)
             case ast.ClassDef(decorator_list=[], keywords=[]):
                 pass
             case ast.Assign(value=value) | ast.AnnAssign(value=ast.expr() as value) if all(
@@ -124,7 +147,7 @@ class Definitions:
             ):
                 pass
             case _:
-                self.unclear_attributes |= bound_names(ast.Module([node], []))
+                self.unclear_attributes |= names
 
     def _read(self, piece: Piece) -> None:
         """Record what code defines, assigns and uses."""
@@ -171,6 +194,20 @@ class Definitions:
             case path:
                 return not self.is_library(path)
 
+    def is_outside(self, name: str) -> bool:
+        """Return whether a name that the code around does not bind is that of an object of unknown kind."""
+        return name in self.libraries or name in self.globals
+
+    def is_constant(self, node: ast.Attribute) -> bool:
+        """Return whether an attribute is a number of a library."""
+        return self._full_name(dotted(node)) in _CONSTANTS
+
+    def _full_name(self, path: list[str]) -> str:
+        """Return the full name of something of a library or of Python, empty for anything else."""
+        if not self.is_library(path):
+            return ""
+        return ".".join([self.libraries.get(path[0], path[0]), *path[1:]])
+
     def answer_of_node(self, node: ast.AST, automaton: int) -> Answer:
         """Return the answer that a node allows; `automaton` is 0 in functions, whose variables are local."""
         place = node, automaton
@@ -214,8 +251,11 @@ class Definitions:
         stays = not self.is_opaque and (is_own or name not in self._assigned)
         return Answer.SAME if stays else Answer.UNKNOWN
 
-    def answer_of_call(self, call: ast.Call) -> Answer:
-        """Return the answer that a call allows if it is not followed."""
+    def answer_of_call(self, call: ast.Call, *, is_of_text: bool) -> Answer:
+        """Return the answer that a call with plain arguments allows if it is not followed.
+
+        `is_of_text` says whether it is a method of a text.
+        """
         path = dotted(call.func)
         name = path[-1] if path else getattr(call.func, "attr", "")
         if path[:1] == ["self"] and len(path) > 2 and path[1] in self.proxies:
@@ -224,15 +264,35 @@ class Definitions:
             return Answer.UNKNOWN
         if name in self.bound:
             return UNKNOWN
-        full = ".".join([self.libraries.get(path[0], path[0]), *path[1:]]) if self.is_library(path) else ""
+        full = self._full_name(path)
         if full.startswith(_RANDOM_LIBRARIES) or name in _RANDOM:
             return Answer.OTHER
         if name in _TAKING:
             return Answer.OTHER | Answer.CHANGES
         several = len(call.args) > 1 and not any(isinstance(each, ast.Starred) for each in call.args)
         is_pure = full in _PURE or (full in _PURE_OF_SEVERAL and several) or full.startswith("math.")
-        is_method = isinstance(call.func, ast.Attribute) and name in _PURE_METHODS
+        is_method = is_of_text and name in _PURE_METHODS
         return Answer.SAME if (is_pure or is_method) and not self.is_opaque else UNKNOWN
+
+    def has_plain_result(self, call: ast.Call, *, is_of_text: bool, of_plain: bool) -> bool:
+        """Return whether a call that is not followed has a plain result.
+
+        `is_of_text` says whether it is a method of a text, `of_plain` whether its arguments are plain.
+        """
+        path = dotted(call.func)
+        if path == ["self", "clock", "now"]:
+            return not self.is_assigned("clock")
+        if isinstance(call.func, ast.Attribute) and call.func.attr in _PURE_METHODS:
+            return is_of_text
+        full = self._full_name(path)
+        if full in _OF_THEIR_ARGUMENTS:
+            return of_plain
+        return full in _NUMBERS or full.startswith("math.")
+
+
+def is_special(name: str) -> bool:
+    """Return whether Python itself uses an attribute of this name."""
+    return name.startswith("__") and name.endswith("__")
 
 
 def is_static(function: ast.FunctionDef) -> bool:

@@ -14,10 +14,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from ..diagnostics import Location, Note
+from .code.values import PARAMETER_TYPES
 from .definitions import Definitions, is_static
-from .document import NO_CHILD, Argument, State, Text
+from .document import NO_CHILD, Argument, Parameter, State, Text
 from .evaluation import (
     COMPONENT,
+    PLAIN,
     UNSURE,
     Effects,
     Evaluation,
@@ -25,6 +27,7 @@ from .evaluation import (
     Values,
     add_values,
     anything,
+    defaults_of,
     parameters_of,
 )
 
@@ -46,7 +49,7 @@ class CodeEffects:
         document = analysis.document
         self._analysis = analysis
         self.definitions = Definitions(analysis)
-        self.attributes: Names = {each.name: UNSURE for each in document.parameters}
+        self.attributes: Names = {each.name: PLAIN for each in document.parameters}
         """The values of attributes that code assigns."""
         self.local: dict[str, Effects] = {}
         """The effects of nested functions and lambdas."""
@@ -54,7 +57,7 @@ class CodeEffects:
         self._last: dict[_Call, Effects] = {}
         """The effects of functions by the values of their parameters: of this pass, and of the last one."""
         self._names: dict[int, Names] = {
-            automaton.id: {"self": COMPONENT, **{item.name: UNSURE for item in automaton.inputs}}
+            automaton.id: {"self": COMPONENT, **{item.name: _given(item) for item in automaton.inputs}}
             for automaton in document.automata
         }
         """The values of the variables of each automaton, by its id."""
@@ -110,7 +113,7 @@ class CodeEffects:
                     self._by_piece[piece] = self._look(piece, names)
                 self._pass_arguments(code, names)
             for piece in self._analysis.functions:
-                self._by_piece[piece] = self._look(piece, {})
+                self._by_piece[piece] = self._look(piece, self.attributes)  # its names are attributes
 
     def _snapshot(self) -> object:
         names = {
@@ -143,7 +146,7 @@ class CodeEffects:
             for child, argument in _passed(state):
                 piece = code.of("argument", argument)
                 if piece is not None and not piece.is_deep and piece.expression is not None:
-                    values = Evaluation(self, names, f"{piece.automaton}").known(piece.expression)
+                    values = Evaluation(self, names, f"{piece.automaton}").value(piece.expression)
                     if child in self._names:
                         add_values(self._names[child], argument.name, values)
 
@@ -155,7 +158,7 @@ class CodeEffects:
             if len(self._known) >= _MOST_CALLS:
                 return anything(function)
             self._known[key] = self._last.get(key, Effects())  # in case functions call each other
-            names = self._function_names.setdefault(key, dict(passed))
+            names = self._function_names.setdefault(key, defaults_of(function) | passed)
             if not is_static(function):
                 names[parameters_of(function)[0]] = COMPONENT
             walk = Evaluation(self, names, f"{name} {hash(key)}")
@@ -166,6 +169,11 @@ class CodeEffects:
                 walk.effects = anything(function)
             self._known[key] = walk.effects
         return self._known[key]
+
+
+def _given(item: Parameter) -> Values:
+    """Return the values of an input whose argument is unknown: the runtime checks the types."""
+    return PLAIN if item.type.text.strip() in PARAMETER_TYPES else UNSURE
 
 
 def _passed(state: State) -> Iterator[tuple[int, Argument]]:

@@ -3,6 +3,10 @@
 What a name may be (the component, a proxy, an operation, a function, a text) is followed through assignments,
 loops over literal lists, and calls of functions of the document, so that `getattr(self, f"{side}Motors")` is
 understood if `side` is known. Code that cannot be followed may do anything.
+
+A guard answers the same again only if it reads nothing but plain values: numbers, texts, truth values, None,
+and tuples of them. All that the document assigns to a name must be plain; the values of libraries, containers
+and every other object are not, since to read them may run code.
 """
 
 from __future__ import annotations
@@ -12,14 +16,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from .code.text import binds, child_nodes
-from .definitions import COMPONENT_ALIASES, UNKNOWN, Answer, is_static
+from .code.text import binds, bound_names, child_nodes
+from .definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, UNKNOWN, Answer, is_special, is_static
 
 if TYPE_CHECKING:
     from .effects import CodeEffects
 
 __all__ = [
     "COMPONENT",
+    "PLAIN",
     "UNSURE",
     "Effects",
     "Evaluation",
@@ -28,14 +33,24 @@ __all__ = [
     "Values",
     "add_values",
     "anything",
+    "defaults_of",
     "parameters_of",
 ]
 
 _SEND: Final = frozenset({"send", "_hfsm_send"})
-_HARMLESS: Final = frozenset(
-    {"bool", "getattr", "hasattr", "id", "isinstance", "print", "repr", "str", "type"}
-)
+_HARMLESS: Final = frozenset({"bool", "print", "repr", "str", "type"})
 """Builtins that do nothing with their arguments."""
+_NAMES_OF_OBJECTS: Final = frozenset({"__class__", "__doc__", "__module__", "__name__", "__qualname__"})
+"""Special attributes that lead to no other object."""
+_SAME_PROXY: Final = frozenset({"ice_invocationTimeout", "ice_oneway", "ice_twoway"})
+"""Operations that return a proxy of the same servant."""
+_OF_PROXIES: Final = frozenset(
+    {
+        *("ice_describe", "ice_getIdentity", "ice_getInvocationTimeout", "ice_getRealm", "ice_id", "ice_ids"),
+        *("ice_isA", "ice_ping", "ice_toString", "ice_toWire"),
+    }
+)
+"""Operations of every proxy that lead to no other object."""
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
 """Nodes that have no effects: a third of all."""
 
@@ -94,8 +109,8 @@ class _Value(NamedTuple):
     """A possible value of an expression.
 
     Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
-    `function` (of the component, by its name), `local` (a nested function or lambda), `text`, or `other` for
-    unknown values.
+    `function` (of the component, by its name), `local` (a nested function or lambda), or `other` for unknown
+    values. Plain ones are a `text` that is known, a `number` (also a truth value, or None), or just `plain`.
     """
 
     kind: str
@@ -105,12 +120,18 @@ class _Value(NamedTuple):
 _SELF: Final = _Value("self")
 _SENDER: Final = _Value("send")
 _OTHER: Final = _Value("other")
+_NUMBER: Final = _Value("number")
+_PLAIN: Final = _Value("plain")
+_PLAIN_KINDS: Final = frozenset({"number", "plain", "text"})
 _MOST_TEXTS: Final = 20
 """The most texts that a name may be; more are unknown."""
 Values = frozenset[_Value]
 _NOTHING: Final[Values] = frozenset()
 UNSURE: Final[Values] = frozenset({_OTHER})
 """An unknown value."""
+PLAIN: Final[Values] = frozenset({_PLAIN})
+"""A plain value, which may be a text."""
+_NUMBERS: Final[Values] = frozenset({_NUMBER})
 COMPONENT: Final[Values] = frozenset({_SELF})
 Names = dict[str, Values]
 _Argument = tuple[int | str | None, ast.expr, Values]
@@ -145,14 +166,17 @@ class Evaluation:
                     self._store(target, value)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self._store(target, value)
+            case ast.AugAssign(target=ast.Name() | ast.Attribute() as target, value=value):
+                added = self.value(value)
+                self._escape(node, added)
+                self._give(target, _combined(self._owner(target), added))
             case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
                 self._loop(node, target, iterable)
             case ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
                 self.value(test)
                 self._inside(node, test)
-            case ast.Attribute(value=owner, attr=name, ctx=ast.Store() | ast.Del()):
-                if _SELF in self.value(owner):
-                    add_values(self._code.attributes, name, UNSURE)
+            case ast.Attribute(ctx=ast.Store() | ast.Del()):
+                self._give(node, UNSURE)
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
                 add_values(self._names, name, self._function(node, node.body))
             case ast.ClassDef(name=name):
@@ -192,7 +216,7 @@ class Evaluation:
         for evaluated in (*decorators, *defaults):
             self.visit(evaluated)
         parameters = {each.arg for each in ast.walk(node.args) if isinstance(each, ast.arg)}
-        names = {name: values for name, values in self._names.items() if name not in parameters}
+        names = {**self._names, **dict.fromkeys(parameters, UNSURE)}
         walk = Evaluation(self._code, names, f"{self._context} {id(node)}", self._automaton)
         for each in body:
             walk.visit(each)
@@ -208,13 +232,14 @@ class Evaluation:
         return found
 
     def _class(self, node: ast.ClassDef) -> None:
-        """Evaluate a nested class: if its methods use the component, it may do anything with it."""
+        """Evaluate a nested class: if it uses or holds the component, it may do anything with it."""
         names = dict(self._names)
         walk = Evaluation(self._code, names, f"{self._context} {id(node)}", self._automaton)
         walk._inside(node)
+        attributes = bound_names(ast.Module(node.body, []))
         for name, values in names.items():
             methods = {each for each in values if each.kind == "local"} - self._names.get(name, _NOTHING)
-            walk._escape(node, frozenset(methods))
+            walk._escape(node, values if name in attributes else frozenset(methods))
             if name in self._names:
                 add_values(self._names, name, values - methods)
         done = walk.effects
@@ -242,22 +267,25 @@ class Evaluation:
                     self._store(one, other)
             case ast.Name(id=name) if name not in self._definitions.globals:
                 self._note(target)
-                add_values(self._names, name, self.known(value))
-            case ast.Attribute(value=owner, attr=name) if (owners := self.value(owner)) & {_SELF}:
+                self._give(target, self.value(value))
+            case ast.Attribute(value=owner) if (owners := self._owner(owner)) & {_SELF}:
                 self._note(target)
-                values = self.known(value)
-                add_values(self._code.attributes, name, values)
+                values = self.value(value)
+                self._give(target, values)
                 if len(owners) > 1:
                     self._escape(value, values)
             case _:
                 self.visit(target)
                 self.visit(value)
 
-    def known(self, value: ast.expr) -> Values:
-        """Return the values of an expression, `other` if they are unknown."""
-        if isinstance(value, ast.Constant) and not isinstance(value.value, str):
-            return _NOTHING  # such as None, as a first value
-        return self.value(value) or UNSURE
+    def _give(self, target: ast.Name | ast.Attribute, values: Values) -> None:
+        """Add values to those that a name or an attribute may have."""
+        if isinstance(target, ast.Name):
+            add_values(self._names, target.id, values)
+        elif _SELF in self._owner(target.value):
+            add_values(self._code.attributes, target.attr, values)
+        else:  # it may be the component, or its class
+            add_values(self._code.attributes, target.attr, UNSURE)
 
     def _use(self, operation: _Value, *, is_certain: bool) -> None:
         proxy, _, name = operation.name.partition(".")
@@ -281,18 +309,18 @@ class Evaluation:
                     self.effects.add(self._code.local.get(value.name, Effects()), node)
 
     def value(self, node: ast.expr) -> Values:
-        """Return the values of an expression; none if they are unknown, or of no interest."""
+        """Return the values of an expression; none if it has none yet."""
         if isinstance(node, ast.Constant):
-            return frozenset({_Value("text", node.value)}) if isinstance(node.value, str) else _NOTHING
+            return frozenset({_Value("text", node.value) if isinstance(node.value, str) else _NUMBER})
         self._note(node)
         match node:
             case ast.Name() | ast.Attribute():
-                return self._read(node)
+                return self._used(node, self._read(node))
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 self.value(test)
-                return self.known(body) | self.known(orelse)
+                return self.value(body) | self.value(orelse)
             case ast.BoolOp(values=values):
-                return frozenset().union(*map(self.known, values))
+                return frozenset().union(*map(self.value, values))
             case ast.NamedExpr(target=target, value=value):
                 self._store(target, value)
                 return self.value(value)
@@ -300,42 +328,103 @@ class Evaluation:
                 return self._call(node)
             case ast.Lambda(body=body):
                 return self._function(node, [body])
-            case ast.UnaryOp(operand=operand):
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
                 self.value(operand)
-                return _NOTHING
+                return _NUMBERS
+            case ast.UnaryOp(operand=operand):
+                return _combined(self.value(operand))
             case ast.Compare(left=left, comparators=others, ops=operators):
-                if not any(isinstance(each, ast.In | ast.NotIn) for each in operators):
-                    for each in (left, *others):
-                        self.value(each)
-                    return _NOTHING
-        return frozenset(_Value("text", text) for text in self._texts(node))
+                return self._compare(operators, [left, *others])
+            case ast.BinOp(left=left, op=operator, right=right):
+                first, second = self._passed(left), self._passed(right)
+                texts = [text + more for text in _texts(first) for more in _texts(second)]
+                return _as_values(texts if isinstance(operator, ast.Add) else []) or _combined(first, second)
+            case ast.Subscript(value=owner, slice=place):
+                return _combined(self._passed(owner), self._passed(place))
+            case ast.Tuple(elts=elements):
+                return _combined(_NUMBERS, *map(self._passed, elements))
+            case ast.JoinedStr():
+                return _as_values(self._texts(node)) or PLAIN
+        self._inside(node)
+        return UNSURE
+
+    def _passed(self, node: ast.expr) -> Values:
+        """Return the values of an expression that other code may get."""
+        values = self.value(node)
+        self._escape(node, values)
+        return values
+
+    def _compare(self, operators: list[ast.cmpop], compared: list[ast.expr]) -> Values:
+        """Return the values of a comparison."""
+        if all(isinstance(each, ast.Is | ast.IsNot) for each in operators):
+            for each in compared:
+                self._owner(each)
+            return _NUMBERS
+        values = [self._passed(each) for each in compared]
+        is_inside = all(isinstance(each, ast.In | ast.NotIn) for each in operators)
+        return _NUMBERS if is_inside or _are_plain(*values) else UNSURE
+
+    def _used(self, node: ast.expr, values: Values) -> Values:
+        """Return the values of a name or attribute that is used: if they are not plain, this may run code."""
+        if not _are_plain(values):
+            self.effects.answer |= UNKNOWN
+            if _OTHER in values and self._definitions.is_unknown(node):
+                self.effects.unknown.append(node)
+        return values
+
+    def _owner(self, node: ast.expr) -> Values:
+        """Return the values of an expression whose identity or attributes are used, not its value."""
+        if isinstance(node, ast.Name | ast.Attribute):
+            self._note(node)
+            return self._read(node)
+        return self.value(node)
 
     def _read(self, node: ast.Name | ast.Attribute) -> Values:
         """Return the values of a name or an attribute."""
         if isinstance(node, ast.Name):
             self._reflect(node, node.id)
-            return self._names.get(node.id, _NOTHING)
-        return self._attribute(self.value(node.value), node.attr, node)
+            is_outside = self._definitions.is_outside(node.id)
+            return self._names.get(node.id, UNSURE if is_outside else _NOTHING)
+        if self._definitions.is_constant(node):
+            return _NUMBERS
+        return self._attribute(self._owner(node.value), node.attr, node)
 
     def _attribute(self, owners: Values, name: str, node: ast.AST) -> Values:
         """Return the values of an attribute."""
         self._reflect(node, name)
         if _SELF in owners and self._definitions.is_unclear_attribute(name):
             self.effects.allow_anything(node)
+        self._escape(node, frozenset({_OTHER, *(owner for owner in owners if self._leaks(owner, name))}))
         return frozenset().union(*(self._attribute_of(owner, name) for owner in owners))
+
+    def _leaks(self, owner: _Value, name: str) -> bool:
+        """Return whether an attribute of a value that is followed may lead to the value itself, unnoticed."""
+        if owner.kind in _PLAIN_KINDS or owner.kind == "other":
+            return False
+        if owner.kind == "proxy":
+            is_known = name in _SAME_PROXY | _OF_PROXIES
+            return not is_known and name.startswith(("_", "ice_", "checkedCast", "uncheckedCast"))
+        if owner.kind == "self":
+            is_own = name in _SEND or name in self._code.attributes or self._definitions.is_assigned(name)
+            return (
+                name.startswith(("__", "_hfsm_", "automaton"))
+                and not is_own
+                and name not in _NAMES_OF_OBJECTS
+            )
+        return is_special(name) and name != "__call__" and name not in _NAMES_OF_OBJECTS
 
     def _attribute_of(self, owner: _Value, name: str) -> Values:
         """Return the values of an attribute of a value."""
         match owner.kind:
-            case "other":
-                return UNSURE
             case "proxy":
                 return frozenset({_Value("operation", f"{owner.name}.{name}")})
             case "operation" if name == "begin":  # without waiting
                 return frozenset({owner})
+            case "operation" | "function" | "send" | "local" if name == "__call__":
+                return frozenset({owner})
             case "self":
                 return self._code.attributes.get(name, _NOTHING) | self._declared(name)
-        return _NOTHING
+        return UNSURE
 
     def _declared(self, name: str) -> Values:
         """Return the values of an attribute of the component that no code assigns."""
@@ -343,8 +432,11 @@ class Evaluation:
             return frozenset({_Value("proxy", name)})
         function = {_Value("function", name)} if name in self._definitions.functions else set()
         found = frozenset(function | ({_SENDER} if name in _SEND else set()))
-        is_alias = name in COMPONENT_ALIASES and not self._definitions.is_assigned(name)
-        return found or frozenset({_SELF} if is_alias else ())
+        if found or self._definitions.is_assigned(name):
+            return found
+        if name in COMPONENT_ALIASES:
+            return COMPONENT
+        return UNSURE if name in COMPONENT_ATTRIBUTES or is_special(name) else _NOTHING
 
     def _texts(self, node: ast.expr) -> list[str]:
         """Return the texts that an expression may be, none if they are unknown."""
@@ -360,42 +452,50 @@ class Evaluation:
             case ast.FormattedValue(value=value):
                 found = self.value(value)
                 return _texts(found) if node.conversion == -1 and node.format_spec is None else []
-            case ast.BinOp(op=ast.Add(), left=left, right=right):
-                first, second = self.value(left), self.value(right)
-                self._escape(node, first | second)
-                return [text + more for text in _texts(first) for more in _texts(second)]
         self._inside(node)
         return []
 
     def _call(self, call: ast.Call) -> Values:
         called = call.func
         name = called.id if isinstance(called, ast.Name) else ""
-        if name == "getattr" and len(call.args) > 1:
+        if name in ("getattr", "hasattr") and len(call.args) > 1:
             return self._getattr(call)
         if name == "super" and not call.args:
             return frozenset({_SELF})
-        functions = self._read(called) if isinstance(called, ast.Name | ast.Attribute) else self.value(called)
+        owners = self._owner(called.value) if isinstance(called, ast.Attribute) else UNSURE
+        match called:
+            case ast.Name():
+                found = self._read(called)
+            case ast.Attribute(attr=attribute):
+                found = self._attribute(owners, attribute, called)
+            case _:
+                found = self.value(called)
+        functions = frozenset(each for each in found if each.kind not in _PLAIN_KINDS)
+        kinds = {each.kind for each in functions}
+        evaluate = self._owner if kinds == {"function"} else self.value  # it is followed into the function
         is_spread = any(isinstance(each, ast.Starred) for each in call.args)
         arguments: list[_Argument] = [
-            (None if is_spread else place, each, self.value(each)) for place, each in enumerate(call.args)
+            (None if is_spread else place, each, evaluate(each)) for place, each in enumerate(call.args)
         ]
-        arguments += [(each.arg, each.value, self.value(each.value)) for each in call.keywords]
-        kinds = {each.kind for each in functions}
+        arguments += [(each.arg, each.value, evaluate(each.value)) for each in call.keywords]
         if kinds and kinds <= {"function", "operation", "send"}:
             for each in functions:
                 if each.kind == "operation":
                     self._use(each, is_certain=len(functions) == 1)
                 self._follow(each, call, arguments)
-            return _NOTHING
-        self.effects.answer |= self._definitions.answer_of_call(call)
+            return frozenset().union(*(_result(each) for each in functions))
+        is_of_text, of_plain = _are_plain(owners), _are_plain(*(values for _, _, values in arguments))
+        self.effects.answer |= self._definitions.answer_of_call(call, is_of_text=is_of_text)
+        is_plain = self._definitions.has_plain_result(call, is_of_text=is_of_text, of_plain=of_plain)
+        result = PLAIN if is_plain else UNSURE
         if name in _HARMLESS and name not in self._definitions.bound:
-            return _NOTHING
+            return result
         if kinds != {"local"} and self._definitions.is_unknown(called):
             self.effects.unknown.append(call)
         self._escape(call, functions)
         for _, node, values in arguments:
             self._escape(node, values)
-        return _NOTHING
+        return result
 
     def _follow(self, function: _Value, call: ast.Call, arguments: list[_Argument]) -> None:
         """Add the effects of a call of a known function."""
@@ -453,19 +553,47 @@ def anything(node: ast.AST) -> Effects:
 
 
 def add_values(names: Names, name: str, values: Values) -> None:
-    """Add values to those that a name may have; too many texts become unknown."""
+    """Add values to those that a name may have; too many texts become unknown ones."""
     if values:
         known = names.get(name, _NOTHING) | values
-        if _OTHER in known or len(known) > _MOST_TEXTS:
-            known = frozenset(value for value in known if value.kind != "text") | {_OTHER}
+        is_any_text = _OTHER in known or _PLAIN in known
+        if is_any_text or len(known) > _MOST_TEXTS:
+            known = frozenset(value for value in known if value.kind != "text") | (
+                _NOTHING if is_any_text else PLAIN
+            )
         names[name] = known
 
 
 def _texts(values: Values) -> list[str]:
     """Return all texts among values, none if some are unknown."""
-    if _OTHER in values:
+    if _OTHER in values or _PLAIN in values:
         return []
     return sorted(value.name for value in values if value.kind == "text")
+
+
+def _as_values(texts: Iterable[str]) -> Values:
+    return frozenset(_Value("text", text) for text in texts)
+
+
+def _are_plain(*values: Values) -> bool:
+    """Return whether values are plain; so are those of a name that has none, since it cannot be read."""
+    return all(value.kind in _PLAIN_KINDS for each in values for value in each)
+
+
+def _combined(*values: Values) -> Values:
+    """Return what an operation on values may give."""
+    if not all(values):
+        return _NOTHING
+    if not _are_plain(*values):
+        return UNSURE
+    return _NUMBERS if all(each == _NUMBERS for each in values) else PLAIN
+
+
+def _result(function: _Value) -> Values:
+    """Return what the call of an operation may give: some return a proxy of the same servant."""
+    proxy, _, operation = function.name.partition(".")
+    is_proxy = function.kind == "operation" and operation in _SAME_PROXY
+    return frozenset({_Value("proxy", proxy)}) if is_proxy else UNSURE
 
 
 def _matching(computed: ast.expr, names: Iterable[str]) -> list[str]:
@@ -480,6 +608,24 @@ def _matching(computed: ast.expr, names: Iterable[str]) -> list[str]:
 def parameters_of(function: ast.FunctionDef) -> list[str]:
     """Return the positional parameters; the first is the component."""
     return [each.arg for each in (*function.args.posonlyargs, *function.args.args)] or ["self"]
+
+
+def defaults_of(function: ast.FunctionDef) -> Names:
+    """Return the values of parameters to which a call passes nothing that is known."""
+    arguments = function.args
+    positional = [*arguments.posonlyargs, *arguments.args]
+    names = {each.arg: UNSURE for each in ast.walk(arguments) if isinstance(each, ast.arg)}
+    of_positional = zip(reversed(positional), reversed(arguments.defaults), strict=False)
+    for parameter, default in (
+        *of_positional,
+        *zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True),
+    ):
+        match default:
+            case ast.Constant(value=str(text)):
+                names[parameter.arg] = frozenset({_Value("text", text)})
+            case ast.Constant():
+                names[parameter.arg] = _NUMBERS
+    return names
 
 
 def _elements(node: ast.expr) -> list[ast.expr]:
