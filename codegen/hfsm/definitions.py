@@ -17,7 +17,6 @@ __all__ = [
     "UNKNOWN",
     "Answer",
     "Definitions",
-    "is_special",
     "is_static",
 ]
 
@@ -133,7 +132,7 @@ class Definitions:
     def _define(self, node: ast.stmt) -> None:
         """Record what a statement among the functions defines in the component."""
         names = bound_names(ast.Module([node], []))
-        self.is_opaque |= any(is_special(name) for name in names)
+        self.is_opaque |= any(name.startswith("__") for name in names)  # Python itself uses them
         self.unclear_attributes -= names
         for name in names:
             self.functions.pop(name, None)
@@ -199,8 +198,13 @@ class Definitions:
         return name in self.libraries or name in self.globals
 
     def is_constant(self, node: ast.Attribute) -> bool:
-        """Return whether an attribute is a number of a library."""
-        return self._full_name(dotted(node)) in _CONSTANTS
+        """Return whether an attribute is a number of a library, or belongs to a generated interface."""
+        full = self._full_name(dotted(node))
+        return full in _CONSTANTS or full.startswith("interfaces.")
+
+    def has_servant(self, proxy: str) -> bool:
+        """Return whether a proxy calls a servant; others are topics, services and actions of ROS."""
+        return proxy not in self._arriving
 
     def _full_name(self, path: list[str]) -> str:
         """Return the full name of something of a library or of Python, empty for anything else."""
@@ -288,11 +292,6 @@ class Definitions:
         if full in _OF_THEIR_ARGUMENTS:
             return of_plain
         return full in _NUMBERS or full.startswith("math.")
-
-
-def is_special(name: str) -> bool:
-    """Return whether Python itself uses an attribute of this name."""
-    return name.startswith("__") and name.endswith("__")
 
 
 def is_static(function: ast.FunctionDef) -> bool:

@@ -17,16 +17,14 @@ from ..diagnostics import Location, Note
 from .code.values import PARAMETER_TYPES
 from .definitions import Definitions, is_static
 from .document import NO_CHILD, Argument, Parameter, State, Text
-from .evaluation import (
+from .evaluation import Effects, Evaluation, anything
+from .possible_values import (
     COMPONENT,
     PLAIN,
     UNSURE,
-    Effects,
-    Evaluation,
     Names,
     Values,
     add_values,
-    anything,
     defaults_of,
     parameters_of,
 )
@@ -153,6 +151,8 @@ class CodeEffects:
     def called(self, name: str, passed: Names) -> Effects:
         """Return the effects of a function of the document for these values of its parameters."""
         function = self.definitions.functions[name]
+        if not is_static(function) and not parameters_of(function):
+            return anything(function)  # the component is among the arguments of `*args`
         key = name, tuple(sorted(passed.items()))
         if key not in self._known:
             if len(self._known) >= _MOST_CALLS:

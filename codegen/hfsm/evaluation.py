@@ -4,9 +4,8 @@ What a name may be (the component, a proxy, an operation, a function, a text) is
 loops over literal lists, and calls of functions of the document, so that `getattr(self, f"{side}Motors")` is
 understood if `side` is known. Code that cannot be followed may do anything.
 
-A guard answers the same again only if it reads nothing but plain values: numbers, texts, truth values, None,
-and tuples of them. All that the document assigns to a name must be plain; the values of libraries, containers
-and every other object are not, since to read them may run code.
+A guard answers the same again only if it reads nothing but plain values, which `possible_values` defines: all
+that the document gives to a name must be plain.
 """
 
 from __future__ import annotations
@@ -17,40 +16,38 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from .code.text import binds, bound_names, child_nodes
-from .definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, UNKNOWN, Answer, is_special, is_static
+from .definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, UNKNOWN, Answer, is_static
+from .possible_values import (
+    COMPONENT,
+    MOST_TEXTS,
+    NOTHING,
+    NUMBER,
+    OTHER,
+    PLAIN,
+    READER,
+    SAME_PROXY,
+    SELF,
+    SENDER,
+    UNSURE,
+    Names,
+    Value,
+    Values,
+    add_values,
+    are_plain,
+    as_values,
+    combined,
+    parameters_of,
+    texts_of,
+)
 
 if TYPE_CHECKING:
     from .effects import CodeEffects
 
-__all__ = [
-    "COMPONENT",
-    "PLAIN",
-    "UNSURE",
-    "Effects",
-    "Evaluation",
-    "Names",
-    "ProxyCall",
-    "Values",
-    "add_values",
-    "anything",
-    "defaults_of",
-    "parameters_of",
-]
+__all__ = ["Effects", "Evaluation", "ProxyCall", "anything"]
 
 _SEND: Final = frozenset({"send", "_hfsm_send"})
 _HARMLESS: Final = frozenset({"bool", "print", "repr", "str", "type"})
 """Builtins that do nothing with their arguments."""
-_NAMES_OF_OBJECTS: Final = frozenset({"__class__", "__doc__", "__module__", "__name__", "__qualname__"})
-"""Special attributes that lead to no other object."""
-_SAME_PROXY: Final = frozenset({"ice_invocationTimeout", "ice_oneway", "ice_twoway"})
-"""Operations that return a proxy of the same servant."""
-_OF_PROXIES: Final = frozenset(
-    {
-        *("ice_describe", "ice_getIdentity", "ice_getInvocationTimeout", "ice_getRealm", "ice_id", "ice_ids"),
-        *("ice_isA", "ice_ping", "ice_toString", "ice_toWire"),
-    }
-)
-"""Operations of every proxy that lead to no other object."""
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
 """Nodes that have no effects: a third of all."""
 
@@ -105,35 +102,6 @@ class Effects:
         self.any_call.append(node)
 
 
-class _Value(NamedTuple):
-    """A possible value of an expression.
-
-    Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
-    `function` (of the component, by its name), `local` (a nested function or lambda), or `other` for unknown
-    values. Plain ones are a `text` that is known, a `number` (also a truth value, or None), or just `plain`.
-    """
-
-    kind: str
-    name: str = ""
-
-
-_SELF: Final = _Value("self")
-_SENDER: Final = _Value("send")
-_OTHER: Final = _Value("other")
-_NUMBER: Final = _Value("number")
-_PLAIN: Final = _Value("plain")
-_PLAIN_KINDS: Final = frozenset({"number", "plain", "text"})
-_MOST_TEXTS: Final = 20
-"""The most texts that a name may be; more are unknown."""
-Values = frozenset[_Value]
-_NOTHING: Final[Values] = frozenset()
-UNSURE: Final[Values] = frozenset({_OTHER})
-"""An unknown value."""
-PLAIN: Final[Values] = frozenset({_PLAIN})
-"""A plain value, which may be a text."""
-_NUMBERS: Final[Values] = frozenset({_NUMBER})
-COMPONENT: Final[Values] = frozenset({_SELF})
-Names = dict[str, Values]
 _Argument = tuple[int | str | None, ast.expr, Values]
 """The position or name of an argument (None if unknown), its expression and its values."""
 
@@ -169,7 +137,7 @@ class Evaluation:
             case ast.AugAssign(target=ast.Name() | ast.Attribute() as target, value=value):
                 added = self.value(value)
                 self._escape(node, added)
-                self._give(target, _combined(self._owner(target), added))
+                self._give(target, combined(self._owner(target), added))
             case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
                 self._loop(node, target, iterable)
             case ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
@@ -226,7 +194,7 @@ class Evaluation:
         self._code.local[walk._context] = walk.effects
         self.effects.add_events(walk.effects)  # at any later call
         self.effects.any_event += walk.effects.any_event
-        found = frozenset({_Value("local", walk._context)})
+        found = frozenset({Value("local", walk._context)})
         if decorators:
             self._escape(node, found)
         return found
@@ -238,7 +206,7 @@ class Evaluation:
         walk._inside(node)
         attributes = bound_names(ast.Module(node.body, []))
         for name, values in names.items():
-            methods = {each for each in values if each.kind == "local"} - self._names.get(name, _NOTHING)
+            methods = {each for each in values if each.kind == "local"} - self._names.get(name, NOTHING)
             walk._escape(node, values if name in attributes else frozenset(methods))
             if name in self._names:
                 add_values(self._names, name, values - methods)
@@ -268,7 +236,7 @@ class Evaluation:
             case ast.Name(id=name) if name not in self._definitions.globals:
                 self._note(target)
                 self._give(target, self.value(value))
-            case ast.Attribute(value=owner) if (owners := self._owner(owner)) & {_SELF}:
+            case ast.Attribute(value=owner) if (owners := self._owner(owner)) & {SELF}:
                 self._note(target)
                 values = self.value(value)
                 self._give(target, values)
@@ -282,12 +250,12 @@ class Evaluation:
         """Add values to those that a name or an attribute may have."""
         if isinstance(target, ast.Name):
             add_values(self._names, target.id, values)
-        elif _SELF in self._owner(target.value):
+        elif SELF in self._owner(target.value):
             add_values(self._code.attributes, target.attr, values)
         else:  # it may be the component, or its class
             add_values(self._code.attributes, target.attr, UNSURE)
 
-    def _use(self, operation: _Value, *, is_certain: bool) -> None:
+    def _use(self, operation: Value, *, is_certain: bool) -> None:
         proxy, _, name = operation.name.partition(".")
         (self.effects.calls if is_certain else self.effects.possible).add(ProxyCall(proxy, name))
 
@@ -311,7 +279,7 @@ class Evaluation:
     def value(self, node: ast.expr) -> Values:
         """Return the values of an expression; none if it has none yet."""
         if isinstance(node, ast.Constant):
-            return frozenset({_Value("text", node.value) if isinstance(node.value, str) else _NUMBER})
+            return as_values([node.value]) if isinstance(node.value, str) else NUMBER
         self._note(node)
         match node:
             case ast.Name() | ast.Attribute():
@@ -330,21 +298,21 @@ class Evaluation:
                 return self._function(node, [body])
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 self.value(operand)
-                return _NUMBERS
+                return NUMBER
             case ast.UnaryOp(operand=operand):
-                return _combined(self.value(operand))
+                return combined(self.value(operand))
             case ast.Compare(left=left, comparators=others, ops=operators):
                 return self._compare(operators, [left, *others])
             case ast.BinOp(left=left, op=operator, right=right):
                 first, second = self._passed(left), self._passed(right)
-                texts = [text + more for text in _texts(first) for more in _texts(second)]
-                return _as_values(texts if isinstance(operator, ast.Add) else []) or _combined(first, second)
+                texts = [text + more for text in texts_of(first) for more in texts_of(second)]
+                return as_values(texts if isinstance(operator, ast.Add) else []) or combined(first, second)
             case ast.Subscript(value=owner, slice=place):
-                return _combined(self._passed(owner), self._passed(place))
+                return combined(self._passed(owner), self._passed(place))
             case ast.Tuple(elts=elements):
-                return _combined(_NUMBERS, *map(self._passed, elements))
+                return combined(NUMBER, *map(self._passed, elements))
             case ast.JoinedStr():
-                return _as_values(self._texts(node)) or PLAIN
+                return as_values(self._texts(node)) or PLAIN
         self._inside(node)
         return UNSURE
 
@@ -359,16 +327,16 @@ class Evaluation:
         if all(isinstance(each, ast.Is | ast.IsNot) for each in operators):
             for each in compared:
                 self._owner(each)
-            return _NUMBERS
+            return NUMBER
         values = [self._passed(each) for each in compared]
         is_inside = all(isinstance(each, ast.In | ast.NotIn) for each in operators)
-        return _NUMBERS if is_inside or _are_plain(*values) else UNSURE
+        return NUMBER if is_inside or are_plain(*values) else UNSURE
 
     def _used(self, node: ast.expr, values: Values) -> Values:
         """Return the values of a name or attribute that is used: if they are not plain, this may run code."""
-        if not _are_plain(values):
+        if not are_plain(values):
             self.effects.answer |= UNKNOWN
-            if _OTHER in values and self._definitions.is_unknown(node):
+            if OTHER in values and self._definitions.is_unknown(node):
                 self.effects.unknown.append(node)
         return values
 
@@ -384,59 +352,54 @@ class Evaluation:
         if isinstance(node, ast.Name):
             self._reflect(node, node.id)
             is_outside = self._definitions.is_outside(node.id)
-            return self._names.get(node.id, UNSURE if is_outside else _NOTHING)
+            return self._names.get(node.id, UNSURE if is_outside else NOTHING)
         if self._definitions.is_constant(node):
-            return _NUMBERS
+            return NUMBER
         return self._attribute(self._owner(node.value), node.attr, node)
 
     def _attribute(self, owners: Values, name: str, node: ast.AST) -> Values:
         """Return the values of an attribute."""
         self._reflect(node, name)
-        if _SELF in owners and self._definitions.is_unclear_attribute(name):
+        if SELF in owners and self._definitions.is_unclear_attribute(name):
             self.effects.allow_anything(node)
-        self._escape(node, frozenset({_OTHER, *(owner for owner in owners if self._leaks(owner, name))}))
+        self._escape(node, frozenset({OTHER, *(owner for owner in owners if self._leaks(owner, name))}))
         return frozenset().union(*(self._attribute_of(owner, name) for owner in owners))
 
-    def _leaks(self, owner: _Value, name: str) -> bool:
-        """Return whether an attribute of a value that is followed may lead to the value itself, unnoticed."""
-        if owner.kind in _PLAIN_KINDS or owner.kind == "other":
+    def _leaks(self, owner: Value, name: str) -> bool:
+        """Return whether an attribute may lead to the component or another value that is followed."""
+        if owner == SELF and (name in _SEND or self._definitions.is_assigned(name)):
             return False
-        if owner.kind == "proxy":
-            is_known = name in _SAME_PROXY | _OF_PROXIES
-            return not is_known and name.startswith(("_", "ice_", "checkedCast", "uncheckedCast"))
-        if owner.kind == "self":
-            is_own = name in _SEND or name in self._code.attributes or self._definitions.is_assigned(name)
-            return (
-                name.startswith(("__", "_hfsm_", "automaton"))
-                and not is_own
-                and name not in _NAMES_OF_OBJECTS
-            )
-        return is_special(name) and name != "__call__" and name not in _NAMES_OF_OBJECTS
+        # to build the automata again gives their code to the caller
+        return owner.leaks_by(name) or (owner == SELF and name.startswith("automaton"))
 
-    def _attribute_of(self, owner: _Value, name: str) -> Values:
+    def _attribute_of(self, owner: Value, name: str) -> Values:
         """Return the values of an attribute of a value."""
         match owner.kind:
             case "proxy":
-                return frozenset({_Value("operation", f"{owner.name}.{name}")})
+                return frozenset({Value("operation", f"{owner.name}.{name}")})
             case "operation" if name == "begin":  # without waiting
                 return frozenset({owner})
+            case "operation" if name in ("latest", "wait"):
+                return frozenset({READER})
+            case "number" | "plain" | "text":
+                return PLAIN
             case "operation" | "function" | "send" | "local" if name == "__call__":
                 return frozenset({owner})
             case "self":
-                return self._code.attributes.get(name, _NOTHING) | self._declared(name)
+                return self._code.attributes.get(name, NOTHING) | self._declared(name)
         return UNSURE
 
     def _declared(self, name: str) -> Values:
         """Return the values of an attribute of the component that no code assigns."""
         if name in self._definitions.proxies:
-            return frozenset({_Value("proxy", name)})
-        function = {_Value("function", name)} if name in self._definitions.functions else set()
-        found = frozenset(function | ({_SENDER} if name in _SEND else set()))
+            return frozenset({Value("proxy", name)})
+        function = {Value("function", name)} if name in self._definitions.functions else set()
+        found = frozenset(function | ({SENDER} if name in _SEND else set()))
         if found or self._definitions.is_assigned(name):
             return found
         if name in COMPONENT_ALIASES:
             return COMPONENT
-        return UNSURE if name in COMPONENT_ATTRIBUTES or is_special(name) else _NOTHING
+        return UNSURE if name in COMPONENT_ATTRIBUTES or name.startswith("__") else NOTHING
 
     def _texts(self, node: ast.expr) -> list[str]:
         """Return the texts that an expression may be, none if they are unknown."""
@@ -447,11 +410,11 @@ class Evaluation:
                 texts = [""]
                 for more in [self._texts(part) for part in parts]:
                     texts = [text + each for text in texts for each in more]
-                    texts = texts if len(texts) <= _MOST_TEXTS else []
+                    texts = texts if len(texts) <= MOST_TEXTS else []
                 return texts
             case ast.FormattedValue(value=value):
                 found = self.value(value)
-                return _texts(found) if node.conversion == -1 and node.format_spec is None else []
+                return texts_of(found) if node.conversion == -1 and node.format_spec is None else []
         self._inside(node)
         return []
 
@@ -461,7 +424,7 @@ class Evaluation:
         if name in ("getattr", "hasattr") and len(call.args) > 1:
             return self._getattr(call)
         if name == "super" and not call.args:
-            return frozenset({_SELF})
+            return frozenset({SELF})
         owners = self._owner(called.value) if isinstance(called, ast.Attribute) else UNSURE
         match called:
             case ast.Name():
@@ -470,7 +433,7 @@ class Evaluation:
                 found = self._attribute(owners, attribute, called)
             case _:
                 found = self.value(called)
-        functions = frozenset(each for each in found if each.kind not in _PLAIN_KINDS)
+        functions = frozenset(each for each in found if not each.is_plain)
         kinds = {each.kind for each in functions}
         evaluate = self._owner if kinds == {"function"} else self.value  # it is followed into the function
         is_spread = any(isinstance(each, ast.Starred) for each in call.args)
@@ -478,13 +441,13 @@ class Evaluation:
             (None if is_spread else place, each, evaluate(each)) for place, each in enumerate(call.args)
         ]
         arguments += [(each.arg, each.value, evaluate(each.value)) for each in call.keywords]
-        if kinds and kinds <= {"function", "operation", "send"}:
+        if kinds and kinds <= {"function", "operation", "reader", "send"}:
             for each in functions:
                 if each.kind == "operation":
                     self._use(each, is_certain=len(functions) == 1)
                 self._follow(each, call, arguments)
-            return frozenset().union(*(_result(each) for each in functions))
-        is_of_text, of_plain = _are_plain(owners), _are_plain(*(values for _, _, values in arguments))
+            return frozenset().union(*(self._result(each, owners) for each in functions))
+        is_of_text, of_plain = are_plain(owners), are_plain(*(values for _, _, values in arguments))
         self.effects.answer |= self._definitions.answer_of_call(call, is_of_text=is_of_text)
         is_plain = self._definitions.has_plain_result(call, is_of_text=is_of_text, of_plain=of_plain)
         result = PLAIN if is_plain else UNSURE
@@ -497,32 +460,44 @@ class Evaluation:
             self._escape(node, values)
         return result
 
-    def _follow(self, function: _Value, call: ast.Call, arguments: list[_Argument]) -> None:
+    def _follow(self, function: Value, call: ast.Call, arguments: list[_Argument]) -> None:
         """Add the effects of a call of a known function."""
         if function.kind == "function":
             self.effects.add(self._called(function.name, arguments), call)
-        elif function.kind == "operation":
+        elif function.kind in ("operation", "reader"):
             self.effects.answer |= Answer.OTHER
         else:
             self.effects.answer |= UNKNOWN
-            names = [(node, _texts(values)) for place, node, values in arguments if place in (0, "name")]
+            names = [(node, texts_of(values)) for place, node, values in arguments if place in (0, "name")]
             for node, events in names:
                 for event in events:
                     self.effects.events.setdefault(event.strip(), set()).add(node)
             if not names or not names[0][1]:
                 self.effects.any_event.append(call)
 
+    def _result(self, function: Value, owners: Values) -> Values:
+        """Return what the call of a known function of these owners gives; servants answer with data."""
+        if function.kind == "reader":
+            return PLAIN
+        proxy, _, operation = function.name.partition(".")
+        is_direct = {each.kind for each in owners} == {"proxy"}
+        if not is_direct or not self._definitions.has_servant(proxy):
+            return UNSURE
+        if operation in SAME_PROXY:
+            return frozenset({Value("proxy", proxy)})
+        return UNSURE if operation.startswith("ice_") else PLAIN
+
     def _getattr(self, call: ast.Call) -> Values:
         owners, names, *default = [self.value(each) for each in call.args]
         self.effects.answer |= UNKNOWN
-        texts = _texts(names)
+        texts = texts_of(names)
         if not texts and any(owner.kind in ("self", "proxy") for owner in owners):
             self.effects.any_call.append(call)
-        if not texts and _SELF in owners:
+        if not texts and SELF in owners:
             names_of_self = {*_SEND, *self._definitions.functions, *self._code.attributes}
             any_of_them = Evaluation(self._code, self._names, self._context)
             for text in _matching(call.args[1], names_of_self):
-                any_of_them._escape(call, self._attribute_of(_SELF, text))
+                any_of_them._escape(call, self._attribute_of(SELF, text))
             self.effects.add_events(any_of_them.effects)
             self.effects.any_event += any_of_them.effects.any_event
         found: Values = frozenset().union(*(self._attribute(owners, text, call) for text in texts))
@@ -552,50 +527,6 @@ def anything(node: ast.AST) -> Effects:
     return effects
 
 
-def add_values(names: Names, name: str, values: Values) -> None:
-    """Add values to those that a name may have; too many texts become unknown ones."""
-    if values:
-        known = names.get(name, _NOTHING) | values
-        is_any_text = _OTHER in known or _PLAIN in known
-        if is_any_text or len(known) > _MOST_TEXTS:
-            known = frozenset(value for value in known if value.kind != "text") | (
-                _NOTHING if is_any_text else PLAIN
-            )
-        names[name] = known
-
-
-def _texts(values: Values) -> list[str]:
-    """Return all texts among values, none if some are unknown."""
-    if _OTHER in values or _PLAIN in values:
-        return []
-    return sorted(value.name for value in values if value.kind == "text")
-
-
-def _as_values(texts: Iterable[str]) -> Values:
-    return frozenset(_Value("text", text) for text in texts)
-
-
-def _are_plain(*values: Values) -> bool:
-    """Return whether values are plain; so are those of a name that has none, since it cannot be read."""
-    return all(value.kind in _PLAIN_KINDS for each in values for value in each)
-
-
-def _combined(*values: Values) -> Values:
-    """Return what an operation on values may give."""
-    if not all(values):
-        return _NOTHING
-    if not _are_plain(*values):
-        return UNSURE
-    return _NUMBERS if all(each == _NUMBERS for each in values) else PLAIN
-
-
-def _result(function: _Value) -> Values:
-    """Return what the call of an operation may give: some return a proxy of the same servant."""
-    proxy, _, operation = function.name.partition(".")
-    is_proxy = function.kind == "operation" and operation in _SAME_PROXY
-    return frozenset({_Value("proxy", proxy)}) if is_proxy else UNSURE
-
-
 def _matching(computed: ast.expr, names: Iterable[str]) -> list[str]:
     """Return the names that a computed text may be, by its literal beginning and end."""
     start = end = ""
@@ -603,29 +534,6 @@ def _matching(computed: ast.expr, names: Iterable[str]) -> list[str]:
         case ast.JoinedStr(values=[first, *_, last]) | ast.BinOp(op=ast.Add(), left=first, right=last):
             start, end = (str(part.value) if isinstance(part, ast.Constant) else "" for part in (first, last))
     return [name for name in names if name.startswith(start) and name.endswith(end)]
-
-
-def parameters_of(function: ast.FunctionDef) -> list[str]:
-    """Return the positional parameters; the first is the component."""
-    return [each.arg for each in (*function.args.posonlyargs, *function.args.args)] or ["self"]
-
-
-def defaults_of(function: ast.FunctionDef) -> Names:
-    """Return the values of parameters to which a call passes nothing that is known."""
-    arguments = function.args
-    positional = [*arguments.posonlyargs, *arguments.args]
-    names = {each.arg: UNSURE for each in ast.walk(arguments) if isinstance(each, ast.arg)}
-    of_positional = zip(reversed(positional), reversed(arguments.defaults), strict=False)
-    for parameter, default in (
-        *of_positional,
-        *zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True),
-    ):
-        match default:
-            case ast.Constant(value=str(text)):
-                names[parameter.arg] = frozenset({_Value("text", text)})
-            case ast.Constant():
-                names[parameter.arg] = _NUMBERS
-    return names
 
 
 def _elements(node: ast.expr) -> list[ast.expr]:

@@ -1,0 +1,158 @@
+"""Describe what a name may be: the component, a proxy, an operation, a function, a text, a plain value.
+
+A *plain* value is a number, a text, a truth value, None, what a servant answered, or a tuple of such values.
+To read it runs no code, and gives the same again. Values of libraries, containers and all other objects are
+not plain: to compare them, or to read an attribute or an item, may run code, with another result each time.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+__all__ = [
+    "COMPONENT",
+    "MOST_TEXTS",
+    "NOTHING",
+    "NUMBER",
+    "OTHER",
+    "PLAIN",
+    "READER",
+    "SAME_PROXY",
+    "SELF",
+    "SENDER",
+    "UNSURE",
+    "Names",
+    "Value",
+    "Values",
+    "add_values",
+    "are_plain",
+    "as_values",
+    "combined",
+    "defaults_of",
+    "parameters_of",
+    "texts_of",
+]
+
+MOST_TEXTS: Final = 20
+"""The most texts that a name may be; more are unknown."""
+_PLAIN_KINDS: Final = frozenset({"number", "plain", "text"})
+
+
+_HARMLESS_ATTRIBUTES: Final = frozenset(
+    {"__call__", "__class__", "__doc__", "__module__", "__name__", "__qualname__"}
+)
+"""Special attributes that lead to no other object."""
+SAME_PROXY: Final = frozenset({"ice_invocationTimeout", "ice_oneway", "ice_twoway"})
+"""Operations that return a proxy of the same servant."""
+_OF_EVERY_PROXY: Final = frozenset(
+    {
+        *("ice_describe", "ice_getIdentity", "ice_getInvocationTimeout", "ice_getRealm", "ice_id", "ice_ids"),
+        *("ice_isA", "ice_ping", "ice_toString", "ice_toWire", *SAME_PROXY),
+    }
+)
+"""Operations of the base of all proxies that lead to no other servant."""
+
+
+class Value(NamedTuple):
+    """A possible value of an expression.
+
+    Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
+    `function` (of the component, by its name), `reader` (of the last value of a stream), `local` (a nested
+    function or lambda), or `other` for unknown values. Plain ones are a `text` that is known, a `number`,
+    which may also be a truth value or None, or just `plain`.
+    """
+
+    kind: str
+    name: str = ""
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is a plain value."""
+        return self.kind in _PLAIN_KINDS
+
+    def leaks_by(self, attribute: str) -> bool:
+        """Return whether an attribute may lead back to a value that is followed, in a way that is not."""
+        if self.is_plain or self.kind == "other" or attribute in _HARMLESS_ATTRIBUTES:
+            return False
+        if self.kind == "proxy":
+            is_of_base = attribute.startswith(("_", "ice_")) or attribute in ("checkedCast", "uncheckedCast")
+            return is_of_base and attribute not in _OF_EVERY_PROXY
+        return attribute.startswith(("__", "_hfsm_"))
+
+
+SELF: Final = Value("self")
+SENDER: Final = Value("send")
+READER: Final = Value("reader")
+OTHER: Final = Value("other")
+_PLAIN: Final = Value("plain")
+
+Values = frozenset[Value]
+Names = dict[str, Values]
+NOTHING: Final[Values] = frozenset()
+"""The values of a name to which nothing was given yet."""
+COMPONENT: Final[Values] = frozenset({SELF})
+NUMBER: Final[Values] = frozenset({Value("number")})
+PLAIN: Final[Values] = frozenset({_PLAIN})
+"""A plain value, which may be any text."""
+UNSURE: Final[Values] = frozenset({OTHER})
+"""An unknown value."""
+
+
+def add_values(names: Names, name: str, values: Values) -> None:
+    """Add values to those that a name may have; texts are lost among unknown values, and if they are many."""
+    if not values:
+        return
+    known = names.get(name, NOTHING) | values
+    if len(known) > MOST_TEXTS:
+        known |= PLAIN
+    if OTHER in known or _PLAIN in known:
+        known = frozenset(value for value in known if value.kind != "text")
+    names[name] = known
+
+
+def texts_of(values: Values) -> list[str]:
+    """Return all texts among values, none if some are unknown."""
+    if OTHER in values or _PLAIN in values:
+        return []
+    return sorted(value.name for value in values if value.kind == "text")
+
+
+def as_values(texts: Iterable[str]) -> Values:
+    """Return texts as values."""
+    return frozenset(Value("text", text) for text in texts)
+
+
+def are_plain(*values: Values) -> bool:
+    """Return whether values are plain; so are those of a name that has none, since it cannot be read."""
+    return all(value.is_plain for each in values for value in each)
+
+
+def combined(*values: Values) -> Values:
+    """Return what an operation on values may give."""
+    if not all(values):
+        return NOTHING
+    if not are_plain(*values):
+        return UNSURE
+    return NUMBER if all(each == NUMBER for each in values) else PLAIN
+
+
+def parameters_of(function: ast.FunctionDef) -> list[str]:
+    """Return the positional parameters; the first is the component."""
+    return [each.arg for each in (*function.args.posonlyargs, *function.args.args)]
+
+
+def defaults_of(function: ast.FunctionDef) -> Names:
+    """Return the values of the parameters of a function when nothing is known of a call."""
+    arguments = function.args
+    positional = [*arguments.posonlyargs, *arguments.args]
+    pairs = [*zip(reversed(positional), reversed(arguments.defaults), strict=False)]
+    names = {each.arg: UNSURE for each in ast.walk(arguments) if isinstance(each, ast.arg)}
+    for parameter, default in (*pairs, *zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)):
+        match default:
+            case ast.Constant(value=str(text)):
+                names[parameter.arg] = as_values([text])
+            case ast.Constant():
+                names[parameter.arg] = NUMBER
+    return names
