@@ -106,6 +106,8 @@ class Definitions:
         self._declared |= COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
         self._is_extended = analysis.extension is not None
         self.is_opaque = self._is_extended or not analysis.is_complete or "*" in self.libraries
+        self.has_special_methods = False
+        """Whether Python itself may call functions of the component, such as `__getattr__`."""
         self.functions: dict[str, ast.FunctionDef] = {}
         self.unclear_attributes: set[str] = set()
         """Names among the functions that are not plain functions, classes or constants."""
@@ -126,13 +128,14 @@ class Definitions:
         for piece in analysis.functions:
             for node in piece.tree.body:
                 self._define(node)
+        self.is_opaque |= self.has_special_methods
         for piece in analysis.pieces:
             self._read(piece)
 
     def _define(self, node: ast.stmt) -> None:
         """Record what a statement among the functions defines in the component."""
         names = bound_names(ast.Module([node], []))
-        self.is_opaque |= any(name.startswith("__") for name in names)  # Python itself uses them
+        self.has_special_methods |= any(name.startswith("__") for name in names)
         self.unclear_attributes -= names
         for name in names:
             self.functions.pop(name, None)
@@ -177,7 +180,8 @@ class Definitions:
         """Return whether reading an attribute of the component may run code that cannot be followed."""
         if name in self.unclear_attributes:
             return True
-        return self._is_extended and name not in self._assigned | self._declared
+        is_hidden = self._is_extended or self.has_special_methods
+        return is_hidden and name not in self._assigned | self._declared
 
     def is_library(self, path: list[str]) -> bool:
         """Return whether a dotted name begins with a name that the document does not bind."""

@@ -137,7 +137,7 @@ class Evaluation:
             case ast.AugAssign(target=ast.Name() | ast.Attribute() as target, value=value):
                 added = self.value(value)
                 self._escape(node, added)
-                self._give(target, combined(self._owner(target), added))
+                self._give(target, combined(self.value(target), added))
             case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
                 self._loop(node, target, iterable)
             case ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
@@ -250,10 +250,14 @@ class Evaluation:
         """Add values to those that a name or an attribute may have."""
         if isinstance(target, ast.Name):
             add_values(self._names, target.id, values)
-        elif SELF in self._owner(target.value):
-            add_values(self._code.attributes, target.attr, values)
-        else:  # it may be the component, or its class
-            add_values(self._code.attributes, target.attr, UNSURE)
+            return
+        owners = self._owner(target.value)
+        if SELF in owners and self._definitions.is_unclear_attribute(target.attr):
+            self.effects.allow_anything(target)  # a property may run code, too
+        if OTHER in owners and self._definitions.is_unknown(target.value):
+            self.effects.unknown.append(target)
+        # another object may be the component, or its class
+        add_values(self._code.attributes, target.attr, values if SELF in owners else UNSURE)
 
     def _use(self, operation: Value, *, is_certain: bool) -> None:
         proxy, _, name = operation.name.partition(".")
@@ -338,6 +342,8 @@ class Evaluation:
             self.effects.answer |= UNKNOWN
             if OTHER in values and self._definitions.is_unknown(node):
                 self.effects.unknown.append(node)
+            if SELF in values and self._definitions.has_special_methods:
+                self.effects.allow_anything(node)
         return values
 
     def _owner(self, node: ast.expr) -> Values:
@@ -480,12 +486,10 @@ class Evaluation:
         if function.kind == "reader":
             return PLAIN
         proxy, _, operation = function.name.partition(".")
-        is_direct = {each.kind for each in owners} == {"proxy"}
-        if not is_direct or not self._definitions.has_servant(proxy):
-            return UNSURE
         if operation in SAME_PROXY:
             return frozenset({Value("proxy", proxy)})
-        return UNSURE if operation.startswith("ice_") else PLAIN
+        is_direct = {each.kind for each in owners} == {"proxy"}  # and begins no call, which gives a future
+        return PLAIN if is_direct and self._definitions.has_servant(proxy) else UNSURE
 
     def _getattr(self, call: ast.Call) -> Values:
         owners, names, *default = [self.value(each) for each in call.args]
