@@ -5,7 +5,6 @@ Documents are compiled and run in virtual time: what is called impossible or pro
 
 from __future__ import annotations
 
-import random
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import hfsm_runtime as runtime
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document, Interface, Library, Text
@@ -27,9 +25,7 @@ from codegen.hfsm.model_checker import (
     check_model,
     report_model,
 )
-from hfsm_pytest.loading import load_component
-from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Run
+from tests.support.coded_documents import Visits, commanded, run
 from tests.support.examples import examples
 from tests.support.model_documents import PATH, after, automaton, document, on, state, stated, when
 
@@ -151,29 +147,6 @@ def _mentioned(definitions: dict[str, str], text: str) -> list[str]:
         words = set(re.findall(r"\w+", "\n".join([text, *found.values()])))
         found = {name: code for name, code in definitions.items() if name in words}
     return list(found.values())
-
-
-class Visits(Observer):
-    """When each state was entered first, in ns, by id, and which transitions fired."""
-
-    def __init__(self) -> None:
-        self.first: dict[int, int] = {}
-        self.fired_: set[int] = set()
-
-    def cycle_ended(self, run: Run, at: int) -> None:
-        self.first.setdefault(run.current.id, at)
-
-    def fired(self, run: Run, transition: runtime.Transition, at: int) -> None:
-        self.fired_.add(transition.id)
-
-
-def run(path: Path, seed: int) -> Visits:
-    random.seed(seed)
-    virtual = runtime.VirtualRun(load_component(path)())
-    seen = Visits()
-    virtual.tree.observers.append(seen)
-    virtual.advance(0.6)
-    return seen
 
 
 def assert_agrees(report: ModelReport, diagnostics: Diagnostics, seen: Visits) -> None:
@@ -376,24 +349,6 @@ LEFT_BEHIND = [
 """What code of one state leaves to that of another, which commands the head."""
 
 
-class Servant:
-    """Stand for a proxy: note that it is commanded."""
-
-    def __init__(self, identity: str, commanded: set[str]) -> None:
-        self._identity, self._commanded = identity, commanded
-
-    def setPose(self, *_: object) -> None:
-        self._commanded.add(self._identity)
-
-    def stop(self) -> None:
-        self._commanded.add(self._identity)
-
-    setSpeed = setPose
-
-    def getPose(self) -> None:
-        pass
-
-
 def siblings(first: str, second: str, *, guard: bool) -> Document:
     """Return two parallel automata; the code of the first may be in a guard instead."""
     heads = [Interface(name=name, type="PoseHead") for name in ("Head", "Neck")]
@@ -406,17 +361,6 @@ def siblings(first: str, second: str, *, guard: bool) -> Document:
         interfaces=heads,
         libraries=(*LIBRARIES, Library(name=Text("contextlib"))),
     )
-
-
-def commanded(doc: Document, directory: Path) -> set[str]:
-    """Return the servants that the code of a document commands when it runs."""
-    path = directory / "commanded.xml"
-    path.write_text(write_document(doc), encoding="utf-8")
-    component, found = load_component(path)(), set[str]()
-    for name in ("Head", "Neck"):
-        setattr(component, name, Servant(name, found))
-    runtime.VirtualRun(component).advance(0.5)
-    return found
 
 
 @settings(
