@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Final
 
 from ..diagnostics import Location, Note
 from .code.values import PARAMETER_TYPES
-from .definitions import Definitions, is_static
+from .definitions import UNKNOWN, Definitions, is_static
 from .document import NO_CHILD, Argument, Parameter, State, Text
-from .evaluation import Effects, Evaluation, anything
+from .evaluation import Evaluation
+from .piece_effects import Effects, anything
 from .possible_values import (
     COMPONENT,
     PLAIN,
@@ -67,8 +68,12 @@ class CodeEffects:
                 if child in self._names:
                     self._names[child].pop(argument.name, None)  # the argument gives its value
         self._follow()
-        if any(effects.any_call for effects in self._by_piece.values()):
-            for effects in self._by_piece.values():
+        is_passed = any(effects.passes_component for effects in self._by_piece.values())
+        has_unclear_calls = any(effects.any_call for effects in self._by_piece.values())
+        for effects in self._by_piece.values():
+            if is_passed and effects.reads_component:
+                effects.answer |= UNKNOWN
+            if has_unclear_calls:
                 effects.any_call += effects.unknown
 
     def of(self, text: Text) -> Effects:

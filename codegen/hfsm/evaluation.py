@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 from .code.text import binds, bound_names, child_nodes
 from .definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, UNKNOWN, Answer, is_static
+from .piece_effects import Effects, ProxyCall
 from .possible_values import (
     COMPONENT,
     MOST_TEXTS,
@@ -43,63 +43,13 @@ from .possible_values import (
 if TYPE_CHECKING:
     from .effects import CodeEffects
 
-__all__ = ["Effects", "Evaluation", "ProxyCall", "anything"]
+__all__ = ["Evaluation"]
 
 _SEND: Final = frozenset({"send", "_hfsm_send"})
 _HARMLESS: Final = frozenset({"bool", "print", "repr", "str", "type"})
 """Builtins that do nothing with their arguments."""
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
 """Nodes that have no effects: a third of all."""
-
-
-class ProxyCall(NamedTuple):
-    """The use of an operation of `self.<proxy>`."""
-
-    proxy: str
-    operation: str
-
-
-@dataclass
-class Effects:
-    """The effects of a piece of code, with those of the functions that it calls.
-
-    A call is `possible` if an expression may be one of several operations.
-    """
-
-    calls: set[ProxyCall] = field(default_factory=set)
-    possible: set[ProxyCall] = field(default_factory=set)
-    events: dict[str, set[ast.AST]] = field(default_factory=dict)
-    """The events that it sends, with the expressions of their names or the calls of functions that send."""
-    answer: Answer = Answer.SAME
-    any_event: list[ast.AST] = field(default_factory=list)
-    """Places that may send any event."""
-    any_call: list[ast.AST] = field(default_factory=list)
-    """Places that may call any operation of any proxy."""
-    unknown: list[ast.AST] = field(default_factory=list)
-    """Calls of unknown objects."""
-
-    def add(self, other: Effects, call: ast.AST | None = None) -> None:
-        """Add the effects of other code that runs here; `call` replaces its places."""
-        self.calls |= other.calls
-        self.possible |= other.possible
-        self.add_events(other, call)
-        self.answer |= other.answer
-        for mine, more in (
-            (self.any_event, other.any_event),
-            (self.any_call, other.any_call),
-            (self.unknown, other.unknown),
-        ):
-            mine.extend(more if call is None else [call][: len(more)])
-
-    def add_events(self, other: Effects, call: ast.AST | None = None) -> None:
-        """Add only the events of other code."""
-        for event, places in other.events.items():
-            self.events.setdefault(event, set()).update(places if call is None else {call})
-
-    def allow_anything(self, node: ast.AST) -> None:
-        """Record that a node may use the component in any way."""
-        self.any_event.append(node)
-        self.any_call.append(node)
 
 
 _Argument = tuple[int | str | None, ast.expr, Values]
@@ -366,8 +316,10 @@ class Evaluation:
     def _attribute(self, owners: Values, name: str, node: ast.AST) -> Values:
         """Return the values of an attribute."""
         self._reflect(node, name)
-        if SELF in owners and self._definitions.is_unclear_attribute(name):
-            self.effects.allow_anything(node)
+        if SELF in owners:
+            self.effects.reads_component = True
+            if self._definitions.is_unclear_attribute(name):
+                self.effects.allow_anything(node)
         self._escape(node, frozenset({OTHER, *(owner for owner in owners if self._leaks(owner, name))}))
         return frozenset().union(*(self._attribute_of(owner, name) for owner in owners))
 
@@ -391,6 +343,8 @@ class Evaluation:
                 return PLAIN
             case "operation" | "function" | "send" | "local" if name == "__call__":
                 return frozenset({owner})
+            case "self" if name == "__class__":
+                return COMPONENT
             case "self":
                 return self._code.attributes.get(name, NOTHING) | self._declared(name)
         return UNSURE
@@ -430,7 +384,9 @@ class Evaluation:
         if name in ("getattr", "hasattr") and len(call.args) > 1:
             return self._getattr(call)
         if name == "super" and not call.args:
-            return frozenset({SELF})
+            return COMPONENT
+        if name == "type" and len(call.args) == 1 and SELF in self._owner(call.args[0]):
+            return COMPONENT
         owners = self._owner(called.value) if isinstance(called, ast.Attribute) else UNSURE
         match called:
             case ast.Name():
@@ -522,13 +478,6 @@ class Evaluation:
             else:
                 self._escape(node, values)
         return self._code.called(name, passed)
-
-
-def anything(node: ast.AST) -> Effects:
-    """Return the effects of code that may do anything."""
-    effects = Effects(answer=UNKNOWN)
-    effects.allow_anything(node)
-    return effects
 
 
 def _matching(computed: ast.expr, names: Iterable[str]) -> list[str]:

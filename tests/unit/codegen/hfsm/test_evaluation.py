@@ -6,7 +6,7 @@ import pytest
 
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.document import Interface, Text
-from codegen.hfsm.evaluation import Effects
+from codegen.hfsm.piece_effects import Effects
 from tests.support.model_documents import PATH, automaton, document, state
 
 FUNCTIONS = """

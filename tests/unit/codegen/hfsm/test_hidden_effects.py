@@ -31,7 +31,7 @@ LIBRARIES = tuple(
             "io",
             "itertools",
         ),
-        *("operator", "threading", "types", "weakref", "tests.support.gadgets as gadgets"),
+        *("operator", "threading", "unittest.mock", "types", "weakref", "tests.support.gadgets as gadgets"),
         "from tests.support.gadgets import Gadget, gadget",
     )
 )
@@ -72,6 +72,13 @@ GUARDS = [
     Changing("self.is_on()", "", "def is_on(self, device=gadget):\n    return bool(device)"),
     Changing("self.find()", "", "def find(self):\n    found = gadget\n    return found"),
     Changing("self.DEVICE", "", "DEVICE = gadget"),
+    # attributes that a library assigns
+    Changing("self.on", "self.on = False\nunittest.mock.patch.object(self, 'on', gadget).start()"),
+    Changing(
+        "self.is_on()",
+        "unittest.mock.patch.object(type(self), 'is_on', lambda self: gadget.pressed).start()",
+        "def is_on(self):\n    return False",
+    ),
     # what is consumed
     Changing("(*left,) == ()", "left = map(int, '12')"),
     Changing("len([*left]) == 0", "left = (each for each in (1, 2))"),
