@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import PurePath
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
+from xml.sax.saxutils import escape
 
 from zenoh_ice.clock import Clock, WallClock
 from zenoh_ice.exceptions import ZenohIceError
 
 from .automaton import Automaton
 from .automaton_run import make_event
-from .errors import ComponentError, NotConnectedError, OnError, OnRefused, VariablesError
+from .errors import ComponentError, EventError, NotConnectedError, OnError, OnRefused, VariablesError
 from .marks import Mark, make_mark
 from .source_map import locate
 
@@ -106,9 +107,9 @@ class Component:
     """The `self` of user code: proxies and functions of the document, the clock and the log.
 
     A subclass gives the document it was generated from, the reactions to an error (`stop` or `continue`) and
-    to a refused command (`pause` or `error`), and the texts of the project's own types of ROS. It defines
-    `automaton`. Other code must not rely on `__init__`, `clock`, `log`, `sleep`, `send` and `mark`, because a
-    document may define functions with these names.
+    to a refused command (`pause` or `error`), the texts of the project's own types of ROS, and the events
+    that may come from outside. It defines `automaton`. Other code must not rely on `__init__`, `clock`,
+    `log`, `sleep`, `send` and `mark`, because a document may define functions with these names.
     """
 
     clock = _ItsClock()
@@ -123,6 +124,7 @@ class Component:
     _hfsm_on_error: ClassVar[OnError] = OnError.STOP
     _hfsm_on_refused: ClassVar[OnRefused] = OnRefused.PAUSE
     _hfsm_ros_types: ClassVar[Mapping[str, str]] = {}
+    _hfsm_events: ClassVar[frozenset[str]] = frozenset()
     _hfsm_log: ClassVar[logging.Logger] = log
     _hfsm_clock: Clock = WallClock()
     _hfsm_sleep: Callable[[float], None] | None = None
@@ -136,6 +138,7 @@ class Component:
         on_error: str = "stop",
         on_refused: str = "pause",
         ros_types: Mapping[str, str] | None = None,
+        events: Collection[str] = (),
         **others: Any,  # noqa: ANN401
     ) -> None:
         super().__init_subclass__(**others)
@@ -143,6 +146,7 @@ class Component:
         cls._hfsm_on_error = OnError(on_error)
         cls._hfsm_on_refused = OnRefused(on_refused)
         cls._hfsm_ros_types = ros_types or {}
+        cls._hfsm_events = frozenset(events)
         cls._hfsm_log = logging.getLogger(PurePath(document).stem or cls.__name__)
         if isinstance(inspect.getattr_static(cls, "log"), logging.Logger):
             cls.log = cls._hfsm_log
@@ -191,6 +195,18 @@ def equip(
     component._hfsm_sleep = sleep
     component._hfsm_send = send
     component._hfsm_mark = mark
+
+
+def require_declared(component: Component, name: str) -> None:
+    """Raise EventError for an event that the document does not declare: only its own code may send that."""
+    if name in component._hfsm_events:
+        return
+    document = component._hfsm_document or "its document"
+    element = f"<event><name>{escape(name)}</name></event>"
+    raise EventError(
+        f"the event {name!r} is not declared, so that it may not come from outside: add {element} to the "
+        f"<events> of {document} (in the editor: Data, Component), and generate the component again"
+    )
 
 
 def proxies_of(component: Component | type[Component]) -> dict[str, Proxy[Any]]:

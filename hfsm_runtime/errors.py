@@ -22,7 +22,7 @@ class DefinitionError(ComponentError):
 
 
 class EventError(ComponentError, ValueError):
-    """An event has an invalid name or invalid data."""
+    """An event has an invalid name or invalid data, or may not come from outside."""
 
 
 class MarkError(ComponentError, ValueError):

@@ -242,6 +242,9 @@ class _Generator:
             policies += f", on_refused={quoted(document.on_refused.text.strip())}"
         if self._ros_types:
             policies += ", ros_types=ROS_TYPES"
+        events = dict.fromkeys(event.name.strip() for event in document.events)
+        if events:
+            policies += f", events=[{', '.join(map(quoted, events))}]"
         bases = f"{self._extension.class_name}, Component" if self._extension else "Component"
         name = quoted(printable(self._path.name))
         yield f"class {self._class_name}({bases}, document={name}, {policies}):"

@@ -15,7 +15,7 @@ import msgspec
 from interfaces import hfsm
 from zenoh_ice import Communicator, Current
 
-from ..component import Component
+from ..component import Component, require_declared
 from ..errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
 from ..observer import Observer
 from ..robot import connect
@@ -93,7 +93,9 @@ class _Servant(hfsm.HfsmMonitor):
 
     def sendEvent(self, name: str, data: str, current: Current | None = None) -> None:  # noqa: ARG002
         with _translated_errors():
-            self._runtime.send(_checked(name), _read_json(data) if data else None)
+            sent = _read_json(data) if data else None
+            require_declared(self._runtime.component, _checked(name))
+            self._runtime.send(name, sent)
 
     def setSpeed(self, speed: float, current: Current) -> None:  # noqa: ARG002
         with _translated_errors():

@@ -21,6 +21,7 @@ STARTED = RUN_LIMIT * 1000
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
+  <events><event><name>clap</name></event></events>
   <SubAutomata id="1" idFather="0">
     <state initial="true" id="1">
       <posx>100</posx><posy>150</posy><name>look</name><code>self.Head.setPose(0.5, 0.1, 1.0)</code>

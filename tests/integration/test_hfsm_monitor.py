@@ -518,10 +518,28 @@ def test_an_event_takes_its_data_to_the_automata(pair: Pair) -> None:
         ),
     )
     with monitored(pair, root) as (_, proxy):
-        proxy.sendEvent("something_else", "[1, 2]")
         proxy.sendEvent("ball_lost", '{"color": "red", "at": [1, 2.5, null]}')
         until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
     assert taken == [{"color": "red", "at": [1, 2.5, None]}]
+
+
+def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(pair: Pair) -> None:
+    class Waiting(Component, document="waiting.xml", events=["go"]):
+        def automaton(self) -> Automaton:
+            return root
+
+    states = (State(id=1, name="a", initial=True), State(id=2, name="b"))
+    waits = Transition("", 1, 2, id=1, event="go & see")
+    root = Automaton(id=1, name="waiting", period=0.02, states=states, transitions=(waits,))
+    with monitored(pair, root, Waiting()) as (runtime, proxy):
+        with pytest.raises(InvalidValue) as refused:
+            proxy.sendEvent("go & see", "")
+        assert "add <event><name>go &amp; see</name></event> to the <events> of waiting.xml" in str(
+            refused.value
+        )
+        proxy.sendEvent("go", "")
+        runtime.component.send("go & see")  # its own code may
+        until(proxy, lambda snapshot: snapshot.automata[0].state == 2)
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def walker(
         ),
         sub(2, 1, state(1, "red", "seen = seen + [1]", initial=True), variables="seen = []", period="20"),
         more,
-        config=config,
+        config=config, events=("go",),
     )  # fmt: skip
 
 
@@ -448,7 +448,9 @@ def crowd(automata: int, step: int) -> str:
         )
         for number in range(2, automata + 2)
     ]  # fmt: skip
-    return document(sub(1, 0, root, transition(1, 1, 1, "again", type="event"), period="5"), *others)
+    return document(
+        sub(1, 0, root, transition(1, 1, 1, "again", type="event"), period="5"), *others, events=("again",)
+    )
 
 
 def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(

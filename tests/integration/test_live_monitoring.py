@@ -58,7 +58,7 @@ def walker(code: str = "beats += 1") -> str:
             transition(1, 1, 2, "tired > 5", name="rest"), transition(2, 2, 1, "False"),
             variables="tired = 1", period="20",
         ),
-        head=PARAMETERS,
+        head=PARAMETERS, events=("ball_lost",),
     )  # fmt: skip
 
 
@@ -272,6 +272,7 @@ def test_transitions_are_forced_explained_and_variables_set(robot: ServedRobot, 
         ("forceTransition", {"automaton": 9, "transition": 1}, "9"),
         ("setVariable", {"automaton": 1, "name": "beats", "value": "{}", "more": 1}, "more"),
         ("setVariable", {"automaton": 1, "name": "nothing", "value": "1"}, "nothing"),
+        ("sendEvent", {"name": "nap", "data": ""}, "<event><name>nap</name></event>"),
         ("step", {"automaton": "1"}, "int"),
         ("step", {}, "automaton"),
         ("getStructure", {}, "getStructure"),

@@ -27,6 +27,7 @@ TEXT = document(
         transition(1, 1, 2, "go", type="event"), transition(2, 2, 1, "False"),
         variables="beats = 0", period="20",
     ),
+    events=("go",),
 )  # fmt: skip
 
 

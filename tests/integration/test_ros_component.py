@@ -32,7 +32,7 @@ STRUCTURE = "smach_msgs/msg/SmachContainerStructure"
 TRIGGER = "std_srvs/srv/Trigger"
 
 
-class Keeper(Component):
+class Keeper(Component, events=["ball.right", "kick"]):
     """Waits for a kick, and then for a ball."""
 
     speed = Parameter(0.5, "m/s at most")
@@ -178,6 +178,12 @@ def test_states_and_transitions_are_published_as_they_change(scene: Scene) -> No
     status.wait_for(lambda each: each.path == "/keeper/guard" and each.active_states == ["right"])
 
 
+def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(scene: Scene) -> None:
+    answer = scene.call("event/rest")
+    assert not answer.success
+    assert "add <event><name>rest</name></event> to the <events>" in answer.message
+
+
 def test_no_state_is_active_before_the_start_as_events_are_lost_until_then(pair: Pair) -> None:
     with played(pair, starts=False) as scene:
         status = Heard(scene.tool, STATUS, "/field/keeper/smach/container_status")
@@ -234,10 +240,11 @@ def goalie(event: str, kind: str, default: str) -> str:
     return document(
         sub(1, 0, state(1, "wait", initial=True), state(2, "go"), waits),
         head=f"<parameters><parameter>{parameter}</parameter></parameters>",
+        events=(event,),
     )
 
 
-class Twins(Component):
+class Twins(Component, events=["go.on", "go_on"]):
     """Has states, automata and events whose names are the same, or none, for ROS."""
 
     def automaton(self) -> Any:

@@ -39,10 +39,10 @@ def walker(*, seconds: int = 3600, step: int = 1) -> str:
         ),
         sub(
             2, 1, state(1, "red", "corner += 1", initial=True), state(2, "green"),
-            transition(1, 1, 2, "corner < 0", name="to green"), transition(2, 2, 1, "False"),
+            transition(1, 1, 2, "corner < 0", name="to green"), transition(2, 2, 1, "nap", type="event"),
             variables="corner = 0", period="20",
         ),
-        head=PARAMETERS,
+        head=PARAMETERS, events=("ball_lost",),
     )  # fmt: skip
 
 
@@ -214,6 +214,13 @@ def test_an_event_is_sent(shell: Shell) -> None:
         VisualHfsmError, match="no transition of walker waits for an event bal_lost; did you mean"
     ):
         shell("send", "walker", "bal_lost")
+
+
+def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(shell: Shell) -> None:
+    with pytest.raises(
+        VisualHfsmError, match=r"add <event><name>nap</name></event> to the <events> of walker.xml"
+    ):
+        shell("send", "walker", "nap")
 
 
 @pytest.mark.parametrize(

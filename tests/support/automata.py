@@ -63,9 +63,14 @@ def automaton(
 def component(
     root: Automaton | Callable[[Component], Automaton], on_error: str = "stop", on_refused: str = "pause"
 ) -> Component:
-    """Return a component with these automata; a function gets the component and returns its root."""
+    """Return a component with these automata; a function gets the component and returns its root.
 
-    class Written(Component, document="written.xml", on_error=on_error, on_refused=on_refused):
+    Unless it is a function, every event that the automata wait for may come from outside.
+    """
+    automata = root.tree() if isinstance(root, Automaton) else ()
+    events = {event for each in automata for event in each.events}
+
+    class Written(Component, document="written.xml", on_error=on_error, on_refused=on_refused, events=events):
         def automaton(self) -> Automaton:
             return root if isinstance(root, Automaton) else root(self)
 

@@ -43,8 +43,17 @@ def sub(
     )
 
 
-def document(*parts: str, libraries: tuple[str, ...] = (), config: str = "", head: str = "") -> str:
-    """Return a document as XML; the first automaton starts on line 2."""
+def document(
+    *parts: str,
+    libraries: tuple[str, ...] = (),
+    config: str = "",
+    head: str = "",
+    events: tuple[str, ...] = (),
+) -> str:
+    """Return a document as XML; the first automaton starts on line 2. `events` may come from outside."""
+    if events:
+        names = "".join(f"<event><name>{escape(event)}</name></event>" for event in events)
+        head += f"<events>{names}</events>"
     libs = "".join(f"<lib>{escape(library)}</lib>\n" for library in libraries)
     return (
         f"<VisualHFSM>{head}\n{''.join(parts)}<libraries>\n{libs}</libraries>\n"

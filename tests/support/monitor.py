@@ -29,6 +29,7 @@ from zenoh_ice import Settings
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
   <parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>
+  <events><event><name>home</name></event><event><name>ball</name></event></events>
   <SubAutomata id="1" idFather="0">
     <state initial="true" id="1">
       <posx>100</posx><posy>150</posy><name>wait</name><idSubautomataSon>2</idSubautomataSon>

@@ -12,7 +12,7 @@ from __future__ import annotations
 from hfsm_runtime import Automaton, Component, Event, State, Transition, main
 
 
-class Events(Component, document="events.xml", on_error="stop"):
+class Events(Component, document="events.xml", on_error="stop", events=["stop", "ball lost"]):
     """One automaton sends an event to another, which reads its values."""
 
     def automaton(self) -> Automaton:

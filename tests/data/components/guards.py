@@ -12,7 +12,7 @@ from __future__ import annotations
 from hfsm_runtime import Automaton, Component, Event, State, Transition, main
 
 
-class Guards(Component, document="guards.xml", on_error="stop"):
+class Guards(Component, document="guards.xml", on_error="stop", events=["come"]):
     """A guard that must hold, too, where time, an event or the end of the children would do."""
 
     def automaton(self) -> Automaton:
