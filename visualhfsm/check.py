@@ -25,6 +25,12 @@ visualhfsm check --error-format github --no-model behaviors
 
 Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage."""
 
+ASSUMPTIONS: Final = (
+    "Proofs hold as long as cycles end within their periods, code raises no errors, libraries use only what "
+    "code passes to them, and nobody pauses, forces, sets or reloads anything."
+)
+"""What the model checker assumes; the page has the same words."""
+
 
 def check(
     files: Annotated[
@@ -71,6 +77,8 @@ def check(
         for path, report in zip(documents, reports, strict=True):
             for line in _properties(report):
                 typer.echo(f"{path}: {line}")
+        if any(_has_proof(report) for report in reports):
+            typer.echo(ASSUMPTIONS)
         typer.echo(_summary(len(documents), counts))
     if counts[Severity.ERROR] or (strict and counts[Severity.WARNING]):
         raise typer.Exit(1)
@@ -104,6 +112,12 @@ def _properties(report: ModelReport | None) -> Iterator[str]:
             stated = result.property
             name = stated.name.strip() or " ".join(stated.expression.text.split())
             yield f"`{name}` {marks[result.verdict]}"
+
+
+def _has_proof(report: ModelReport | None) -> bool:
+    from codegen.hfsm.model_checker import Verdict
+
+    return report is not None and any(result.verdict is Verdict.HOLDS for result in report.properties)
 
 
 def _summary(documents: int, counts: Counter[Severity]) -> str:

@@ -8,7 +8,7 @@ __all__ = ["Gadget", "gadget"]
 
 
 class Gadget:
-    """Say no and yes by turns, whatever one asks: no the first time, yes the second."""
+    """Say no and yes alternately, whatever one asks: no the first time, yes the second."""
 
     def __init__(self) -> None:
         self._asked = 0

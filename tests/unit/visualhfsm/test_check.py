@@ -10,6 +10,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.support.documents import document, state, sub, transition
+from tests.support.places import ROOT
+from visualhfsm.check import ASSUMPTIONS
 from visualhfsm.command import app
 
 CLEAN = document(sub(1, 0, state(1, "wait", initial=True)))
@@ -120,7 +122,13 @@ def test_a_property_that_holds_is_reported(tmp_path: Path) -> None:
     path = write(tmp_path, "main.xml", document(TWO_STATES, head=stated("always", "walk or rest")))
     result = run(path)
     assert result.exit_code == 0, result.stderr
-    assert result.stdout == f"{path}: `it rests` holds\n1 document: nothing to report\n"
+    assert result.stdout == f"{path}: `it rests` holds\n{ASSUMPTIONS}\n1 document: nothing to report\n"
+
+
+def test_the_page_has_the_same_assumptions_of_a_proof() -> None:
+    script = (ROOT / "visualhfsm/web/static/panels/verdicts.js").read_text(encoding="utf-8")
+    (literals,) = re.findall(r"ASSUMPTIONS =\n((?: +\"[^\"]*\"[ +;]*\n)+)", script)
+    assert "".join(re.findall(r'"([^"]*)"', literals)) == ASSUMPTIONS
 
 
 def test_a_property_that_is_violated_is_an_error_with_the_steps_to_it(tmp_path: Path) -> None:

@@ -127,6 +127,7 @@ STEADY = [
     Changing("since > 3", "since = self.clock.now()"),
     Changing("abs(error) < 0.1", "error = math.atan2(1, 2) - 0.5 * 3"),
     Changing("turn > 0.5", "turn = float(gadget) if gadget else 0"),
+    Changing("near", "near = float(gadget) < 0.5"),
     Changing("pan > 0.5", "pan = self.Head.getPose().pan"),
     Changing("self.mine > 3", "self.mine = 4"),
     Changing("self.speed > 0.5"),
@@ -159,7 +160,7 @@ SENDERS = {
     "all_of": """def all_of(*those):
     those[0].send("x")
 """,
-    "tell": """def tell(self, whom):
+    "notify": """def notify(self, whom):
     whom.send("x")
 """,
     "late": """@property
@@ -170,7 +171,7 @@ def late(self):
     self.send(goal)
 goal = property(None, set_goal)
 """,
-    "Telling": """class Telling:
+    "Noisy": """class Noisy:
     def __eq__(self, other):
         other.send("x")
         return True
@@ -187,16 +188,16 @@ class Anything(metaclass=Kind):
 SENDS = [
     # the component in a class
     'class Box:\n    who = self\nBox.who.send("x")',
-    'class Box:\n    tell = self.send\nBox.tell("x")',
+    'class Box:\n    notify = self.send\nBox.notify("x")',
     'class Box:\n    class Inner:\n        who = self\nBox.Inner.who.send("x")',
     'class Box:\n    for who in (self,):\n        pass\nBox().who.send("x")',
     'me = self\nclass Box:\n    who = you = me\nBox.you.send("x")',
     'class Box(list):\n    pass\nBox([self]).pop().send("x")',
     # special attributes
     'self.send.__call__("x")',
-    'tell = self.send.__call__.__call__\ntell("x")',
+    'notify = self.send.__call__.__call__\ntell("x")',
     'make, given = self.send.__reduce__()\nmake(*given)("x")',
-    "self.tell.__func__(self, self)",
+    "self.notify.__func__(self, self)",
     '(lambda: self.send("x")).__call__()',
     'getattr(self.send, "__call__")("x")',
     'self.__getstate__()["_hfsm_send"]("x", None)',
@@ -204,7 +205,7 @@ SENDS = [
     "self.all_of()",
     'hasattr(self, "late")',
     'self.goal = "x"',
-    "self.Telling() == self",
+    "self.Noisy() == self",
     "isinstance(self, self.Anything)",
     'ctypes.cast(id(self), ctypes.py_object).value.send("x")',
     'weakref.ref(self)().send("x")',

@@ -29,7 +29,7 @@ import {
 import {importLink} from "../shell.js";
 import {placeOf} from "./places.js";
 import {tabStrip} from "./tabs.js";
-import {verdictOf} from "./verdicts.js";
+import {ASSUMPTIONS, verdictOf} from "./verdicts.js";
 
 const OF_AUTOMATON = new Set(["timing", "period", "variables", "functions", "inputs", "import"]);
 
@@ -440,7 +440,7 @@ const LISTS = {
     list: "properties",
     title: "Properties",
     noun: "property",
-    explain: "What the model checker proves or refutes for all possible runs.",
+    explain: `What the model checker proves or refutes for all possible runs. ${ASSUMPTIONS}`,
     fields: [
       {name: "name", label: "Name"},
       {

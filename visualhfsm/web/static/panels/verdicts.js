@@ -7,10 +7,15 @@ import {placeOf} from "./places.js";
  * @typedef {{kind: "holds" | "violated" | "undecided" | "invalid" | "unknown", words: string}} Verdict
  */
 
+/** What the model checker assumes; `visualhfsm check` has the same words. */
+export const ASSUMPTIONS =
+  "Proofs hold as long as cycles end within their periods, code raises no errors, libraries use only what " +
+  "code passes to them, and nobody pauses, forces, sets or reloads anything.";
+
 /** @type {Record<string, Verdict>} */
 const BY_CODE = {
   E610: {kind: "violated", words: "Violated."},
-  W611: {kind: "undecided", words: "Undecided: the search took too long."},
+  W611: {kind: "undecided", words: "Undecided: the search took too long, or some code cannot be followed."},
   E612: {kind: "invalid", words: "Not understood."},
   E613: {kind: "invalid", words: "Not understood."},
 };
