@@ -195,7 +195,7 @@ SENDS = [
     'class Box(list):\n    pass\nBox([self]).pop().send("x")',
     # special attributes
     'self.send.__call__("x")',
-    'notify = self.send.__call__.__call__\ntell("x")',
+    'notify = self.send.__call__.__call__\nnotify("x")',
     'make, given = self.send.__reduce__()\nmake(*given)("x")',
     "self.notify.__func__(self, self)",
     '(lambda: self.send("x")).__call__()',
