@@ -29,7 +29,8 @@ COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespac
 _REFLECTION: Final = frozenset(
     {
         *("eval", "exec", "vars", "locals", "globals", "__import__", "import_module", "getmembers"),
-        *("currentframe", "_getframe", "f_locals", "get_objects", "builtins", "__builtins__"),
+        *("currentframe", "_getframe", "f_locals", "builtins", "__builtins__", "ctypes"),
+        *("get_objects", "get_referents", "get_referrers"),
         *("__dict__", "__self__", "__globals__", "__closure__", "__getattribute__", "__getattr__"),
     }
 )
@@ -123,7 +124,7 @@ class Definitions:
         """The automata whose code uses an attribute, 0 for functions."""
         self._answers: dict[tuple[ast.AST, int], Answer] = {}
         self.reflection = _REFLECTION | {
-            name for name, full in self.libraries.items() if full.rpartition(".")[2] in _REFLECTION
+            name for name, full in self.libraries.items() if not _REFLECTION.isdisjoint(full.split("."))
         }
         for piece in analysis.functions:
             for node in piece.tree.body:
@@ -171,6 +172,11 @@ class Definitions:
                     self.is_opaque = True
             if not isinstance(node, ast.Nonlocal):
                 self.bound.update(binds(node))
+
+    def lose_track(self) -> None:
+        """Consider the code opaque from now on, because some of it cannot be followed to its end."""
+        self.is_opaque = True
+        self._answers.clear()
 
     def is_assigned(self, name: str) -> bool:
         """Return whether code assigns an attribute of the component."""

@@ -122,7 +122,7 @@ class CodeEffects:
         names = {
             key: {**names} for group in (self._names, self._function_names) for key, names in group.items()
         }
-        return {**self.attributes}, names, self._known, {**self.local}
+        return {**self.attributes}, names, self._known, {**self.local}, self.definitions.is_opaque
 
     def _look(self, piece: Piece, names: Names) -> Effects:
         functions = self.definitions.functions if piece.is_functions else {}
@@ -134,6 +134,7 @@ class CodeEffects:
                 else:
                     walk.visit(node)
         except RecursionError:
+            self.definitions.lose_track()
             return anything(piece.tree)
         return walk.effects
 
@@ -171,6 +172,7 @@ class CodeEffects:
                 for statement in function.body:
                     walk.visit(statement)
             except RecursionError:
+                self.definitions.lose_track()
                 walk.effects = anything(function)
             self._known[key] = walk.effects
         return self._known[key]

@@ -372,9 +372,9 @@ class Evaluation:
                     texts = [text + each for text in texts for each in more]
                     texts = texts if len(texts) <= MOST_TEXTS else []
                 return texts
-            case ast.FormattedValue(value=value):
+            case ast.FormattedValue(value=value, format_spec=None):
                 found = self.value(value)
-                return texts_of(found) if node.conversion == -1 and node.format_spec is None else []
+                return texts_of(found) if node.conversion == -1 else []
         self._inside(node)
         return []
 

@@ -13,6 +13,10 @@ class Gadget:
     def __init__(self) -> None:
         self._asked = 0
 
+    def forget(self) -> None:
+        """Say no the next time."""
+        self._asked = 0
+
     @property
     def pressed(self) -> bool:
         """Whether it is pressed this time."""

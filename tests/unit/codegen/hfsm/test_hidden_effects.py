@@ -15,6 +15,7 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Document, Event, Interface, Library, Parameter, Text
 from codegen.hfsm.model_checker import Reachability, Verdict, check_model
 from tests.support.coded_documents import commanded, run
+from tests.support.gadgets import gadget
 from tests.support.model_documents import PATH, automaton, document, on, state, stated, when
 
 LIBRARIES = tuple(
@@ -56,6 +57,7 @@ GUARDS = [
     Changing("math.floor(gadget)"),
     Changing("f'{gadget}' == 'True'"),
     Changing("gadget.strip()"),
+    Changing("f'{1:{gadget + 2}}' == '  1'"),
     Changing("True if gadget else False"),
     Changing("abs(mine)", "mine = Gadget()"),
     Changing("mine + 1 == 2", "first, mine = 1, gadget"),
@@ -111,6 +113,7 @@ def test_no_proof_rests_on_a_guard_that_changes(changing: Changing, tmp_path: Pa
     again = guarded(changing, changing.guard, changing.guard)
     path = tmp_path / "guarded.xml"
     path.write_text(write_document(again), encoding="utf-8")
+    gadget.forget()
     assert 2 in run(path, 0).fired_, "the second of two equal guards"
     assert check_model(again, PATH).transitions[1].reachability is not Reachability.IMPOSSIBLE
     either = guarded(changing, changing.guard, f"not ({changing.guard})")
@@ -205,9 +208,11 @@ SENDS = [
     "self.all_of()",
     'hasattr(self, "late")',
     'self.goal = "x"',
+    "text = f\"{1:{self.send('x') or 3}}\"",
     "self.Noisy() == self",
     "isinstance(self, self.Anything)",
     'ctypes.cast(id(self), ctypes.py_object).value.send("x")',
+    'place = int(repr(self).split("0x")[1][:-1], 16)\nctypes.cast(place, ctypes.py_object).value.send("x")',
     'weakref.ref(self)().send("x")',
     'name = ""\nname += "x"\nself.send(name)',
 ]
