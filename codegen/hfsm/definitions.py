@@ -209,7 +209,8 @@ class Definitions:
 
     def is_constant(self, node: ast.Attribute) -> bool:
         """Return whether an attribute is a number of a library, or belongs to a generated interface."""
-        full = self._full_name(dotted(node))
+        path = dotted(node)
+        full = self._full_name(path) if path and path[0] in self.libraries else ""
         return full in _CONSTANTS or full.startswith("interfaces.")
 
     def has_servant(self, proxy: str) -> bool:
