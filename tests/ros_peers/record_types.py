@@ -34,31 +34,9 @@ from rosidl_generator_type_description import generate_type_hash
 
 SHARE: Final = Path(sys.prefix, "share")
 UNUSED: Final = ("rmw_dds_common", "rosidl_generator_type_description")
-STANDARD: Final = (
-    *(
-        "actionlib_msgs",
-        "diagnostic_msgs",
-        "geometry_msgs",
-        "nav_msgs",
-        "sensor_msgs",
-        "shape_msgs",
-        "std_msgs",
-    ),
-    *("stereo_msgs", "tf2_msgs", "trajectory_msgs", "visualization_msgs"),
-)
+STANDARD: Final = ("actionlib_msgs", "shape_msgs", "stereo_msgs", "tf2_msgs", "visualization_msgs")
 """Packages of rosbags' types for Jazzy that the wheels do not have."""
-WRITTEN: Final = (
-    *(
-        "control_msgs",
-        "diagnostic_msgs",
-        "geometry_msgs",
-        "naoqi_bridge_msgs",
-        "nav_msgs",
-        "sensor_msgs",
-        "smach_msgs",
-    ),
-    *("std_msgs", "tf2_msgs", "trajectory_msgs"),
-)
+WRITTEN: Final = ("control_msgs", "naoqi_bridge_msgs", "smach_msgs", "tf2_msgs")
 """Packages of messages that the wheels do not have, and that are recorded as Cyclone DDS writes them."""
 OWN: Final = {
     "example_interfaces/srv/AddTwoInts": "int64 a\nint64 b\n---\nint64 sum\n",

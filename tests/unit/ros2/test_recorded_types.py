@@ -16,8 +16,9 @@ RECORDED: Final = recorded_types()
 HASHES: Final[dict[str, str]] = RECORDED["hashes"]
 DEFINITIONS: Final[dict[str, dict[str, Any]]] = RECORDED["definitions"]
 MESSAGES: Final[list[dict[str, Any]]] = RECORDED["cdr"]
-PADDING: Final = 16
-"""Fast CDR estimates the size of a message in advance, and rclpy returns that many bytes: some more than it needs."""
+PADDING: Final = 32
+"""Fast CDR estimates the size of a message in advance, and rclpy returns that many bytes: some more than it needs,
+such as 4 for each empty sequence of doubles."""
 
 
 @pytest.fixture(scope="module")
