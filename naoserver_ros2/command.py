@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ import typer
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from interfaces.nao import ClockPrx
 from ros2 import DEFAULT_SETTINGS, Node, RosError, RosoutHandler, Service
-from zenoh_ice import Communicator, Settings, initialize
+from zenoh_ice import Communicator, ConnectFailedException, Settings, initialize
 
 from .commands import Commands
 from .messages import Stamps
@@ -28,12 +29,21 @@ EXPECTED: Final = (RosError, GatewayError)
 _LOOK: Final = 0.1
 """Seconds between two checks for listeners."""
 
+_AGAIN: Final = 1.0
+"""Seconds between two attempts to reach ROS."""
+_REMINDER: Final = 60.0
+"""Seconds between two reports that it is waited for."""
 _END: Final = 2.0
 """Seconds within which the look at the router ends."""
 _REACHED: Final = 5.0
 """Seconds after which others should reach the node."""
 
 _logger = logging.getLogger(__name__)
+
+
+class AbsentError(GatewayError):
+    """Nothing of ROS answers, or it does not let the gateway in."""
+
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")
 
@@ -71,14 +81,24 @@ def gateway(
 ) -> None:
     """Connect a robot server, simulated or real, to ROS 2 over Zenoh (rmw_zenoh).
 
-    Prints a line that begins with 'ready' once it is in the graph. Ctrl-C ends it, and what it drove stops.
+    Waits until something of ROS answers, and prints a line that begins with 'ready' once it is in the graph.
+    Ctrl-C ends it, and what it drove stops.
     """
     names = dict(_pair(each) for each in remap or ())
-    with stop_on_signals() as stop, initialize(_as_client(settings)) as communicator:
+    with stop_on_signals() as stop, ExitStack() as opened:
+        communicator = opened.enter_context(initialize(_as_client(settings)))
         own = settings.override(connect=ros or settings.connect)
-        with serve(
-            communicator, name, namespace=namespace, domain=domain, remap=names, settings=own
-        ) as telemetry:
+        options: dict[str, Any] = {"namespace": namespace, "domain": domain, "remap": names}
+        reported = -math.inf
+        while not stop.is_set():
+            try:
+                telemetry = opened.enter_context(serve(communicator, name, settings=own, **options))
+            except AbsentError as error:
+                if time.monotonic() > reported + _REMINDER:
+                    reported = time.monotonic()
+                    _logger.warning("waiting for ROS: %s", error)
+                stop.wait(_AGAIN)
+                continue
             report_ready(f"ready: {namespace.rstrip('/')}/{name}, {', '.join(own.connect)}")
             while not stop.wait(_LOOK):
                 telemetry.look()
@@ -95,7 +115,8 @@ def serve(
     """Show the robot of a communicator's realm as a ROS node within a `with` block.
 
     `settings.connect` has the endpoint of the router of ROS, or of another node; `options` are those of
-    `ros2.Node`. Yields the telemetry, whose `look` is due several times a second.
+    `ros2.Node`. Yields the telemetry, whose `look` is due several times a second. Raises AbsentError when
+    nothing answers there.
     """
     clock = require(communicator, ClockPrx, "Clock")
     reading = clock.getTime()
@@ -104,8 +125,13 @@ def serve(
     robot = communicator.clock
     now = (lambda: stamps.ns(robot.now())) if robot.simulated else time.time_ns
     own = _as_client(settings)
-    node_made = Node(name, clock=now, settings=own, separate_discovery=True, **options)
-    with node_made as node, ExitStack() as steps:
+    try:
+        made = Node(name, clock=now, settings=own, separate_discovery=True, **options)
+    except ConnectFailedException as error:
+        raise AbsentError(
+            f"start `nao router` or rmw_zenohd, or name its place with --ros; {error}"
+        ) from error
+    with made as node, ExitStack() as steps:
         handler = RosoutHandler(node, logging.WARNING)
         for package in (__package__, "ros2"):
             logging.getLogger(package).addHandler(handler)

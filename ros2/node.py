@@ -7,8 +7,8 @@ subscription and service.
 from __future__ import annotations
 
 import itertools
-import logging
 import os
+import secrets
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +20,7 @@ from zenoh_ice import Settings, ZenohIceError
 from zenoh_ice.session import close_session, open_session
 
 from . import wire
+from .absence import AbsenceWarning
 from .endpoint import Endpoint, Handler
 from .exceptions import NodeClosedError, RosError
 from .graph import Discovery, Graph
@@ -33,8 +34,6 @@ DEFAULT_SETTINGS: Final = Settings(connect=("tcp/127.0.0.1:7447",))
 """The default router, the same as that of rmw_zenoh's nodes."""
 
 _ANY_PORT: Final = "tcp/127.0.0.1:0"
-
-_logger = logging.getLogger(__name__)
 
 _E = TypeVar("_E", bound=Endpoint)
 
@@ -96,7 +95,7 @@ class Node:
         self._graph: Graph | None = None
         try:
             for _ in range(2 if separate_discovery else 1):
-                self._sessions.append(open_session(settings))
+                self._sessions.append(open_session(settings, session_id=_small_id()))
             self.session: Final = self._sessions[0]
             self.discovery: Final = Discovery(self._sessions[-1], self.domain, self.receiving.submit)
             self._session_id: Final = str(self.session.zid())
@@ -107,9 +106,9 @@ class Node:
         except ZenohIceError:
             self._close_sessions()
             raise
-        if settings.connect and not self.connected:
-            where = ", ".join(settings.connect)
-            _logger.warning("nothing of ROS answers at %s so far: start rmw_zenohd or `nao router`", where)
+        if settings.connect:
+            absence = AbsenceWarning(lambda: self.connected, settings.connect)
+            self.on_close(absence, absence.close)
 
     def __enter__(self) -> Self:
         """Return the node."""
@@ -244,3 +243,12 @@ class Node:
 
     def _entity(self, kind: wire.EntityKind, entity_id: int, *rest: Any) -> Entity:  # noqa: ANN401
         return Entity(kind, self.domain, self._session_id, 0, entity_id, self.namespace, self.name, *rest)
+
+
+def _small_id() -> str:
+    """Return a random id for a session that is smaller than those of rmw_zenoh's sessions.
+
+    Such a session says only to routers where it listens, and connects only to peers with a smaller id: so it
+    meets ours even without a router. Zenoh compares ids as bytes, the lowest first: eight of ours are 0.
+    """
+    return f"{secrets.randbits(64) | 1 << 63:x}{0:016x}"

@@ -49,18 +49,22 @@ _ALERTS: Final = {
 _logger = logging.getLogger(__name__)
 
 
-def open_session(settings: Settings) -> zenoh.Session:
+def open_session(settings: Settings, *, session_id: str = "") -> zenoh.Session:
     """Open a session in the mode of the settings.
 
-    A client waits for the router, or the server, that it connects to, for as long as a call may take. Raises
+    Its id is random unless `session_id` gives one, as a hexadecimal number of 128 bits. A client waits for
+    the router, or the server, that it connects to, for as long as a call may take. Raises
     ConnectFailedException when none answers or lets it in, EndpointInUseException when another process
     listens already, ConfigurationException for anything else that is wrong with the settings.
     """
     zenoh.init_log_from_env_or(_ZENOH_LOG)
     for danger in (*check_security(settings), *exposure(settings)):
         _logger.warning("%s", danger)
+    config = session_config(settings)
+    if session_id:
+        config["id"] = session_id
     try:
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(session_config(settings))))
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     except zenoh.ZError as error:
         text = without_source(error)
         if settings.mode == "client" and "Unable to connect" in text:

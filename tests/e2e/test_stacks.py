@@ -8,14 +8,21 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
 import pytest
 
+from ros2 import Types
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, free_endpoint, module
+from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
 from tests.support.security import Keys
+from tests.support.waiting import until
+
+CLOCK, TEXT = "rosgraph_msgs/msg/Clock", "std_msgs/msg/String"
+CLOCK_HASH, TEXT_HASH = (Types().hash(name) for name in (CLOCK, TEXT))
 
 pytestmark = pytest.mark.slow
 
@@ -79,3 +86,31 @@ def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
             refused = call("Head.setPose", "0.3", "0", "0.5")
             assert refused.returncode == 1
             assert "Head.setPose" in refused.stderr
+
+
+def test_genuine_nodes_find_the_robot_and_each_other_in_the_stack_for_ros(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    endpoint = free_endpoint()
+    options = ("--set", f"endpoint={endpoint}", "--set", f"ros={endpoint}")
+    with stack_in(tmp_path, "ros", *options) as stack, ExitStack() as opened:
+        stack.wait_for("gateway is ready after", RUN_LIMIT)
+        nodes = [
+            opened.enter_context(GenuineNode(f"genuine{number}", endpoint, session_id=each))
+            for number, each in enumerate((SMALLEST, GREATEST))
+        ]
+        clocks = [node.hear(CLOCK, CLOCK_HASH, "/clock") for node in nodes]
+        chatter = [node.hear(TEXT, TEXT_HASH, "/chatter") for node in nodes]
+
+        def met() -> bool:
+            for number, node in enumerate(nodes):
+                node.publish(TEXT, TEXT_HASH, "/chatter", bytes([number]))
+            return all(clocks) and all(len(heard) == len(nodes) for heard in chatter)
+
+        until(met, START_LIMIT)
+        stopped = subprocess.run(
+            module("deploy.nao", "stop", "--connect", endpoint),
+            capture_output=True,
+            text=True,
+            timeout=RUN_LIMIT,
+        )
+        assert stopped.returncode == 0, stopped.stderr

@@ -40,6 +40,7 @@ from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import RobotClient, eventually, served, served_to_client, wait_for
+from tests.support.security import routing
 from zenoh_ice import Settings, initialize
 
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
@@ -654,9 +655,25 @@ def test_the_command_ends_cleanly_at_ctrl_c(shared: Robot) -> None:
         process.wait_for(r"^ready: /red, ", START_LIMIT)
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130
-        # On a busy machine it warns first that nothing answers so far.
-        reported = [line for line in process.output.splitlines() if "nothing of ROS answers" not in line]
-        assert len(reported) == 1, process.output
+        assert process.output.count("\n") == 1, process.output
+
+
+def test_the_command_waits_for_ros(shared: Robot) -> None:
+    router = free_endpoint()
+    with command(shared.nao, "--name", "patient", "--ros", router) as process:
+        process.wait_for(f"waiting for ROS: start `nao router` or rmw_zenohd.*nothing answers at {router}")
+        with routing(Settings(mode="router", connect=(), listen=(router,))):
+            process.wait_for(r"^ready: /patient, ", START_LIMIT)
+            with Node("tool", settings=settings(router)) as ros:
+                eventually(lambda: "/patient" in ros.graph.nodes())
+
+
+def test_the_command_ends_while_it_waits_for_ros(shared: Robot) -> None:
+    with command(shared.nao, "--ros", free_endpoint()) as process:
+        process.wait_for("waiting for ROS: ")
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait(END_LIMIT) == 130
+        assert "Traceback" not in process.output
 
 
 def test_a_name_that_no_node_may_have_is_refused(shared: Robot) -> None:

@@ -8,13 +8,11 @@ from deploy.stack import load_stack, stack_path
 from naoserver_ros2.command import app
 
 
-def test_the_stack_starts_it_beside_a_simulated_robot() -> None:
-    server, gateway = load_stack(stack_path("ros")).with_variables({})
-    assert (server.command[0], gateway.command[0], gateway.after) == (
-        "naoserver-sim",
-        "naoserver-ros2",
-        ("naoserver",),
-    )
+def test_the_stack_starts_a_router_a_simulated_robot_and_the_gateway() -> None:
+    router, server, gateway = load_stack(stack_path("ros")).with_variables({})
+    assert router.command[:2] == ("nao", "router")
+    assert (server.command[0], server.after) == ("naoserver-sim", ("router",))
+    assert (gateway.command[0], gateway.after) == ("naoserver-ros2", ("naoserver",))
     outcome = CliRunner().invoke(app, [*gateway.command[1:], "--show-config"])
     assert outcome.exit_code == 0, outcome.output
 

@@ -311,12 +311,21 @@ def test_the_domain_is_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) 
         assert node.time(1_500_000_000).nanosec == 500_000_000
 
 
-def test_a_node_without_a_router_says_so(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_node_without_a_router_says_so(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ros2.absence.PATIENCE", 0.2)
     endpoint = free_endpoint()
     with Node("alone", settings=Settings(connect=(endpoint,)), domain=DOMAIN) as node:
         assert not node.connected
-    assert f"nothing of ROS answers at {endpoint} so far" in caplog.text
-    caplog.clear()
-    with two_nodes() as (robot, tool):
-        assert robot.connected
-        assert tool.connected
+        until(lambda: f"nothing of ROS answers at {endpoint} so far" in caplog.text)
+
+
+def test_a_node_whose_router_starts_after_it_says_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    endpoint = free_endpoint()
+    with (
+        Node("early", settings=Settings(connect=(endpoint,)), domain=DOMAIN) as early,
+        Node("late", settings=Settings(listen=(endpoint,), connect=()), domain=DOMAIN) as late,
+    ):
+        until(lambda: early.connected and late.connected)
+    assert "nothing of ROS answers" not in caplog.text

@@ -1,0 +1,88 @@
+"""Who meets whom in ROS: the gateway, nodes of ours, and sessions with the settings of genuine nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import pytest
+
+from naoserver.fake import FakeRobot
+from naoserver_ros2.command import serve
+from naoserver_ros2.telemetry import Telemetry
+from ros2 import Node, Types
+from tests.support.processes import free_endpoint
+from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
+from tests.support.robot_server import eventually, served_to_client
+from tests.support.security import routing
+from zenoh_ice import Settings
+
+JOINTS = "sensor_msgs/msg/JointState"
+TEXT = "std_msgs/msg/String"
+HASHES = {name: Types().hash(name) for name in (JOINTS, TEXT)}
+SMALL = "0100"
+"""The lowest bytes of an id that is smaller than all but one of 256 random ones."""
+
+
+@contextmanager
+def gateway(router: str = "") -> Iterator[tuple[Telemetry, str]]:
+    """Show a robot to ROS by a router, or by its own server; yield the endpoint for nodes of ROS."""
+    with served_to_client(FakeRobot()) as nao, nao.client() as other:
+        where = router or nao.endpoint
+        with serve(other.communicator, "nao", settings=Settings(connect=(where,))) as telemetry:
+            yield telemetry, where
+
+
+def all_meet(nodes: list[GenuineNode], telemetry: Telemetry) -> None:
+    """Assert that each node hears the robot, and each of the others."""
+    states = [node.hear(JOINTS, HASHES[JOINTS], "/joint_states") for node in nodes]
+    chatter = [node.hear(TEXT, HASHES[TEXT], "/chatter") for node in nodes]
+
+    def said() -> bool:
+        telemetry.look()
+        for number, node in enumerate(nodes):
+            node.publish(TEXT, HASHES[TEXT], "/chatter", bytes([number]))
+        return all(states) and all(len(heard) == len(nodes) for heard in chatter)
+
+    eventually(said)
+    assert [len(heard) for heard in chatter] == [len(nodes)] * len(nodes)
+    assert [bool(heard) for heard in states] == [True] * len(nodes)
+
+
+def test_by_a_router_genuine_nodes_find_the_robot_and_each_other() -> None:
+    router = free_endpoint()
+    with ExitStack() as opened:
+        opened.enter_context(routing(Settings(mode="router", connect=(), listen=(router,))))
+        telemetry, where = opened.enter_context(gateway(router))
+        ids = (SMALLEST, "", GREATEST)
+        all_meet(
+            [
+                opened.enter_context(GenuineNode(f"genuine{number}", where, session_id=each))
+                for number, each in enumerate(ids)
+            ],
+            telemetry,
+        )
+
+
+@pytest.mark.parametrize("session_id", [SMALLEST, GREATEST], ids=["smallest id", "greatest id"])
+def test_without_a_router_a_genuine_node_finds_the_robot(session_id: str) -> None:
+    with gateway() as (telemetry, where), GenuineNode("genuine", where, session_id=session_id) as genuine:
+        all_meet([genuine], telemetry)
+
+
+def test_without_a_router_a_genuine_node_finds_ours_by_a_common_peer() -> None:
+    middle = free_endpoint()
+    with (
+        Node("middle", settings=Settings(connect=(), listen=(middle,))),
+        Node("ours", settings=Settings(connect=(middle,))) as ours,
+        GenuineNode("genuine", middle, session_id=f"ab{SMALL}") as genuine,
+    ):
+        heard = genuine.hear(TEXT, HASHES[TEXT], "/chatter")
+        publisher = ours.create_publisher(TEXT, "/chatter")
+
+        def met() -> bool:
+            publisher.publish(data="hello")
+            return bool(heard) and "/genuine" in ours.graph.nodes()
+
+        eventually(met)
+        assert met()

@@ -1,0 +1,129 @@
+"""Sessions with the settings of genuine nodes of rmw_zenoh, and what such a node announces and publishes.
+
+The settings are those of rmw_zenoh_cpp's DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5 (ros2/rmw_zenoh, 2025) where they
+differ from Zenoh's. Two of them decide who meets whom: a node says only to routers where it listens, and it connects
+only to peers whose id is smaller than its own.
+"""
+
+from __future__ import annotations
+
+import json
+from types import TracebackType
+from typing import Any, Final, Self
+
+import zenoh
+
+from ros2.wire import Attachment, Entity, key
+
+SMALLEST: Final = "1"
+"""The id of a session that connects to no peer: Zenoh compares ids as bytes, the lowest first."""
+GREATEST: Final = "f" * 32
+"""The id of one that connects to every peer that it is told of."""
+
+_MINUTE: Final = 60_000  # ms
+_PRIORITIES: Final = (
+    *("control", "real_time", "interactive_high", "interactive_low"),
+    *("data_high", "data", "data_low", "background"),
+)
+
+
+def session_config(endpoint: str, session_id: str = "") -> dict[str, Any]:
+    """Return the configuration of a genuine node that looks for its router at an endpoint."""
+    autoconnect = {"router": [], "peer": ["router", "peer"]}
+    strategy = {"peer": {"to_router": "always", "to_peer": "greater-zid"}}
+    config: dict[str, Any] = {
+        "mode": "peer",
+        "connect": {
+            "endpoints": [endpoint],
+            "timeout_ms": {"router": -1, "peer": -1, "client": 0},
+            "exit_on_failure": {"router": False, "peer": False, "client": True},
+            "retry": {"period_init_ms": 1000, "period_max_ms": 4000, "period_increase_factor": 2},
+        },
+        "listen": {"endpoints": ["tcp/localhost:0"], "timeout_ms": 0, "exit_on_failure": True},
+        "open": {"return_conditions": {"connect_scouted": True, "declares": True}},
+        "scouting": {
+            "timeout": 3000,
+            "delay": 500,
+            "multicast": {"enabled": False},
+            "gossip": {
+                "enabled": True,
+                "multihop": False,
+                "target": {"router": ["router", "peer"], "peer": ["router"]},
+                "autoconnect": autoconnect,
+                "autoconnect_strategy": strategy,
+            },
+        },
+        "timestamping": {"enabled": {"router": True, "peer": True, "client": True}},
+        "queries_default_timeout": _MINUTE,
+        "routing": {
+            "router": {"peers_failover_brokering": True},
+            "peer": {"mode": "peer_to_peer"},
+            "interests": {"timeout": 10_000},
+        },
+        "transport": {
+            "unicast": {
+                "open_timeout": _MINUTE,
+                "accept_timeout": _MINUTE,
+                "accept_pending": 10_000,
+                "max_sessions": 10_000,
+            },
+            "link": {
+                "tx": {
+                    "lease": _MINUTE,
+                    "keep_alive": 2,
+                    "queue": {
+                        "size": dict.fromkeys(_PRIORITIES, 2),
+                        "congestion_control": {"block": {"wait_before_close": 1000 * _MINUTE}},
+                    },
+                }
+            },
+            "shared_memory": {"enabled": False},
+        },
+    }
+    return config | ({"id": session_id} if session_id else {})
+
+
+class GenuineNode:
+    """A node in a session with the settings of rmw_zenoh: it hears one topic, and publishes on another."""
+
+    def __init__(self, name: str, endpoint: str, *, domain: int = 0, session_id: str = "") -> None:
+        config = zenoh.Config.from_json5(json.dumps(session_config(endpoint, session_id)))
+        self.session: Final = zenoh.open(config)
+        self._domain: Final = domain
+        self._name: Final = name
+        self._held: Final[list[Any]] = [self._announce(Entity("NN", *self._place(0)))]
+
+    def hear(self, type_name: str, type_hash: str, topic: str) -> set[bytes]:
+        """Subscribe to a topic; the set gets the payloads that come."""
+        heard: set[bytes] = set()
+        self._held.append(
+            self.session.declare_subscriber(
+                key(self._domain, topic, type_name, type_hash),
+                lambda sample: heard.add(sample.payload.to_bytes()),
+            )
+        )
+        self._held.append(
+            self._announce(Entity("MS", *self._place(len(self._held)), topic, type_name, type_hash))
+        )
+        return heard
+
+    def publish(self, type_name: str, type_hash: str, topic: str, data: bytes) -> None:
+        """Publish a message."""
+        attachment = Attachment(1, 0, bytes(16)).encode()
+        self.session.put(key(self._domain, topic, type_name, type_hash), data, attachment=attachment)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for each in reversed(self._held):
+            each.undeclare()
+        self.session.close()
+
+    def _place(self, number: int) -> tuple[int, str, int, int, str, str]:
+        return self._domain, str(self.session.zid()), 0, number, "/", self._name
+
+    def _announce(self, entity: Entity) -> Any:
+        return self.session.liveliness().declare_token(entity.token())
