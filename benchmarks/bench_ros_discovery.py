@@ -1,8 +1,8 @@
 """Measure how surely and how soon nodes of ROS find the robot, and each other.
 
 A router, a fake robot and the gateway run in separate processes. Nodes with the session settings of rmw_zenoh
-open in groups, each with a new gateway, and each node waits for /joint_states and for a message of every other
-node of its group. Without a router, nodes connect to the robot server: they find the robot, but not each other.
+open in groups, each with a new gateway. Each waits for /joint_states and for a message of every other node
+of its group. Without a router, nodes connect to the robot server: they find the robot, but not each other.
 
     python benchmarks/bench_ros_discovery.py [--nodes 50] [--together 10] [--without-router]
 """
