@@ -48,8 +48,11 @@ class Endpoint:
             found = self._others.get(kind)
             if found is None:
                 self._check_open()
-                found = self._others[kind] = EndpointsOf(self.node.discovery, kind, self.name)
+                found = self._others[kind] = EndpointsOf(self.node.discovery, kind, self.name, self._meet)
             return found
+
+    def _meet(self, other: Entity) -> None:
+        """Take notice of another end that came."""
 
     def _attachment(self) -> tuple[int, bytes]:
         number = next(self._numbers)

@@ -60,12 +60,23 @@ class Entities:
     If more exist, it stops following them, because thousands would keep Zenoh busy, and asks again later.
     """
 
-    def __init__(self, discovery: Discovery, tokens: str, what: str, most: int) -> None:
-        """Follow the tokens until `close`; `what` names the entities in the log."""
+    def __init__(
+        self,
+        discovery: Discovery,
+        tokens: str,
+        what: str,
+        most: int,
+        came: Callable[[Entity], object] | None = None,
+    ) -> None:
+        """Follow the tokens until `close`; `what` names the entities in the log.
+
+        `came` gets each entity that comes, on the thread of the discovery.
+        """
         self._discovery: Final = discovery
         self._tokens: Final = tokens
         self._what: Final = what
         self._most: Final = most
+        self._came: Final = came
         self._lock: Final = threading.Lock()
         self._news: dict[str, bool] = {}
         """Whether a token exists, for those that changed and were not handled yet."""
@@ -122,6 +133,7 @@ class Entities:
 
     def _handle(self) -> None:
         """Handle all changes since the last time."""
+        came: list[Entity] = []
         with self._lock:
             news, self._news = self._news, {}
             for token, exists in news.items():
@@ -131,6 +143,7 @@ class Entities:
                     self._full = True
                 elif (entity := Entity.parse(token)) is not None:
                     self._known[token] = entity
+                    came.append(entity)
                 else:
                     _logger.debug("a token that is none of rmw_zenoh: %.300s", token)
             subscriber = self._subscriber if self._full else None
@@ -143,6 +156,9 @@ class Entities:
         if warns:
             most = f"more than {self._most} exist; the others are not counted, and the ends of none noticed"
             _logger.warning("%s: %s, until fewer exist", self._what, most)
+        if self._came is not None:
+            for entity in came:
+                self._came(entity)
         with self._discovery.changed:
             self._discovery.changed.notify_all()
 
@@ -172,9 +188,11 @@ class Entities:
 class EndpointsOf(Entities):
     """The entities of one kind that use a topic or a service."""
 
-    def __init__(self, discovery: Discovery, kind: EntityKind, name: str) -> None:
+    def __init__(
+        self, discovery: Discovery, kind: EntityKind, name: str, came: Callable[[Entity], object]
+    ) -> None:
         tokens, what = tokens_of(discovery.domain, kind, name), f"{name}: its {_KINDS[kind]}"
-        super().__init__(discovery, tokens, what, MOST_OF_A_NAME)
+        super().__init__(discovery, tokens, what, MOST_OF_A_NAME, came)
 
 
 class Sender:

@@ -11,7 +11,7 @@ import os
 import secrets
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Final, Self, TypeVar
 
 import zenoh
@@ -164,14 +164,17 @@ class Node:
         *,
         largest: int = LARGEST_MESSAGE,
         with_sender: bool = False,
+        besides: Collection[str] = (),
     ) -> Subscription:
         """Subscribe to a topic; the callback gets each message, `with_sender` also its `Sender`.
 
-        Messages of more than `largest` bytes are dropped before they are copied, as are those that are larger
-        than their type can be.
+        Publishers of other types are warned of, but for those types `besides` that the node hears by other
+        subscriptions. Messages of more than `largest` bytes are dropped before they are copied, as are those
+        that are larger than their type can be.
         """
         entity = self._endpoint("MS", type_name, topic, qos)
-        return self._made(Subscription(self, entity, callback, largest, with_sender=with_sender))
+        made = Subscription(self, entity, callback, largest, with_sender=with_sender, besides=besides)
+        return self._made(made)
 
     def create_client(self, type_name: str, service: str) -> Client:
         """Announce that a service will be called."""

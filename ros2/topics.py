@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -84,6 +85,7 @@ class Subscription(Endpoint):
         largest: int = LARGEST_MESSAGE,
         *,
         with_sender: bool = False,
+        besides: Collection[str] = (),
     ) -> None:
         super().__init__(node, entity)
         self.lost = 0
@@ -92,6 +94,8 @@ class Subscription(Endpoint):
         self._with_sender: Final = with_sender
         self._largest: Final = min(largest, node.types.largest(entity.type_name))
         self._refusals: Final = Refusals(self.name, "a malformed message is dropped")
+        self._besides: Final = frozenset(besides)
+        self._unheard: Final = Refusals(self.name, "a publisher is not heard")
         self._received_line: Final = Line(node.receiving, entity.qos.queue)
         self._line: Final = Line(node.workers, entity.qos.queue)
         self._changed: Final = threading.Condition()
@@ -139,6 +143,16 @@ class Subscription(Endpoint):
         super().close()
         with self._changed:
             self._changed.notify_all()
+
+    def _meet(self, other: Entity) -> None:
+        """Warn of a publisher whose messages never arrive: in their key is their type, and its hash."""
+        if other.kind != "MP" or other.type_name in self._besides:
+            return
+        if other.type_name != self.type_name:
+            self._unheard.add(f"{other.node_name} publishes {other.type_name}, {self.type_name} is expected")
+        elif other.type_hash != self.entity.type_hash:
+            version = f"{other.node_name} publishes {self.type_name} with the hash {other.type_hash}"
+            self._unheard.add(f"{version}, of another definition or distribution (ROS_DISTRO)")
 
     def _receive(self, received: zenoh.Sample) -> None:
         """Take a message from Zenoh's thread, to be decoded on another."""

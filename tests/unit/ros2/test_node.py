@@ -329,3 +329,19 @@ def test_a_node_whose_router_starts_after_it_says_nothing(caplog: pytest.LogCapt
     ):
         until(lambda: early.connected and late.connected)
     assert "nothing of ROS answers" not in caplog.text
+
+
+def test_publishers_that_a_subscription_cannot_hear_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    with two_nodes() as (robot, tool):
+        plain, stamped = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+        robot.create_subscription(plain, "/cmd_vel", besides=(stamped,))
+        for kind in (plain, stamped, "geometry_msgs/msg/Pose"):
+            tool.create_publisher(kind, "/cmd_vel")
+        expected = "/cmd_vel: a publisher is not heard: /tool publishes geometry_msgs/msg/Pose, geometry_msgs/msg/Twist is"
+        until(lambda: expected in caplog.text)
+        robot.types.add("peer_msgs/msg/Ball", "float64 size\n")
+        tool.types.add("peer_msgs/msg/Ball", "float64 size\nstring color\n")
+        robot.create_subscription("peer_msgs/msg/Ball", "/ball")
+        tool.create_publisher("peer_msgs/msg/Ball", "/ball")
+        until(lambda: "/tool publishes peer_msgs/msg/Ball with the hash RIHS01_" in caplog.text)
+    assert caplog.text.count("is not heard") == 2
