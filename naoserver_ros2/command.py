@@ -19,6 +19,7 @@ from zenoh_ice import Communicator, ConnectFailedException, Settings, initialize
 
 from .commands import Commands
 from .messages import Stamps
+from .parameters import declare_parameters
 from .telemetry import GatewayError, Telemetry, require
 
 __all__ = ["EXPECTED", "app", "serve"]
@@ -137,7 +138,8 @@ def serve(
             logging.getLogger(package).addHandler(handler)
             steps.callback(logging.getLogger(package).removeHandler, handler)
         telemetry = steps.enter_context(closing(Telemetry(node, communicator, stamps)))
-        commands = Commands(node, communicator, stamps)
+        speeds = declare_parameters(node, communicator, stamps)
+        commands = Commands(node, communicator, stamps, speeds)
         if own.connect:
             where = ", ".join(own.connect)
             steps.enter_context(_reported_if_shut_out(commands.emergency_stop, where))

@@ -11,6 +11,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 
 from interfaces.jderobot import EncodersPrx, MotorsPrx
@@ -27,12 +28,16 @@ from interfaces.nao import (
 from ros2 import LARGEST_COMMAND, Aborted, ActionServer, Canceled, Node, QoS, Sender, ServerGoal
 from zenoh_ice import Communicator, SystemException, UserException
 
-from . import trajectory
-from .description import FOOTPRINT
-from .messages import ODOM, Stamps
+from . import trajectory, trajectory_topic
+from .description import FOOTPRINT, ODOM, ROOT
+from .messages import Stamps
+from .parameters import Speeds
 from .telemetry import find, require
+from .trajectory_topic import TrajectoryTopic
 from .vigil import JointMotion, Vigil, WalkMotion
 
+_TWIST: Final = "geometry_msgs/msg/Twist"
+_STAMPED: Final = "geometry_msgs/msg/TwistStamped"
 _NEWEST: Final = QoS(depth=1)
 _FULL_PACE: Final = 1.0
 _POLL: Final = 0.05
@@ -55,11 +60,18 @@ class RefusedError(Exception):
     """A message from ROS has an invalid request."""
 
 
+_REFUSALS: Final = (RefusedError, trajectory.TrajectoryError, UserException, SystemException)
+
+
 class Commands:
     """Serves a node's commands to a robot, as far as the robot supports them."""
 
-    def __init__(self, node: Node, communicator: Communicator, stamps: Stamps) -> None:
+    def __init__(
+        self, node: Node, communicator: Communicator, stamps: Stamps, speeds: Speeds | None = None
+    ) -> None:
+        """Serve the commands of a node; `speeds` limits those of /cmd_vel."""
         self._node: Final = node
+        self._speeds: Final = speeds or Speeds()
         self._refusals: deque[tuple[str, float]] = deque(maxlen=_MOST_REFUSALS)
         self._body = require(communicator, JointsPrx, "Body")
         self._names: Final = self._body.getJointNames()
@@ -87,9 +99,14 @@ class Commands:
             largest_goal=_LARGEST_TRAJECTORY,
             needs_client=True,
         )
+        topic = "joint_trajectory_controller/joint_trajectory"
+        followed = TrajectoryTopic(node.types, follower, partial(self._refuse, topic))
+        node.on_close(followed, followed.close)
+        self._listen(trajectory_topic.MESSAGE, topic, followed.receive, _NEWEST, largest=_LARGEST_TRAJECTORY)
         if motors is not None:
             self._motors = motors
-            self._listen("geometry_msgs/msg/Twist", "cmd_vel", self._drive, _NEWEST)
+            for kind, drive in ((_TWIST, self._drive), (_STAMPED, self._drive_stamped)):
+                self._listen(kind, "cmd_vel", drive, _NEWEST, besides=(_TWIST, _STAMPED))
         if walk is not None and encoders is not None:
             self._walk, self._encoders = walk, encoders
             self._listen("geometry_msgs/msg/PoseStamped", "move_base_simple/goal", self._go, _NEWEST)
@@ -119,15 +136,18 @@ class Commands:
         name: str,
         handle: Callable[[Any, Sender], object],
         qos: QoS = QoS(),  # noqa: B008
+        *,
+        largest: int = LARGEST_COMMAND,
+        besides: Sequence[str] = (),
     ) -> None:
         def receive(message: Any, sender: Sender) -> None:  # noqa: ANN401 - its class is made at run time
             try:
                 handle(message, sender)
-            except (RefusedError, UserException, SystemException) as error:
+            except _REFUSALS as error:
                 self._refuse(name, str(error))
 
         self._node.create_subscription(
-            type_name, name, receive, qos, largest=LARGEST_COMMAND, with_sender=True
+            type_name, name, receive, qos, largest=largest, with_sender=True, besides=besides
         )
 
     def _refuse(self, name: str, why: str) -> None:
@@ -144,10 +164,17 @@ class Commands:
         for field, value in velocity.items():
             if not math.isfinite(value):
                 raise RefusedError(f"{field} is {value}: it must be a finite number")
-        forward, left, turn = velocity.values()
+        forward, left, turn = self._speeds.limited(*velocity.values())
         motors = self._motors
         for call in (motors.setV.begin(forward), motors.setL.begin(left), motors.setW.begin(turn)):
             call.result()  # within the proxy's limit
+
+    def _drive_stamped(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
+        """Walk at a velocity as Nav2 and ros2_control send it; that it is renewed counts, not its stamp."""
+        frame = message.header.frame_id
+        if frame not in ("", ROOT, FOOTPRINT):
+            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {ROOT} or {FOOTPRINT}")
+        self._drive(message.twist, sender)
 
     def _go(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
         """Walk to a place in the frame odom or base_footprint, while the publisher exists."""

@@ -13,9 +13,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.etree import ElementTree as ET
 
+from interfaces.jderobot import CameraDescription
 from naoserver.body import BODIES, Body, Joint, Link
 from naoserver.capabilities import Vector
 
+ODOM: Final = "odom"
+"""The frame of the odometry: the place at which it began."""
 ROOT: Final = "base_link"
 """The root of the tree: the torso's frame."""
 FOOTPRINT: Final = "base_footprint"
@@ -52,6 +55,8 @@ CAMERA_FRAMES: Final = {
 }
 """The beginning of the frames of each camera: `..._frame`, and `..._optical_frame` of its images."""
 
+OUTSIDE_YAW: Final = math.radians(113)
+"""Yaw of `CameraOutside` in `odom`, which its description lacks; a simulation places it (surroundings.py)."""
 _BONE: Final = 0.018
 """Radius in m of the cylinders that are drawn between joints, in addition to the shapes of the facts."""
 _LEAST_MASS, _LEAST_INERTIA = 1e-5, 1e-8
@@ -88,9 +93,7 @@ def fixed_frames(body: Body) -> list[Frame]:
     sole = (0.0, 0.0, -facts["dimensions"]["foot_height"])
     frames += [Frame(name, f"{name[0]}_ankle", sole) for name in SOLES]
     for camera in body.cameras:
-        name = CAMERA_FRAMES[camera.name]
-        frames.append(Frame(f"{name}_frame", "Head", camera.position, (0.0, camera.tilt, 0.0)))
-        frames.append(Frame(f"{name}_optical_frame", f"{name}_frame", _NOWHERE, _OPTICAL))
+        frames += _camera_frames(camera.name, "Head", camera.position, (0.0, camera.tilt, 0.0))
     frames.append(Frame("gaze", "Head", body.cameras[0].position))
     for part in ("accelerometer", "gyrometer"):
         frames.append(Frame(f"ImuTorso{part.capitalize()}_frame", "torso", _vector(facts["imu"][part])))
@@ -105,6 +108,18 @@ def fixed_frames(body: Body) -> list[Frame]:
         name, parent = _touch_frame(sensor)
         frames.append(Frame(name, parent, _vector(position)))
     return frames
+
+
+def outside_frames(camera: CameraDescription) -> list[Frame]:
+    """Return the frames of a camera beside the robot: it stands still where the odometry began."""
+    place = camera.posx, camera.posy, camera.posz
+    return _camera_frames(camera.name, ODOM, place, (0.0, camera.tilt, OUTSIDE_YAW))
+
+
+def _camera_frames(camera: str, parent: str, position: Vector, angles: Vector) -> list[Frame]:
+    name = CAMERA_FRAMES[camera]
+    body = Frame(f"{name}_frame", parent, position, angles)
+    return [body, Frame(f"{name}_optical_frame", body.name, _NOWHERE, _OPTICAL)]
 
 
 def _touch_frame(sensor: str) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from io import BytesIO
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from interfaces.jderobot import CameraDescription, EncodersData, ImageData
 from interfaces.nao import (
@@ -30,16 +31,27 @@ from naoserver.capabilities import Vector
 from naoserver.kinematics import Matrix, angles_of, matrix_of, place_of
 from ros2 import Types
 
-from .description import CAMERA_FRAMES, FOOTPRINT, LINKS, ROOT, Frame, fixed_frames
+from .description import CAMERA_FRAMES, FOOTPRINT, LINKS, ODOM, ROOT, Frame, fixed_frames
 
 Fields = dict[str, object]
-
-ODOM: Final = "odom"
 
 _NS: Final = 1_000_000_000
 _LEVEL_OF_TILT: Final = 1e-4  # rad2: roll and pitch to 0.01 rad
 _SPEED_OVER: Final = 0.2
 """Robot seconds over which the odometry's velocity is measured."""
+_SLIP: Final = 0.1
+"""Standard deviation of the odometry as a share of the way, and of the angle turned: feet slip."""
+_VEER: Final = 0.05
+"""Standard deviation of its heading in rad for each m walked."""
+_PLACED: Final = 0.01
+"""Its standard deviation at the start, in m and rad."""
+_HEIGHT: Final = 1e-4  # m2: the legs' angles give the height to 0.01 m
+_LINEAR_VARIANCE: Final = 1e-3
+"""Of each linear velocity in m2/s2: the torso sways by 0.03 m/s about that of the walk."""
+_TURN_VARIANCE: Final = 1e-2
+"""Of the turning velocity in rad2/s2."""
+_SWAY_VARIANCE: Final = 0.25
+"""Of the rates of roll and pitch in rad2/s2, which are given as 0: a walk sways by 0.5 rad/s."""
 _MOST_BETWEEN: Final = 50
 _HOT, _TOO_HOT = 68.0, 74.0
 """Degrees Celsius from which naoqi_driver2 calls a joint hot, and too hot."""
@@ -280,10 +292,12 @@ class BodyFrames:
         self.message: Final = types["tf2_msgs/msg/TFMessage"]
         """Makes a message of transforms."""
         self._way: deque[tuple[float, EncodersData]] = deque(maxlen=_MOST_BETWEEN)
+        self._walked = 0.0  # m, since the first odometry
+        self._turned = 0.0  # rad
 
-    def fixed(self, ns: int) -> Any:  # noqa: ANN401 - a message's class is made at run time
-        """Return the tf2_msgs/msg/TFMessage of the fixed frames."""
-        return self.message([self._of_frame(frame, ns) for frame in self._fixed])
+    def fixed(self, ns: int, others: Sequence[Frame] = ()) -> Any:  # noqa: ANN401 - made at run time
+        """Return the tf2_msgs/msg/TFMessage of the fixed frames, and of others that are not on the body."""
+        return self.message([self._of_frame(frame, ns) for frame in (*self._fixed, *others)])
 
     def moving(self, ns: int, angles: Sequence[float]) -> list[Any]:
         """Return the transforms of the joints at their angles in rad."""
@@ -312,10 +326,18 @@ class BodyFrames:
         return [self._of_matrix(ODOM, ROOT, place, ns), *found], place
 
     def odometry(self, header: Fields, time: float, place: Matrix, data: EncodersData) -> Fields:
-        """Return a nav_msgs/msg/Odometry of base_link: its velocity is that over the last 0.2 s."""
+        """Return a nav_msgs/msg/Odometry of base_link: its velocity is that over the last 0.2 s.
+
+        Its variances grow with the way, as its error does; covariances between axes are given as 0.
+        """
         way = self._way
         if way and not way[-1][0] < time:  # the simulation restarted
             way.clear()
+            self._walked = self._turned = 0.0
+        if way:
+            newest = way[-1][1]
+            self._walked += math.hypot(data.robotx - newest.robotx, data.roboty - newest.roboty)
+            self._turned += abs(math.remainder(data.robottheta - newest.robottheta, math.tau))
         way.append((time, data))
         while len(way) > 2 and time - way[1][0] >= _SPEED_OVER:
             way.popleft()
@@ -332,11 +354,15 @@ class BodyFrames:
         }
         x, y, z = place[:3, 3].tolist()
         pose = {"position": {"x": x, "y": y, "z": z}, "orientation": _quaternion(angles_of(place))}
+        placed = _PLACED**2 + (_SLIP * self._walked) ** 2
+        heading = _PLACED**2 + (_SLIP * self._turned) ** 2 + (_VEER * self._walked) ** 2
+        at = (placed, placed, _HEIGHT, _LEVEL_OF_TILT, _LEVEL_OF_TILT, heading)
+        moving = (*(_LINEAR_VARIANCE,) * 3, _SWAY_VARIANCE, _SWAY_VARIANCE, _TURN_VARIANCE)
         return {
             "header": header,
             "child_frame_id": ROOT,
-            "pose": {"pose": pose},
-            "twist": {"twist": velocity},
+            "pose": {"pose": pose, "covariance": _diagonal(at)},
+            "twist": {"twist": velocity, "covariance": _diagonal(moving)},
         }
 
     def _of_frame(self, frame: Frame, ns: int) -> Any:  # noqa: ANN401
@@ -372,6 +398,11 @@ def _from_angles(angles: Vector) -> tuple[float, float, float, float]:
 
 def _quaternion(angles: Vector) -> Fields:
     return dict(zip("xyzw", _from_angles(angles), strict=True))
+
+
+def _diagonal(variances: Sequence[float]) -> NDArray[np.float64]:
+    """Return a covariance of independent values, row by row."""
+    return np.diag(np.asarray(variances)).reshape(-1)
 
 
 def _xyz(vector: Any) -> Fields:  # noqa: ANN401 - of the interfaces

@@ -25,8 +25,8 @@ from zenoh_ice import Communicator, ObjectNotExistException, ObjectPrx, Sample, 
 from zenoh_ice.proxy import StreamedCall
 
 from . import messages
-from .description import ROOT, body_of, urdf
-from .messages import ODOM, BodyFrames, Fields, Stamps
+from .description import ODOM, ROOT, body_of, outside_frames, urdf
+from .messages import BodyFrames, Fields, Stamps
 
 CAMERAS: Final = {
     "Camera": "camera/front",
@@ -168,7 +168,9 @@ class Telemetry:
         description = self._node.create_publisher("std_msgs/msg/String", "robot_description", LATCHED)
         description.publish(data=urdf(body))
         fixed = self._node.create_publisher("tf2_msgs/msg/TFMessage", "/tf_static", LATCHED)
-        fixed.publish(frames.fixed(stamps.ns(self._joints.getJointState().time)))
+        outside = find(self._communicator, CameraPrx, "CameraOutside")
+        beside = outside_frames(outside.getCameraDescription()) if outside else ()
+        fixed.publish(frames.fixed(stamps.ns(self._joints.getJointState().time), beside))
         states = self._topic("sensor_msgs/msg/JointState", "joint_states")
         tf = self._topic("tf2_msgs/msg/TFMessage", "/tf", QoS(depth=100))
         odom = self._topic("nav_msgs/msg/Odometry", "odom") if self._encoders else None

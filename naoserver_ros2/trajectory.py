@@ -10,9 +10,9 @@ from __future__ import annotations
 import bisect
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,24 @@ class TrajectoryError(Exception):
     def __init__(self, code: int, text: str) -> None:
         super().__init__(text)
         self.code = code
+
+
+class SupersededError(TrajectoryError):
+    """A newer trajectory took its joints."""
+
+    def __init__(self) -> None:
+        super().__init__(INVALID_GOAL, "a newer trajectory took its joints")
+
+
+class Order(Protocol):
+    """Who wants a trajectory to be followed."""
+
+    @property
+    def canceled(self) -> bool:
+        """Return whether it is to end, and its joints are to be held."""
+
+    def publish_feedback(self, feedback: object, /) -> None:
+        """Tell how far it is: the fields of the action's feedback."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,26 +224,44 @@ class TrajectoryFollower:
         self._names: Final = tuple(body.getJointNames())
         self._limits: Final = {limits.name: limits for limits in body.getJointLimits()}
         self._lock = threading.Lock()
-        self._owners: dict[str, ServerGoal] = {}
+        self._owners: dict[str, Order] = {}
 
     def execute(self, goal: ServerGoal) -> dict[str, object]:
         """Follow the trajectory of a goal to its end; the action's `execute`."""
         try:
-            trajectory = read_goal(goal.request, self._limits)
-            with self._lock:
-                self._owners |= dict.fromkeys(trajectory.joints, goal)
+            trajectory = self.read(goal.request)
+            self.claim(goal, trajectory)
             try:
-                self._follow(goal, trajectory)
+                self.follow(goal, trajectory)
             finally:
-                with self._lock:
-                    self._owners = {name: owner for name, owner in self._owners.items() if owner is not goal}
+                self.release(goal)
         except TrajectoryError as error:
             raise Aborted(str(error), {"error_code": error.code, "error_string": str(error)}) from error
         except (UserException, SystemException) as error:  # refused, or the server is gone
             raise Aborted(str(error), {"error_code": INVALID_GOAL, "error_string": str(error)}) from error
         return {"error_code": SUCCESSFUL, "error_string": ""}
 
-    def _follow(self, goal: ServerGoal, trajectory: Trajectory) -> None:
+    def read(self, goal: Any) -> Trajectory:  # noqa: ANN401 - a message's class
+        """Return the trajectory of a goal of the action; raises TrajectoryError, which names the joint."""
+        return read_goal(goal, self._limits)
+
+    def claim(self, order: Order, trajectory: Trajectory, former: Collection[Order | None] = ()) -> None:
+        """Give an order the joints of its trajectory, and all joints of `former` orders: these end."""
+        with self._lock:
+            taken = [name for name, owner in self._owners.items() if owner in former]
+            self._owners |= dict.fromkeys([*taken, *trajectory.joints], order)
+
+    def release(self, order: Order) -> None:
+        """Take back the joints of an order."""
+        with self._lock:
+            self._owners = {name: owner for name, owner in self._owners.items() if owner is not order}
+
+    def follow(self, order: Order, trajectory: Trajectory) -> None:
+        """Follow a trajectory whose joints were claimed to its end.
+
+        Raises Canceled once the joints of a cancelled one are held, SupersededError when another order has
+        claimed some of them, TrajectoryError when it fails, and what a call of the robot raises.
+        """
         columns = [self._names.index(name) for name in trajectory.joints]
         sample = self._body.getJointState.wait()
         start = sample.time if trajectory.start is None else self._robot_time(trajectory.start)
@@ -239,25 +275,27 @@ class TrajectoryFollower:
                 INVALID_GOAL, f"it is to begin in {start - sample.time:.4g} s; at most {_LONGEST:g}"
             )
         trajectory = trajectory.from_positions([sample.value.commands[column] for column in columns])
-        fed = -math.inf
+        fed, moved = -math.inf, False
         while True:
-            before, sample = sample, self._next(goal, sample)
+            before, sample = sample, self._next(order, sample)
             state, time, period = sample.value, sample.time - start, sample.time - before.time
             if period < 0.0:
                 raise TrajectoryError(INVALID_GOAL, "the simulation began again")
-            with self._lock:
-                if any(self._owners.get(name) is not goal for name in trajectory.joints):
-                    raise TrajectoryError(INVALID_GOAL, "a newer trajectory took its joints")
-            if goal.canceled:
+            # One that is replaced at once still has its turn: a stream of them must not stand still.
+            canceled = order.canceled
+            if (moved or canceled or time < 0.0) and self._has_lost(order, trajectory):
+                raise SupersededError
+            if canceled:
                 self._hold(trajectory, state, columns)
                 raise Canceled({"error_code": SUCCESSFUL, "error_string": "canceled"})
             if time < 0.0:
                 continue
             self._steer(trajectory, time, min(period, _LONGEST_STEP), state, columns)
+            moved = True
             desired, actual = trajectory.at(time), np.array([state.positions[column] for column in columns])
             if time - fed >= _FEEDBACK:
                 fed = time
-                goal.publish_feedback(_feedback(trajectory.joints, desired, actual, time))
+                order.publish_feedback(_feedback(trajectory.joints, desired, actual, time))
             over = time - trajectory.times[-1]
             strayed = _worst(trajectory, desired, actual, trajectory.path_tolerances if over <= 0.0 else {})
             missed = _worst(trajectory, desired, actual, trajectory.goal_tolerances) if over >= 0.0 else ""
@@ -268,9 +306,13 @@ class TrajectoryFollower:
                 code = PATH_TOLERANCE_VIOLATED if strayed else GOAL_TOLERANCE_VIOLATED
                 raise TrajectoryError(code, strayed or missed)
 
-    def _next(self, goal: ServerGoal, sample: Sample[JointState]) -> Sample[JointState]:
-        """Return the next sample, or the same one if the goal is cancelled before the next arrives."""
-        while not goal.canceled:
+    def _has_lost(self, order: Order, trajectory: Trajectory) -> bool:
+        with self._lock:
+            return any(self._owners.get(name) is not order for name in trajectory.joints)
+
+    def _next(self, order: Order, sample: Sample[JointState]) -> Sample[JointState]:
+        """Return the next sample, or the same one if the order is cancelled before the next arrives."""
+        while not order.canceled:
             try:
                 return self._body.getJointState.wait(after=sample, timeout=_SILENCE)
             except TimeoutException:

@@ -30,7 +30,7 @@ SPECTATOR: Final = CameraFacts(
     rates=(30.0, 30.0, 15.0),
 )
 """A spectator in front of the robot's place and to its right; sees it and the balls."""
-_SPECTATOR_YAW: Final = math.radians(113)
+SPECTATOR_YAW: Final = math.radians(113)
 _FLOOR_HALF: Final = 6.0
 _SOFT: Final = (0.005, 1.0)
 """Time constant in s and damping ratio of a contact."""
@@ -104,7 +104,7 @@ def add_movables(spec: mujoco.MjSpec, world: World) -> None:
     start = spec.worldbody.add_body(
         name="start", pos=[*world.robot.position, 0.0], quat=about_z(world.robot.heading)
     )
-    add_camera(start, SPECTATOR, _SPECTATOR_YAW)
+    add_camera(start, SPECTATOR, SPECTATOR_YAW)
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
     for carried in world.carried_balls:
         carrier = _add_carrier(spec, start, carried)

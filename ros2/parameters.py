@@ -41,6 +41,14 @@ class _Parameter:
     description: str
     read_only: bool
     on_change: Callable[[Any], object] | None
+    read: Callable[[], Value] | None
+
+    @property
+    def present(self) -> Value:
+        """The value that it has now."""
+        if self.read is not None:
+            self.value = self.read()
+        return self.value
 
 
 class Parameters:
@@ -73,16 +81,20 @@ class Parameters:
         *,
         read_only: bool = False,
         on_change: Callable[[Any], object] | None = None,
+        read: Callable[[], Value] | None = None,
     ) -> None:
-        """Add a parameter; `on_change` first gets each new value, and raises ValueError to refuse it."""
+        """Add a parameter; `on_change` first gets each new value, and raises ValueError to refuse it.
+
+        `read` returns the present value of one that others change, too.
+        """
         _kind(value)
         with self._lock:
-            self._known[name] = _Parameter(value, description, read_only, on_change)
+            self._known[name] = _Parameter(value, description, read_only, on_change, read)
         self._publish("new_parameters", name, value)
 
     def __getitem__(self, name: str) -> Value:
         """Return the value of a parameter."""
-        return self._known[name].value
+        return self._known[name].present
 
     def __setitem__(self, name: str, value: Value) -> None:
         """Change a parameter from within, even one that is read-only for others."""
@@ -145,7 +157,7 @@ class Parameters:
             for name, known, value, _ in checked:
                 if why or known is None or value is None:
                     break
-                before = known.value
+                before = known.present
                 if why := self._apply(name, known, value):
                     for earlier, parameter, old in reversed(done):
                         self._apply(earlier, parameter, old)
@@ -156,7 +168,7 @@ class Parameters:
     def _get(self, request: Any) -> object:  # noqa: ANN401
         with self._lock:
             found = [self._known.get(name) for name in request.names]
-        return {"values": [_encode(each.value) if each else {"type": _NOT_SET} for each in found]}
+        return {"values": [_encode(each.present) if each else {"type": _NOT_SET} for each in found]}
 
     def _get_types(self, request: Any) -> object:  # noqa: ANN401
         with self._lock:

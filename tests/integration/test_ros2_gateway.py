@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from interfaces.jderobot import EncodersPrx, MotorsPrx
+from interfaces.jderobot import CameraPrx, EncodersPrx, MotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, SafetyPrx, SpeechPrx, WalkPrx
 from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
@@ -49,6 +49,7 @@ UNHURRIED = ServerOptions(safety=SafetyOptions(velocity_timeout=2.0))
 """A busy machine may renew the velocity of a walk to a place less often than every half second."""
 RELIABLE = QoS()
 HISTORY = QoS(durability="transient_local", depth=10)
+PATHS = ("trajectory_msgs/msg/JointTrajectory", "/joint_trajectory_controller/joint_trajectory")
 TRAJECTORY = "/joint_trajectory_controller/follow_joint_trajectory"
 
 
@@ -239,6 +240,32 @@ def test_a_velocity_drives_the_walk_and_silence_stops_it(shared: Robot) -> None:
     eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == pytest.approx((0.1, 0.05, 0.3)))
     eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == (0.0, 0.0, 0.0))
     assert encoders.getEncodersData().robotx > start
+
+
+def test_a_stamped_velocity_drives_the_walk_in_the_robots_frame_only(shared: Robot) -> None:
+    motors = shared.nao.proxy(MotorsPrx, "Motors")
+    velocity = shared.publisher("geometry_msgs/msg/TwistStamped", "/cmd_vel")
+    velocity.publish(header={"frame_id": "odom"}, twist={"linear": {"x": 0.1}})
+    eventually(lambda: shared.logs("/cmd_vel: refused: the frame is 'odom'"))
+    assert motors.getV() == 0.0
+    velocity.publish(header={"frame_id": "base_link"}, twist={"linear": {"x": 0.1}, "angular": {"z": 0.2}})
+    eventually(lambda: (motors.getV(), motors.getW()) == pytest.approx((0.1, 0.2)))
+    eventually(lambda: (motors.getV(), motors.getW()) == (0.0, 0.0))
+
+
+def test_a_publisher_of_another_type_is_warned_of(shared: Robot) -> None:
+    def logged() -> str:
+        sample = logs.latest()
+        return str(sample.value.msg) if sample else ""
+
+    logs = shared.ros.create_subscription("rcl_interfaces/msg/Log", "/rosout")
+    shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+    shared.publisher("geometry_msgs/msg/TwistStamped", "/cmd_vel")
+    shared.publisher("geometry_msgs/msg/Vector3", "/cmd_vel")
+    eventually(
+        lambda: "/cmd_vel: a publisher is not heard: /tester publishes geometry_msgs/msg/Vector3" in logged()
+    )
+    logs.close()
 
 
 def test_a_velocity_that_is_no_number_moves_nothing(shared: Robot) -> None:
@@ -588,6 +615,120 @@ def test_no_peer_sends_its_tokens_to_the_gateway(shared: Robot) -> None:
     assert gateway not in {str(zid) for zid in peer.peers_zid()}, (
         "it is a client, which gets what it asks for"
     )
+
+
+# Trajectories of a topic
+
+
+def trajectory(*points: tuple[float, float], joint: str = "HeadYaw") -> dict[str, object]:
+    """Return the fields of a trajectory of one joint: positions in rad at times in s."""
+    listed = [
+        {"positions": [angle], "time_from_start": {"sec": int(time), "nanosec": round(time % 1 * 1e9)}}
+        for angle, time in points
+    ]
+    return {"joint_names": [joint], "points": listed}
+
+
+def test_a_trajectory_of_a_topic_is_followed(shared: Robot) -> None:
+    publisher = shared.publisher(*PATHS)
+    publisher.publish(**trajectory((0.3, 0.2), (-0.3, 0.5)))
+    eventually(lambda: position(shared, "HeadYaw") > 0.2)
+    eventually(lambda: abs(position(shared, "HeadYaw") + 0.3) < 0.01)
+
+
+def test_a_stream_of_short_trajectories_is_followed(shared: Robot) -> None:
+    publisher = shared.publisher(*PATHS)
+    begin, number = position(shared, "HeadPitch"), 0
+
+    def followed() -> bool:
+        nonlocal number
+        number += 1
+        publisher.publish(**trajectory((begin + min(0.2, 0.01 * number), 0.03), joint="HeadPitch"))
+        return position(shared, "HeadPitch") > begin + 0.19
+
+    eventually(followed)
+
+
+def test_an_empty_trajectory_stops_the_one_before(shared: Robot) -> None:
+    publisher = shared.publisher(*PATHS)
+    begin = position(shared, "HeadYaw")
+    publisher.publish(**trajectory((begin + 1.0, 60.0)))
+    eventually(lambda: position(shared, "HeadYaw") > begin + 0.005)
+    publisher.publish()
+    rests(shared, "HeadYaw")
+    assert position(shared, "HeadYaw") < begin + 0.9
+
+
+def test_a_trajectory_of_a_topic_that_makes_no_sense_is_refused(shared: Robot) -> None:
+    shared.publisher(*PATHS).publish(**trajectory((0.1, 1.0), joint="Nose"))
+    eventually(
+        lambda: shared.logs("/joint_trajectory_controller/joint_trajectory: refused: there is no joint")
+    )
+
+
+def test_a_trajectory_of_a_topic_stops_when_its_publisher_is_gone(shared: Robot, commander: Node) -> None:
+    begin = position(shared, "HeadYaw")
+    publisher = commander.create_publisher(*PATHS)
+    eventually(lambda: publisher.subscribers > 0)
+    publisher.publish(**trajectory((begin + 1.0, 60.0)))
+    eventually(lambda: position(shared, "HeadYaw") > begin + 0.005)
+    commander.close()
+    eventually(lambda: shared.logs("its publisher is gone: its joints are held"))
+    rests(shared, "HeadYaw")
+    assert position(shared, "HeadYaw") < begin + 0.9
+
+
+# Parameters
+
+
+def ask(robot: Robot, service: str, **request: Any) -> Any:
+    name = "".join(f"_{each.lower()}" if each.isupper() else each for each in service).lstrip("_")
+    client = robot.ros.create_client(f"rcl_interfaces/srv/{service}", f"/nao/{name}")
+    client.wait(EVENT_LIMIT)
+    return client.call(timeout=CALL_LIMIT, **request)
+
+
+def set_parameter(robot: Robot, name: str, kind: int, **value: object) -> Any:
+    parameter = {"name": name, "value": {"type": kind, **value}}
+    return ask(robot, "SetParameters", parameters=[parameter]).results[0]
+
+
+def test_the_node_has_parameters(shared: Robot) -> None:
+    names = ask(shared, "ListParameters").result.names
+    assert {"use_sim_time", "camera.front.image_size", "camera.bottom.frame_rate"} <= set(names)
+    (simulated,) = ask(shared, "GetParameters", names=["use_sim_time"]).values
+    assert (simulated.type, simulated.bool_value) == (1, False)
+    assert "read-only" in set_parameter(shared, "use_sim_time", 1, bool_value=True).reason
+
+
+def test_the_size_of_images_is_a_parameter(shared: Robot) -> None:
+    camera = shared.nao.proxy(CameraPrx, "Camera")
+    size, rate = "camera.front.image_size", "camera.front.frame_rate"
+    try:
+        for wrong in ([77, 240], [1 << 40, 1 << 40], [-1, 2], [320]):
+            assert not set_parameter(shared, size, 7, integer_array_value=wrong).successful, wrong
+        assert not set_parameter(shared, rate, 3, double_value=math.nan).successful
+        assert set_parameter(shared, size, 7, integer_array_value=[640, 480]).successful
+        assert set_parameter(shared, rate, 3, double_value=5.0).successful
+        eventually(lambda: shared.topic("/camera/front/image_raw").width == 640)
+        eventually(lambda: shared.topic("/camera/front/camera_info").height == 480)
+    finally:
+        camera.reset()
+    now, pace = ask(shared, "GetParameters", names=[size, rate]).values  # another client changed them
+    assert now.integer_array_value.tolist() == [320, 240]
+    assert pace.double_value != 5.0
+
+
+def test_the_speed_of_the_walk_is_a_parameter(shared: Robot) -> None:
+    motors = shared.nao.proxy(MotorsPrx, "Motors")
+    name = "walk.max_linear_speed"
+    assert not set_parameter(shared, name, 3, double_value=-1.0).successful
+    assert set_parameter(shared, name, 3, double_value=0.05).successful
+    velocity = shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+    velocity.publish(linear={"x": 0.1}, angular={"z": 0.4})
+    eventually(lambda: (motors.getV(), motors.getW()) == pytest.approx((0.05, 0.2)))
+    assert set_parameter(shared, name, 3, double_value=1.0).successful
+    eventually(lambda: (motors.getV(), motors.getW()) == (0.0, 0.0))
 
 
 # Others beside ROS

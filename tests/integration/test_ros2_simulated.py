@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from naoserver_ros2.trajectory import SUCCESSFUL, TYPE
-from ros2 import ActionClient, Node, Status
+from ros2 import LATCHED, ActionClient, Node, Status
 from tests.integration.test_ros2_gateway import gateway
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually
@@ -16,6 +17,7 @@ from tests.support.robot_server import eventually
 pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
 
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.surroundings import SPECTATOR, SPECTATOR_YAW
 
 pytestmark = pytest.mark.sim
 
@@ -60,6 +62,8 @@ def test_a_velocity_takes_it_forwards_and_silence_leaves_it_standing(ros: Node) 
     eventually(lambda: abs(odometry.latest().value.twist.twist.linear.x) < 0.01)
     place = odometry.latest().value.pose.pose
     assert place.position.z == pytest.approx(0.3, abs=0.06)  # the torso of a robot that stands
+    pose, twist = (getattr(odometry.latest().value, part).covariance for part in ("pose", "twist"))
+    assert all(pose[7 * axis] > 0.0 and twist[7 * axis] > 0.0 for axis in range(6))
 
 
 def test_a_trajectory_ends_within_its_tolerance(ros: Node) -> None:
@@ -78,3 +82,26 @@ def test_a_trajectory_ends_within_its_tolerance(ros: Node) -> None:
     )
     result = goal.result(MOVE_LIMIT)
     assert (goal.status, result.error_code, result.error_string) == (Status.SUCCEEDED, SUCCESSFUL, "")
+
+
+def test_the_camera_beside_the_robot_stands_where_the_simulation_put_it(ros: Node) -> None:
+    fixed = ros.create_subscription("tf2_msgs/msg/TFMessage", "/tf_static", qos=LATCHED)
+    eventually(lambda: fixed.latest() is not None)
+    sample = fixed.latest()
+    assert sample is not None
+    frames = {each.child_frame_id: each for each in sample.value.transforms}
+    camera, optical = (frames[f"CameraOutside_{name}frame"] for name in ("", "optical_"))
+    assert (camera.header.frame_id, optical.header.frame_id) == ("odom", "CameraOutside_frame")
+    place = camera.transform.translation
+    assert (place.x, place.y, place.z) == pytest.approx(SPECTATOR.position)
+    turn = camera.transform.rotation
+    ahead = 1 - 2 * (turn.y**2 + turn.z**2), 2 * (turn.x * turn.y + turn.w * turn.z)
+    assert math.atan2(ahead[1], ahead[0]) == pytest.approx(SPECTATOR_YAW)
+    assert math.asin(2 * (turn.x * turn.z - turn.w * turn.y)) == pytest.approx(-SPECTATOR.tilt)
+
+
+def test_use_sim_time_is_a_parameter(ros: Node) -> None:
+    client = ros.create_client("rcl_interfaces/srv/GetParameters", "/nao/get_parameters")
+    client.wait(CALL_LIMIT)
+    (simulated,) = client.call(timeout=CALL_LIMIT, names=["use_sim_time"]).values
+    assert simulated.bool_value

@@ -208,6 +208,21 @@ def test_the_velocity_of_the_odometry_is_that_in_the_robot_s_own_frame(types):
     assert (twist.linear.x, twist.linear.y, twist.angular.z) == pytest.approx((0.1, -0.03, 0.0), abs=1e-6)
 
 
+def test_the_odometry_is_less_certain_after_each_metre(types):
+    frames, before = BodyFrames(types, H25), 0.0
+    for metres in range(4):
+        data = EncodersData(float(metres), 0.0, 0.1 * metres, math.cos(0.1 * metres), math.sin(0.1 * metres))
+        message = sent(
+            types, "nav_msgs/msg/Odometry", frames.odometry(HEADER, 10.0 * metres, np.eye(4), data)
+        )
+        pose, twist = (np.reshape(each.covariance, (6, 6)) for each in (message.pose, message.twist))
+        assert (np.diag(pose) > 0.0).all()
+        assert (np.diag(twist) > 0.0).all()
+        assert pose[0, 0] == pose[1, 1] > before
+        assert math.sqrt(pose[0, 0]) == pytest.approx(math.hypot(0.01, 0.1 * metres))
+        before = pose[0, 0]
+
+
 def test_a_simulation_that_begins_again_has_no_velocity_from_before(types):
     frames = BodyFrames(types, H25)
     frames.odometry(HEADER, 50.0, np.eye(4), EncodersData(3.0, 0.0, 0.0, 1.0, 0.0))
