@@ -4,7 +4,7 @@ Both sides of each pair are processes on this machine, with the same messages, p
 Zenoh (TCP on loopback), rclpy over Fast DDS (loopback and shared memory, its default). Without the peers,
 which `make ros-peers` installs, only ours are measured.
 
-    python benchmarks/bench_ros2.py [--quick] [calls] [stream] [array] [image]
+    python benchmarks/bench_ros2.py [--quick] [calls] [stream] [array] [image] [large]
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ from tests.support.processes import free_endpoint  # noqa: E402
 from tests.support.ros_peers import PROGRAMS, peers_folder  # noqa: E402
 
 ROUNDS = 5
-TASKS = {"calls": 2000, "stream": 10_000, "array": 600, "image": 600}
+TASKS = {"calls": 2000, "stream": 10_000, "array": 600, "image": 600, "large": 200}
 NAMES = {
     "calls": "call of a service, 3 strings",
     "stream": "100 Hz each way, /clock",
     "array": "30 Hz, 115,200 int64 (921,600 bytes)",
     "image": "30 Hz, sensor_msgs/Image, 640x480 rgb8",
+    "large": "10 Hz, sensor_msgs/Image, 1280x960 rgb8",
 }
 
 
@@ -81,9 +82,7 @@ def main() -> None:
     print("| what | library | median, ms | 99 %, ms | lost | processor, s |\n|---|---|---|---|---|---|")
     ratios = []
     for task in chosen:
-        libraries = (
-            ["ours", "rclpy"] if genuine and task != "image" else ["ours"]
-        )  # the wheels have no images
+        libraries = ["ours", "rclpy"] if genuine else ["ours"]
         found: dict[str, list[dict[str, Any]]] = {library: [] for library in libraries}
         for _ in range(ROUNDS):  # in turn, since a machine is busier at some times than at others
             for library in libraries:

@@ -37,6 +37,8 @@ DISTRIBUTIONS: Final = {
 
 LARGEST_MESSAGE: Final = 64 << 20
 """Maximum bytes of CDR that are decoded."""
+_LARGE: Final = 1 << 16
+"""Bytes from which the memory of a message is used again."""
 _LONGEST_SEQUENCE: Final = 1 << 26
 _LARGEST_DEFINITION: Final = 1 << 18  # characters
 
@@ -205,16 +207,37 @@ class Types:
 
     def encode(self, message: Any) -> bytes:  # noqa: ANN401
         """Return a message as CDR; raises MessageError for values that do not fit."""
+        buffer = bytearray()
+        self.encode_into(buffer, message)
+        return bytes(buffer)
+
+    def encode_into(self, buffer: bytearray, message: Any) -> None:  # noqa: ANN401
+        """Write a message as CDR into a buffer, whose length becomes that of the message.
+
+        A large message of the same length as the one before takes no new memory, which costs more time than
+        the copy; its padding may then have any bytes. Raises MessageError for values that do not fit.
+        """
         name = message.__msgtype__
         self._require(name)
         try:
-            return bytes(self._store.serialize_cdr(message, name, little_endian=True))
+            self._write(buffer, message, name)
         except _MISFITS as error:
             checked = self._make(name, message, name)  # its error names the field
             try:
-                return bytes(self._store.serialize_cdr(checked, name, little_endian=True))
+                self._write(buffer, checked, name)
             except _MISFITS:
                 raise MessageError(f"{name}: {error}") from error
+
+    def _write(self, buffer: bytearray, message: object, name: str) -> None:
+        definition = self._store.get_msgdef(name)
+        size = 4 + definition.getsize_cdr(0, message, self._store)
+        if len(buffer) != size or size < _LARGE:
+            buffer[:] = bytes(size)
+        buffer[1] = 1  # little endian
+        with memoryview(buffer) as view, view[4:] as body:  # a buffer with views cannot change its length
+            end = definition.serialize_cdr_le(body, 0, message, self._store)
+        if end + 4 != size:
+            raise ValueError(f"{end + 4} bytes were written instead of {size}")
 
     def largest(self, name: str) -> int:
         """Return the maximum bytes of a message: exactly, if each of its members has a fixed size."""

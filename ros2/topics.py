@@ -46,6 +46,7 @@ class Publisher(Endpoint):
             self._publisher = node.session.declare_publisher(self._key, congestion_control=control)
         self._announce(self._publisher)
         self._turn: Final = threading.Lock()
+        self._buffer: Final = bytearray()
         self._latched: Final = entity.qos.durability == "transient_local"
 
     @property
@@ -64,11 +65,13 @@ class Publisher(Endpoint):
     def publish(self, message: object = None, /, **fields: object) -> None:
         """Publish a message, or one with some fields; raises MessageError for a wrong value."""
         self._check_open()
-        data = self.node.types.encode(self.node.types.coerce(self.type_name, message, **fields))
+        types = self.node.types
+        made = types.coerce(self.type_name, message, **fields)
         with self._turn:  # they are sent in the order of their numbers
+            types.encode_into(self._buffer, made)
             _, attachment = self._attachment()
             try:
-                self._publisher.put(data, attachment=attachment)
+                self._publisher.put(self._buffer, attachment=attachment)  # which copies it
             except zenoh.ZError as error:
                 self._check_open()  # it was closed meanwhile
                 raise RosError(f"{self.name}: {error}") from error

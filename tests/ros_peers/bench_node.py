@@ -20,8 +20,11 @@ CLOCK: Final = "rosgraph_msgs/msg/Clock"
 ARRAY: Final = "rcl_interfaces/msg/ParameterValue"
 IMAGE: Final = "sensor_msgs/msg/Image"
 TYPES: Final = "rcl_interfaces/srv/GetParameterTypes"
-PIXELS: Final = 640 * 480 * 3
-RATES: Final = {"stream": 100.0, "array": 30.0, "image": 30.0}
+BYTES: Final = 640 * 480 * 3
+SIZES: Final = {"image": (640, 480), "large": (1280, 960)}
+"""Width and height of images in pixels."""
+KINDS: Final = {"stream": CLOCK, "array": ARRAY, "image": IMAGE, "large": IMAGE}
+RATES: Final = {"stream": 100.0, "array": 30.0, "image": 30.0, "large": 10.0}
 DEPTHS: Final = {CLOCK: 1000, ARRAY: 10, IMAGE: 10}
 """How many messages of each type may wait."""
 QUIET: Final = 10.0  # s without a message after which no more is waited for
@@ -40,12 +43,13 @@ class Ours:
         self.node = Node(side, domain=DOMAIN, settings=settings)
         self.qos = {kind: QoS(depth=depth) for kind, depth in DEPTHS.items()}
 
-    def publisher(self, kind: str, topic: str) -> Callable[[Any], None]:
+    def publisher(self, task: str, topic: str) -> Callable[[Any], None]:
         import numpy as np
 
+        kind, (width, height) = KINDS[task], SIZES.get(task, (0, 0))
         publisher = self.node.create_publisher(kind, topic, self.qos[kind])
         until(lambda: publisher.subscribers > 0)
-        pixels = np.zeros(PIXELS, np.uint8) if kind == IMAGE else np.zeros(PIXELS // 8, np.int64)
+        pixels = np.zeros(3 * width * height, np.uint8) if kind == IMAGE else np.zeros(BYTES // 8, np.int64)
         types = self.node.types
 
         def publish(now: int) -> None:
@@ -58,10 +62,10 @@ class Ours:
                 message = types.make(
                     kind,
                     header={"stamp": stamp},
-                    width=640,
-                    height=480,
+                    width=width,
+                    height=height,
                     encoding="rgb8",
-                    step=1920,
+                    step=3 * width,
                     data=pixels,
                 )
             publisher.publish(message)
@@ -98,16 +102,22 @@ class Genuine:
         self.thread = threading.Thread(target=self.executor.spin, daemon=True)
         self.thread.start()
 
-    def publisher(self, kind: str, topic: str) -> Callable[[Any], None]:
+    def publisher(self, task: str, topic: str) -> Callable[[Any], None]:
+        kind, (width, height) = KINDS[task], SIZES.get(task, (0, 0))
         made = self._class(kind)
         publisher = self.node.create_publisher(made, topic, DEPTHS[kind])
         until(lambda: publisher.get_subscription_count() > 0)
-        numbers = array.array("q", bytes(PIXELS))
+        numbers, pixels = array.array("q", bytes(BYTES)), array.array("B", bytes(3 * width * height))
 
         def publish(now: int) -> None:
             message = made()
             if kind == CLOCK:
                 message.clock.sec, message.clock.nanosec = divmod(now, 1_000_000_000)
+            elif kind == IMAGE:
+                stamp = message.header.stamp
+                stamp.sec, stamp.nanosec = divmod(now, 1_000_000_000)
+                message.width, message.height, message.step = width, height, 3 * width
+                message.encoding, message.data = "rgb8", pixels
             else:
                 message.integer_value, message.integer_array_value = now, numbers
             publisher.publish(message)
@@ -161,7 +171,6 @@ def stamp_of(message: Any) -> int:
 
 def stream(node: Any, task: str, side: str, number: int) -> dict[str, Any]:
     """Publish at a rate, both ways for `stream`, else from a to b; count what comes and how old it is."""
-    kind = {"stream": CLOCK, "array": ARRAY, "image": IMAGE}[task]
     sends, receives = task == "stream" or side == "a", task == "stream" or side == "b"
     ages: list[int] = []
     newest = [0.0]
@@ -172,8 +181,8 @@ def stream(node: Any, task: str, side: str, number: int) -> dict[str, Any]:
         newest[0] = time.monotonic()
 
     if receives:
-        node.subscribe(kind, f"/bench/to_{side}", receive)
-    publish = node.publisher(kind, f"/bench/to_{'b' if side == 'a' else 'a'}") if sends else None
+        node.subscribe(KINDS[task], f"/bench/to_{side}", receive)
+    publish = node.publisher(task, f"/bench/to_{'b' if side == 'a' else 'a'}") if sends else None
     if publish:
         time.sleep(1.0)  # the other end's discovery may be a little behind
         began = time.monotonic()

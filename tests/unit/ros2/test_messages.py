@@ -214,3 +214,14 @@ def test_a_message_with_constants_may_stand_in_another() -> None:
         "control_msgs/action/FollowJointTrajectory_GetResult_Response", status=6, result=result
     )
     assert outer.result.error_code == -5
+
+
+def test_a_buffer_is_used_again_for_messages_of_any_length() -> None:
+    types, buffer = jazzy(), bytearray()
+    for size in (100_000, 10, 100_000, 100_000, 0, 200_000):
+        image = types.make("sensor_msgs/msg/Image", encoding="rgb8", data=np.full(size, size % 251, np.uint8))
+        types.encode_into(buffer, image)
+        assert buffer == types.encode(image)
+        image.height = -1
+        with pytest.raises(MessageError, match=r"Image\.height: a whole number"):
+            types.encode_into(buffer, image)
