@@ -37,8 +37,9 @@ def peers_python() -> str:
     """Return the environment's Python; skips the test where it is not installed."""
     folder = peers_folder()
     python = folder / "bin" / "python"
-    if not list(folder.glob("lib/*/site-packages/zenoh_ros2_sdk")):  # which is installed with the others
-        pytest.skip(f"genuine rclpy and zenoh-ros2-sdk are not in {folder}: make ros-peers installs them")
+    found = {each.name for each in folder.glob("lib/*/site-packages/*_*")}
+    if not {"zenoh_ros2_sdk", "sensor_msgs"} <= found:  # which are installed with the others
+        pytest.skip(f"genuine ROS 2 and zenoh-ros2-sdk are not all in {folder}: make ros-peers installs them")
     return str(python)
 
 
