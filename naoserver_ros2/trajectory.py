@@ -73,7 +73,7 @@ class Order(Protocol):
         """Return whether it is to end, and its joints are to be held."""
 
     def publish_feedback(self, feedback: object, /) -> None:
-        """Tell how far it is: the fields of the action's feedback."""
+        """Report how far it is: the fields of the action's feedback."""
 
 
 @dataclass(frozen=True, slots=True)

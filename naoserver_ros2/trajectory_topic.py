@@ -108,7 +108,7 @@ class _Order:
         return self._canceled.is_set() or self.abandoned
 
     def publish_feedback(self, feedback: object) -> None:
-        """Tell nobody."""
+        """Report to nobody."""
 
     def cancel(self) -> None:
         """Hold its joints."""

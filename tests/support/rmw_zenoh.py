@@ -18,7 +18,7 @@ from ros2.wire import Attachment, Entity, key
 SMALLEST: Final = "1"
 """The id of a session that connects to no peer: Zenoh compares ids as bytes, the lowest first."""
 GREATEST: Final = "f" * 32
-"""The id of one that connects to every peer that it is told of."""
+"""The id of one that connects to every peer that it hears of."""
 
 _MINUTE: Final = 60_000  # ms
 _PRIORITIES: Final = (
