@@ -64,6 +64,21 @@ def test_by_a_router_genuine_nodes_find_the_robot_and_each_other() -> None:
         )
 
 
+def test_after_a_restart_of_the_router_they_find_each_other_again() -> None:
+    router = free_endpoint()
+    routed = Settings(mode="router", connect=(), listen=(router,))
+    with ExitStack() as opened, ExitStack() as first:
+        first.enter_context(routing(routed))
+        telemetry, where = opened.enter_context(gateway(router))
+        nodes = [opened.enter_context(GenuineNode(name, where)) for name in ("one", "other")]
+        all_meet(nodes, telemetry)
+        first.close()
+        with routing(routed):
+            nodes.append(opened.enter_context(GenuineNode("late", where)))
+            all_meet(nodes, telemetry)
+            opened.close()
+
+
 @pytest.mark.parametrize("session_id", [SMALLEST, GREATEST], ids=["smallest id", "greatest id"])
 def test_without_a_router_a_genuine_node_finds_the_robot(session_id: str) -> None:
     with gateway() as (telemetry, where), GenuineNode("genuine", where, session_id=session_id) as genuine:
