@@ -12,7 +12,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.code.language import change_code, code_of, is_foreign
+from codegen.hfsm.code.language import CPP, change_code, code_of, is_foreign, is_undeclared_cpp
 from codegen.hfsm.code.python2 import bound_names, fix_python2, python2_mark
 from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.codes import Code
@@ -35,7 +35,12 @@ def convert_document(
     document = read(source, diagnostics)
     if document is None:
         return ""
-    if not is_foreign(document):
+    if is_undeclared_cpp(document):
+        place = next(code_of(document, source)).place
+        message = "most of the code looks like C++: it is kept, but cannot run"
+        note = Note(f"if it is, declare it: `<language>{CPP}</language>`")
+        diagnostics.note(Code.KEPT_LANGUAGE, message, place, [note])
+    elif not is_foreign(document):
         document = convert_python2(document, source, diagnostics, fixes=fixes_python2)
     elif not any(each.code == Code.KEPT_LANGUAGE for each in diagnostics):  # the reader may have reported it
         language = document.language.text.strip()

@@ -17,12 +17,13 @@ from typing import Final, Literal, NamedTuple
 
 from ..diagnostics import Location
 from .code.language import first_foreign
-from .code.names import OLD_MODULES
-from .code.scopes import INSPECTING, local_names
+from .code.scopes import INSPECTING, free_names, local_names
 from .code.text import (
     Code,
     CodeError,
     all_nodes,
+    as_class,
+    as_function,
     bound_names,
     child_nodes,
     dotted,
@@ -38,6 +39,7 @@ from .definitions import COMPONENT_ALIASES
 from .document import Argument, Automaton, Document, Library, State, Text, Transition
 from .effects import CodeEffects
 from .extension import Extension, find_extension
+from .old_names import OldNames, find_old_names
 
 __all__ = [
     "Access",
@@ -126,6 +128,24 @@ class Piece:
     def used(self) -> frozenset[str]:
         """All names in it."""
         return frozenset(node.id for node in all_nodes(self.tree) if isinstance(node, ast.Name))
+
+    @cached_property
+    def free(self) -> frozenset[str]:
+        """The names that it reads and does not bind; other code of its automaton may bind them."""
+        source = (
+            as_class(self.code) if self.is_functions else as_function(self.tree, self.code, self.header)[0]
+        )
+        return free_names(source)
+
+    @cached_property
+    def mentioned(self) -> frozenset[str]:
+        """The attributes in it, of whatever object, and the strings, which may name one."""
+        found: set[str] = set()
+        for node in all_nodes(self.tree):
+            match node:
+                case ast.Attribute(attr=name) | ast.Constant(value=str(name)):
+                    found.add(name)
+        return frozenset(found)
 
     @cached_property
     def accesses(self) -> tuple[Access, ...]:
@@ -296,6 +316,16 @@ class Analysis:
         return frozenset[str]().union(*(piece.bound for piece in self.functions))
 
     @cached_property
+    def free(self) -> frozenset[str]:
+        """The names that code takes from the file of the component."""
+        found = set[str]().union(*(piece.free for piece in self.functions))
+        for code in self.automata:
+            bound = {item.name for item in code.automaton.inputs}
+            bound = bound.union(*(piece.bound for piece in code.sharing()))
+            found |= set[str]().union(*(piece.free for piece in code.sharing())) - bound
+        return frozenset(found)
+
+    @cached_property
     def effects(self) -> CodeEffects:
         """The effects of the code."""
         return CodeEffects(self)
@@ -307,11 +337,21 @@ class Analysis:
 
     @cached_property
     def libraries(self) -> dict[str, str]:
-        """The names that the libraries bind, with their full names; `*` for those of `import *`."""
-        found = {module: module for module in (OLD_MODULES if self.document.is_old else ())}
+        """The names of all imported modules and their contents, also those of the original generators."""
+        return {**self.old_names.modules, **self.imported}
+
+    @cached_property
+    def imported(self) -> dict[str, str]:
+        """The names that the declared libraries bind, with their full names; `*` for those of `import *`."""
+        found: dict[str, str] = {}
         for each in self.imports:
             found.update(imported_names(each.node))
         return found
+
+    @cached_property
+    def old_names(self) -> OldNames:
+        """The names that the code uses and only the original generators provided."""
+        return find_old_names(self)
 
     @cached_property
     def modules(self) -> frozenset[str]:

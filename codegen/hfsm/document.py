@@ -329,7 +329,9 @@ class Document(Node):
     @property
     def proxy_aliases(self) -> dict[str, str]:
         """The second names that the original generators gave to proxies, each with the interface's name."""
-        return {f"{each.name}Prx": each.name for each in self.interfaces} if self.is_old else {}
+        own = {each.name for each in self.all_interfaces}
+        aliases = {f"{each.name}Prx": each.name for each in self.interfaces}
+        return {alias: name for alias, name in aliases.items() if alias not in own}
 
     @property
     def all_interfaces(self) -> tuple[Interface | RosInterface, ...]:

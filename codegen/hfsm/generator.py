@@ -15,9 +15,9 @@ from typing import Final
 from ..diagnostics import Diagnostics, Location
 from .analysis import Analysis, AutomatonCode
 from .automaton_writer import AutomatonWriter, CodeLines, Line, Method
+from .bindings import ambiguous_names
 from .checks.component import ON_ERROR, ON_REFUSED
 from .code.names import (
-    OLD_MODULES,
     camel_case,
     component_name,
     docstring,
@@ -25,12 +25,14 @@ from .code.names import (
     literal,
     printable,
     quoted,
+    reserved_names,
     unique,
 )
 from .code.text import FUTURE, Code, CodeError, compile_source, definitions
 from .code.values import parse_value
 from .codes import Code as DocumentCode
 from .known_interfaces import KnownInterface, KnownInterfaces
+from .old_names import LOCK
 from .ros import TF, parse_qos, stops
 from .source_map import SourceMap, SourceRow
 
@@ -61,15 +63,23 @@ def generate(analysis: Analysis, interfaces: KnownInterfaces) -> GeneratedCompon
     return _Generator(analysis, interfaces).component()
 
 
-def check_component(component: GeneratedComponent, path: Path, diagnostics: Diagnostics) -> None:
-    """Report errors that Python finds in the text of a component; `path` is that of the document.
+def check_component(component: GeneratedComponent, analysis: Analysis, diagnostics: Diagnostics) -> None:
+    """Report errors that Python finds in the text of a component, and names with two meanings.
 
     Each piece of code compiles by itself, but may conflict with the code around it.
     """
+    path = analysis.path
     try:
         compile_source(component.text, Code(tuple(component.text.split("\n")), line=1))
     except CodeError as error:
         diagnostics.error(DocumentCode.BAD_CODE, str(error), _place(component, error, path))
+        return
+    declared = (*analysis.document.all_interfaces, *analysis.document.parameters)
+    for name in ambiguous_names(component.text, component.source_map):
+        node = next((each for each in declared if each.name == name), analysis.document)
+        place = Location(node.path or path, node.line, max(1, node.column))
+        message = f"`{name}` would have two meanings in the component: choose another name"
+        diagnostics.error(DocumentCode.RESERVED_NAME, message, place)
 
 
 def _place(component: GeneratedComponent, wrong: CodeError, path: Path) -> Location:
@@ -91,15 +101,17 @@ class _Generator:
         extension = analysis.extension
         self._extension = None if extension is None or extension.problem else extension
         self._name = component_name(self._path.stem)
-        self._class_name = camel_case(self._name)
         self._description = (
             " ".join(self._document.description.text.split()) or f"The component {self._name}."
         )
         self._interfaces = {each.name: interfaces.find(each.type)[0] for each in self._document.interfaces}
+        self._old = analysis.old_names
         self._ros_types = interfaces.ros.own_texts([each.type.strip() for each in self._document.ros])
         self._owners = {child: state for _, state in self._document.states() for child in state.children}
         self._automata = list(self._root_first())
         self._methods = self._make_methods()
+        self._proxy_classes = self._name_proxy_classes()
+        self._class_name = unique(camel_case(self._name), "Component", self._module_names())
 
     def component(self) -> GeneratedComponent:
         by_id = {code.automaton.id: code.automaton for code in self._automata}
@@ -175,7 +187,7 @@ class _Generator:
         used |= {"Parameter"} if document.parameters else set()
         used |= {"Proxy"} if document.interfaces else set()
         used |= {"Ros"} if document.ros else set()
-        used |= {"ros_message"} if document.ros_messages else set()
+        used |= {"ros_message"} if self._old.messages else set()
         used |= {"ros_tf"} if self._uses_tf else set()
         used |= {"load_extension"} if extension else set()
         directories = self._package_directories()
@@ -186,18 +198,20 @@ class _Generator:
             yield ""
             yield f"add_to_path(__file__, {', '.join(map(quoted, directories))})"
         packages: dict[str, set[str]] = {}
-        for interface, local_name in self._proxy_classes().items():
+        for interface, local_name in self._proxy_classes.items():
             alias = "" if local_name == interface.proxy else f" as {local_name}"
             packages.setdefault(interface.package, set()).add(f"{interface.proxy}{alias}")
+            if interface.proxy in self._named_proxy_classes:
+                packages[interface.package].add(interface.proxy)
         for package, classes in sorted(packages.items()):
             yield f"from {package} import {', '.join(sorted(classes))}"
-        ours = [f"import {module}" for module in (OLD_MODULES if document.is_old else ())]
+        ours = [_import(module) for module in self._old.modules.values()]
         theirs = {each.statement: each.library for each in reversed(self._analysis.imports)}
         if ours or theirs:
             yield ""
         yield from ours
         for statement, library in reversed(theirs.items()):
-            if statement not in ours and not (self._uses_tf and statement == f"import {TF}"):
+            if not (self._uses_tf and statement == f"import {TF}"):
                 code = Code((statement,), library.name.line)
                 yield CodeLines([statement], code, library.path or self._path, "library")
         if extension:
@@ -214,8 +228,8 @@ class _Generator:
             for name, text in self._ros_types.items():
                 yield f"    {quoted(name)}: {quoted(text)},"
             yield "}"
-        messages = self._document.ros_messages
-        if messages:
+        messages = self._old.messages
+        if messages or self._uses_tf:
             yield ""
         if self._uses_tf:
             yield f"{TF} = ros_tf()"
@@ -249,13 +263,6 @@ class _Generator:
         name = quoted(printable(self._path.name))
         yield f"class {self._class_name}({bases}, document={name}, {policies}):"
         yield f'    """{docstring(self._description)}"""'
-        if document.is_old:  # first, so that the document's own attributes win
-            yield ""
-            yield "    lock = threading.Lock()"
-            for attribute in self._interfaces:
-                yield f"    {attribute}Prx = property(lambda self: self.{attribute})"
-            for alias, (attribute, operation) in document.ros_aliases.items():
-                yield f"    {alias} = property(lambda self: self.{attribute}.{operation})"
         if document.parameters:
             yield ""
         for parameter in document.parameters:
@@ -265,9 +272,8 @@ class _Generator:
             yield f"    {parameter.name} = Parameter({default}{description})"
         if document.interfaces:
             yield ""
-        local_names = self._proxy_classes()
         for interface in document.interfaces:
-            proxy = local_names[self._interfaces[interface.name]]
+            proxy = self._proxy_classes[self._interfaces[interface.name]]
             yield f"    {interface.name} = Proxy({quoted(interface.identity.strip())}, {proxy})"
         if document.ros:
             yield ""
@@ -278,6 +284,12 @@ class _Generator:
             written = "".join(f", {name}={literal(value)}" for name, value in options.items())
             where = f"{quoted(each.kind)}, {quoted(each.identity)}, {quoted(each.type.strip())}"
             yield f"    {each.name} = Ros({where}{written})"
+        if self._old.has_lock or self._old.aliases:
+            yield ""
+        if self._old.has_lock:
+            yield f"    {LOCK} = threading.Lock()"
+        for alias, attribute in self._old.aliases.items():
+            yield f"    {alias} = property(lambda self: self.{attribute})"
         for piece in self._analysis.all_functions:
             yield ""
             yield CodeLines(piece.code.indented(1), piece.code, piece.path, "functions", piece.automaton)
@@ -286,25 +298,47 @@ class _Generator:
         yield 'if __name__ == "__main__":'
         yield f"    main({self._class_name})"
 
-    def _proxy_classes(self) -> dict[KnownInterface, str]:
-        """Return the name of each proxy class in the component, with its scope if two are equal."""
+    def _attributes(self) -> set[str]:
+        """Return the names of everything in the class, except the methods of its automata."""
+        found = {node.name for piece in self._analysis.all_functions for node in definitions(piece.tree)}
+        found |= {each.name for each in self._document.all_interfaces}
+        found |= {each.name for each in self._document.parameters}
+        return found.union(self._old.aliases)
+
+    def _name_proxy_classes(self) -> dict[KnownInterface, str]:
+        """Return the name of each proxy class in the component.
+
+        It has its scope if two are equal, or if something else in the class or the file is called so.
+        """
         interfaces = dict.fromkeys(self._interfaces.values())
         names = Counter(interface.proxy for interface in interfaces)
-        return {
-            interface: interface.proxy
-            if names[interface.proxy] == 1
-            else camel_case(interface.scoped_name.replace("::", "_")) + "Prx"
-            for interface in interfaces
-        }
+        taken = self._attributes() | self._analysis.imported.keys() | self._old.messages.keys()
+        found: dict[KnownInterface, str] = {}
+        for interface in interfaces:
+            is_free = names[interface.proxy] == 1 and interface.proxy not in taken
+            scoped = camel_case(interface.scoped_name.replace("::", "_")) + "Prx"
+            found[interface] = interface.proxy if is_free else unique(scoped, "proxy", taken)
+        return found
+
+    @property
+    def _named_proxy_classes(self) -> set[str]:
+        """The names of proxy classes that code uses, also where the component calls the class otherwise."""
+        names = Counter(interface.proxy for interface in self._proxy_classes)
+        used = self._analysis.free - self._analysis.imported.keys() - self._old.messages.keys()
+        return {name for name, count in names.items() if count == 1 and name in used}
+
+    def _module_names(self) -> set[str]:
+        """Return the names of everything in the component's file, except its class."""
+        found = {*reserved_names(self._document), *self._analysis.imported, *self._old.messages}
+        found |= {*self._proxy_classes.values(), *self._named_proxy_classes}
+        return found | ({self._extension.class_name} if self._extension else set())
 
     def _make_methods(self) -> dict[int, Method]:
         """Return the method of each automaton by id, named after the state that owns it.
 
         An automaton that is imported several times and owns no other has one method, named after its file.
         """
-        taken = {node.name for piece in self._analysis.all_functions for node in definitions(piece.tree)}
-        taken |= {*self._interfaces, *(each.name for each in self._document.ros)}
-        taken |= {*(parameter.name for parameter in self._document.parameters)}
+        taken = self._attributes()
         names: dict[_Place | None, list[str]] = {}
         for code in self._automata:
             if owner := self._owners.get(code.automaton.id):
@@ -333,6 +367,12 @@ class _Generator:
         if automaton.path is None or any(state.children for state in automaton.states):
             return None
         return automaton.path, automaton.line, automaton.column
+
+
+def _import(module: str) -> str:
+    """Return the statement that binds the last part of a module's full name."""
+    package, _, name = module.rpartition(".")
+    return f"from {package} import {name}" if package else f"import {name}"
 
 
 def _in_words(states: Iterable[str]) -> str:

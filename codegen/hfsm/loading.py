@@ -151,7 +151,7 @@ def load_document(
     if len(diagnostics.errors) > errors:
         return None
     component = generate(analysis, interfaces)
-    check_component(component, path, diagnostics)
+    check_component(component, analysis, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     return LoadedDocument(document, analysis, interfaces, component.text)

@@ -6,9 +6,9 @@ with the original generators is a warning and not an error, so that old document
 
 from __future__ import annotations
 
-from ...diagnostics import Diagnostics, Location
+from ...diagnostics import Diagnostics, Location, Note
 from ..analysis import Analysis
-from ..code.language import first_foreign, notes_about, report_foreign
+from ..code.language import first_foreign, is_undeclared_cpp, notes_about, report_foreign
 from ..code.names import RESERVED, reserved_names
 from ..codes import Code
 from ..known_interfaces import KnownInterfaces
@@ -20,6 +20,7 @@ from .events import check_events
 from .flow import check_flow
 from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
+from .old_names import check_old_names
 from .report import Report
 from .ros import check_ros, check_ros_uses
 from .structure import check_automaton, check_tree
@@ -46,6 +47,9 @@ def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnost
     if (foreign := first_foreign(document, path)) is not None:
         report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
         return
+    if len(analysis.problems) > 1 and is_undeclared_cpp(document):
+        _report_cpp(analysis, report)
+        return
     for text, file, error in analysis.problems:
         place = Location(file, error.line, max(1, error.column))
         report.error(Code.BAD_CODE, str(error), place, notes_about(text.text))
@@ -63,6 +67,15 @@ def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnost
     _check_code(analysis, interfaces, report)
 
 
+def _report_cpp(analysis: Analysis, report: Report) -> None:
+    """Report once that the code is C++, instead of each place where it is not Python."""
+    first = analysis.problems[0]
+    place = Location(first.path, first.error.line, max(1, first.error.column))
+    notes = [Note(f"as Python it is wrong here: {first.error}"), *notes_about(first.text.text)]
+    message = "most of the code looks like C++: it is kept, but only Python can run"
+    report.error(Code.FOREIGN_LANGUAGE, message, place, notes)
+
+
 def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report) -> None:
     _check_names(analysis, report)
     for code in analysis.automata:
@@ -71,6 +84,7 @@ def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report)
     if analysis.is_complete:
         check_attributes(analysis, interfaces, report)
         check_ros_uses(analysis, interfaces.ros, report)
+        check_old_names(analysis, report)
         if analysis.extension is None:
             for code in analysis.automata:
                 check_start(code, analysis.defined, report)

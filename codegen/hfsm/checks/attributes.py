@@ -12,6 +12,7 @@ from ..code.text import all_nodes
 from ..codes import Code
 from ..definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
+from ..old_names import LOCK
 from .report import Report
 
 __all__ = ["STREAM", "check_attributes", "check_call"]
@@ -56,7 +57,7 @@ def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report)
             *(["ros"] if document.ros else []),
             *document.proxy_aliases,
             *document.ros_aliases,
-            *(["lock"] if document.is_old else []),
+            LOCK,
             *(parameter.name for parameter in document.parameters),
         }
         _check_known(found, names, known, report)

@@ -26,6 +26,7 @@ __all__ = [
     "first_foreign",
     "is_foreign",
     "is_mostly_cpp",
+    "is_undeclared_cpp",
     "notes_about",
     "report_foreign",
 ]
@@ -112,6 +113,14 @@ def first_foreign(document: Document, path: Path) -> CodeText | None:
     """
     found = list(code_of(document, path)) if is_foreign(document) else []
     return next((each for each in found if _is_cpp(each.text.text)), found[0] if found else None)
+
+
+def is_undeclared_cpp(document: Document) -> bool:
+    """Return whether a document without a language is C++: most looks so, and all that is no Python does."""
+    if not document.language.is_blank or not is_mostly_cpp(document):
+        return False
+    refused = [each.text.text for each in code_of(document, Path()) if parse_piece(each.text.text) is None]
+    return bool(refused) and all(map(_is_cpp, refused))
 
 
 def report_foreign(first: CodeText, language: str, diagnostics: Diagnostics, *notes: Note) -> None:

@@ -11,7 +11,6 @@ from typing import Final
 from ..document import Document
 
 __all__ = [
-    "OLD_MODULES",
     "RESERVED",
     "camel_case",
     "component_name",
@@ -28,9 +27,6 @@ RESERVED: Final = frozenset(
     {"Automaton", "Component", "Proxy", "SOURCE_MAP", "State", "Transition", "main", "self"}
 )
 """Names that every generated component uses; `reserved_names` returns those of one document."""
-
-OLD_MODULES: Final = ("signal", "sys", "threading", "time", "traceback")
-"""Modules that the original generators imported, so that old documents use them without a library."""
 
 _LONGEST_NAME: Final = 100
 
@@ -80,11 +76,11 @@ def camel_case(name: str) -> str:
     return f"{camel}Component" if camel in RESERVED or keyword.iskeyword(camel) else camel
 
 
-def unique(wanted: str, number: int, taken: Collection[str]) -> str:
-    """Return a name that is not in `taken`: `wanted`, `wanted_<number>`, and so on."""
+def unique(wanted: str, suffix: int | str, taken: Collection[str]) -> str:
+    """Return a name that is not in `taken`: `wanted`, `wanted_<suffix>`, and so on."""
     if wanted not in taken:
         return wanted
-    candidate = f"{wanted}_{number}"
+    candidate = f"{wanted}_{suffix}"
     while candidate in taken:
         candidate += "_"
     return candidate

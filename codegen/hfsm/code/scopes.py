@@ -3,20 +3,41 @@
 All code of an automaton shares its names, since one piece may read in a later cycle what another has
 assigned. A name is local to a piece if no other piece uses it and every path through the piece assigns it
 before reading it. In case of doubt a name is shared. A name that is assigned but never read is also shared,
-so that the monitor shows it.
+so that the monitor shows it. `free_names` finds the opposite: the names that code takes from outside.
 """
 
 from __future__ import annotations
 
 import ast
+import symtable
+from functools import lru_cache
 from typing import Final, TypeGuard
 
 from .text import all_nodes
 
-__all__ = ["INSPECTING", "local_names"]
+__all__ = ["INSPECTING", "free_names", "local_names"]
 
 INSPECTING: Final = frozenset({"dir", "eval", "exec", "globals", "locals", "vars"})
 """Functions that can use names which the code does not mention."""
+
+
+@lru_cache(maxsize=2048)
+def free_names(source: str) -> frozenset[str]:
+    """Return the names that the text of a file reads in functions and classes and that none of them binds.
+
+    A text that Python refuses has none.
+    """
+    found: set[str] = set()
+    try:
+        pending = symtable.symtable(source, "<document>", "exec").get_children()
+    except SyntaxError:
+        return frozenset()
+    for table in pending:  # grows
+        found |= {
+            each.get_name() for each in table.get_symbols() if each.is_global() and each.is_referenced()
+        }
+        pending += table.get_children()
+    return frozenset(found)
 
 
 def local_names(tree: ast.Module, names: frozenset[str]) -> frozenset[str]:

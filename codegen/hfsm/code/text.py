@@ -27,6 +27,8 @@ __all__ = [
     "Code",
     "CodeError",
     "all_nodes",
+    "as_class",
+    "as_function",
     "binds",
     "bound_names",
     "child_nodes",
@@ -330,13 +332,8 @@ def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: 
                 raise code.error(message, *place)
             case ast.ImportFrom(names=names) if any(alias.name == "*" for alias in names):
                 raise code.error("`import *` is not allowed here: declare a library", *place)
-    # Whether other code binds the outer names of functions in here, is checked in the whole component.
-    outer = {name for node in all_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names}
-    lines = [FUTURE, "def _outer():", f"{INDENT}{' = '.join(sorted(outer | {'_'}))} = None"]
-    lines += [f"{INDENT}def _inner():", *([f"{INDENT * 2}return ("] if header else [])]
-    end = f"{INDENT * 2})" if header else f"{INDENT * 2}pass"
-    source = "\n".join([*lines, *code.indented(2), end]) + "\n"
-    compile_source(source, code, len(lines), columns=2 * len(INDENT))
+    source, first = as_function(tree, code, header)
+    compile_source(source, code, first, columns=2 * len(INDENT))
     if "self" in bound_names(tree):
         raise code.error("`self` is the component and cannot be assigned")
     for node in own_nodes(tree) if not is_variables else ():
@@ -348,8 +345,26 @@ def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: 
 
 def refuse_functions(code: Code) -> None:
     """Raise CodeError for code that is not valid as the body of a class."""
-    source = "\n".join([FUTURE, "class _Component:", *code.indented(1), f"{INDENT}pass"])
+    source = as_class(code)
     compile_source(source, code, header=2, columns=len(INDENT))
+
+
+def as_function(tree: ast.Module, code: Code, header: int = 0) -> tuple[str, int]:
+    """Return code as the body of a function in a file, and the number of lines before it.
+
+    Outer names that its own functions assign are bound around it: whether other code binds them is checked in
+    the whole component.
+    """
+    outer = {name for node in all_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names}
+    lines = [FUTURE, "def _outer():", f"{INDENT}{' = '.join(sorted(outer | {'_'}))} = None"]
+    lines += [f"{INDENT}def _inner():", *([f"{INDENT * 2}return ("] if header else [])]
+    end = f"{INDENT * 2})" if header else f"{INDENT * 2}pass"
+    return "\n".join([*lines, *code.indented(2), end]) + "\n", len(lines)
+
+
+def as_class(code: Code) -> str:
+    """Return code as the body of a class in a file, after two lines."""
+    return "\n".join([FUTURE, "class _Component:", *code.indented(1), f"{INDENT}pass"])
 
 
 def definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef]:

@@ -47,6 +47,10 @@ class Dialect(StrEnum):
     VISUALSTATES = "VisualStates (2017)"
 
 
+_EDITORS: Final = {Dialect.SPANISH: "VisualHFSM", Dialect.VISUALSTATES: "VisualStates"}
+"""The former editors that wrote the old formats."""
+
+
 def dialect_of(root: XmlElement) -> Dialect:
     """Return the dialect of a document, by the elements below its root."""
     automata = list(root.elements("SubAutomata"))
@@ -83,9 +87,9 @@ def parse_document(
 ) -> Document | None:
     """Return the document in `content`, or None after reporting errors; `path` is for the messages.
 
-    A document that a former editor wrote gets the name of that editor as its dialect. Old dialects do not
+    A document in an old format gets the name of the editor that wrote it as its dialect. Old formats do not
     name their language: if the code looks like C++, the document is marked as C++, with a note. A document in
-    the current format is in Python unless it names another language.
+    the current format, which the editor of 2017 wrote, too, says itself what it is: nothing is added to it.
     """
     root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
     if root is None:
@@ -95,9 +99,11 @@ def parse_document(
         place = Location(path, root.line, root.column, len(root.tag) + 1)
         diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
-    dialect, written = dialect_of(root), root.first("dialect")
-    editor = _editor_of(root, dialect) or ("" if written is None else written.text.strip())
-    reader = NativeReader(path, diagnostics, remarks, is_old=bool(editor))
+    dialect, declared = dialect_of(root), root.first("dialect")
+    is_old = (
+        dialect in _EDITORS or (declared is not None and bool(declared.text.strip())) or _is_one_line(root)
+    )
+    reader = NativeReader(path, diagnostics, remarks, is_old=is_old)
     if dialect is not Dialect.NATIVE:
         translate = translate_spanish if dialect is Dialect.SPANISH else translate_visualstates
         root = translate(root, reader)
@@ -105,9 +111,10 @@ def parse_document(
     if reader.failed:
         return None
     document = replace(document, format=dialect.value)
-    if editor:
+    if is_old:
         document = _unescape_code(document, path, diagnostics)
-        document = document if document.is_old else replace(document, dialect=Text(editor))
+    if dialect in _EDITORS and not document.is_old:
+        document = replace(document, dialect=Text(_EDITORS[dialect]))
     if dialect is not Dialect.NATIVE and is_mostly_cpp(document):
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
@@ -116,21 +123,18 @@ def parse_document(
     return document
 
 
-def _editor_of(root: XmlElement, dialect: Dialect) -> str:
-    """Return the former editor that wrote a document without a dialect, or an empty text.
+def _is_one_line(root: XmlElement) -> bool:
+    """Return whether a document may have been written by the editor of 2017, which ended no line.
 
-    The current format is VisualHFSM's of 2017. Its editor wrote everything on one line; ours never does.
+    So may any document without white space: this allows to repair what only that editor did, with a warning.
     """
-    if dialect is Dialect.VISUALSTATES:
-        return "VisualStates"
     automaton = root.first("SubAutomata")
     inside = None if automaton is None else next(automaton.elements(), None)
-    is_one_line = automaton and inside and root.line == automaton.line == inside.line
-    return "VisualHFSM" if is_one_line or dialect is Dialect.SPANISH else ""
+    return automaton is not None and inside is not None and root.line == automaton.line == inside.line
 
 
 def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
-    """Undo the repeated escaping of VisualStates, but not inside string literals."""
+    """Undo the repeated escaping of former editors, but not inside string literals."""
 
     def unescaped(text: Text) -> Text:
         code = text.text

@@ -9,6 +9,7 @@ import pytest
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import compile_document, read_document, write_document
 from tests.support.documents import document, state, sub, transition
+from visualhfsm.conversion import convert_document
 
 
 def errors_of(directory: Path, *parts: str, head: str = "") -> list[Diagnostic]:
@@ -79,6 +80,18 @@ def test_code_that_looks_like_cpp_gets_a_hint(tmp_path: Path) -> None:
     (error,) = errors_of(tmp_path, sub(1, 0, state(1, "go", "motors->setV(0.2);", initial=True)))
     hints = ["if the document is in C++, declare it: `<language>C++</language>`"]
     assert [note.message for note in error.notes] == hints
+
+
+def test_a_document_that_is_cpp_throughout_is_one_error_and_stays_as_it_is(tmp_path: Path) -> None:
+    (error,) = errors_of(tmp_path, CPP)
+    assert error.code == "E525"
+    assert error.message == "most of the code looks like C++: it is kept, but only Python can run"
+    hints = [note.message for note in error.notes]
+    assert hints[0].startswith("as Python it is wrong here: ")
+    assert hints[1:] == ["if the document is in C++, declare it: `<language>C++</language>`"]
+    diagnostics = Diagnostics()
+    assert "<language>" not in convert_document(tmp_path / "main.xml", diagnostics, fixes_python2=True)
+    assert [found.code for found in diagnostics] == ["N502"]
 
 
 def test_a_document_may_say_its_language(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,7 +12,9 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.loading import check_document
+from hfsm_pytest.trial import trial
 from hfsm_runtime import VirtualRun
+from tests.support.codegen_command import ROOT
 from tests.support.documents import compile_to, document, load, state, sub, transition
 
 MOTORS = (
@@ -53,11 +56,20 @@ def converted(text: str) -> str:
     return write_document(document)
 
 
+DECLARED = "<dialect>VisualHFSM</dialect>"
+LAYOUTS = {
+    "2017": old(sub(1, 0, state(1, "go", CODE, initial=True))),
+    "today": document(sub(1, 0, state(1, "go", CODE, initial=True)), config=MOTORS),
+}
+every_layout = pytest.mark.parametrize("text", LAYOUTS.values(), ids=LAYOUTS)
+
+
+@every_layout
 @pytest.mark.parametrize("change", [str, converted])
-def test_code_finds_what_the_generator_of_2017_gave_it(tmp_path: Path, change: Callable[[str], str]) -> None:
-    text = change(old(sub(1, 0, state(1, "go", CODE, initial=True))))
-    assert checked(tmp_path / "old.xml", text) == []
-    component = load(compile_to(tmp_path, text))
+def test_code_finds_what_the_generator_of_2017_gave_it(
+    tmp_path: Path, text: str, change: Callable[[str], str]
+) -> None:
+    component = load(compile_to(tmp_path, change(text)))
     calls: list[float] = []
     vars(component)["motors"] = SimpleNamespace(setV=calls.append, setW=calls.append)
     run = VirtualRun(component)
@@ -65,13 +77,44 @@ def test_code_finds_what_the_generator_of_2017_gave_it(tmp_path: Path, change: C
     assert (run.errors, calls) == ((), [0.5, 1.0])
 
 
-def test_a_document_of_today_gets_none_of_it(tmp_path: Path) -> None:
-    text = document(sub(1, 0, state(1, "go", CODE, initial=True)), config=MOTORS)
-    found = " ".join(checked(tmp_path / "new.xml", text))
+@every_layout
+def test_old_names_are_noted_unless_the_document_says_that_it_is_old(tmp_path: Path, text: str) -> None:
+    found = checked(tmp_path / "new.xml", text)
+    assert {each[:4] for each in found} == {"N504"}
     for name in ("self.lock", "time", "signal", "self.motorsPrx", "threading", "sys", "traceback"):
-        assert f"`{name}`" in found
+        assert f": `{name}` is " in "\n".join(found)
+    assert checked(tmp_path / "old.xml", text.replace("<VisualHFSM>", f"<VisualHFSM>{DECLARED}")) == []
+
+
+@every_layout
+def test_nothing_is_added_to_a_document(text: str) -> None:
+    assert "dialect" not in converted(text)
+
+
+@pytest.mark.parametrize("name", ["dance", "follow_ball"])
+def test_a_document_without_white_space_becomes_the_same_component(tmp_path: Path, name: str) -> None:
+    text = (ROOT / "behaviors" / f"{name}.xml").read_text()
+    minified = re.sub(r">\s+<", "><", text)
+    assert converted(minified) == converted(text)
+
+    def code(document: str) -> str:
+        return re.sub(r"\.xml:\d+", "", compile_to(tmp_path, document, name).read_text())
+
+    assert code(minified) == code(text)
+
+
+@pytest.mark.parametrize("head", ["", DECLARED])
+def test_a_component_has_only_the_old_names_that_it_uses(tmp_path: Path, head: str) -> None:
+    functions = "def wait(self, time):\n    self.log.info(time)\n    threading = time"
+    text = document(
+        sub(1, 0, state(1, "go", "sys = 1\nself.wait(sys)", initial=True), functions=functions),
+        config=MOTORS,
+        head=head,
+    )
     generated = compile_to(tmp_path, text).read_text()
-    assert not any(each in generated for each in ("import threading", "motorsPrx =", "lock ="))
+    assert not [line for line in generated.split("\n") if line.startswith("import ")]
+    assert "property(" not in generated
+    assert "Lock()" not in generated
 
 
 def test_what_the_document_itself_calls_so_wins(tmp_path: Path) -> None:
@@ -190,3 +233,33 @@ def test_what_was_escaped_twice_is_undone(tmp_path: Path, code: str, is_changed:
 def test_an_interface_may_be_written_in_other_letters(tmp_path: Path) -> None:
     text = old(sub(1, 0, state(1, "go", initial=True)), config=MOTORS.replace(">Motors</interface>", ">MOTORS</interface>"))  # fmt: skip
     assert checked(tmp_path / "old.xml", text) == []
+
+
+DRONE = (
+    "<iceinterface><nameinterface>cmd</nameinterface><nameproxy>CMDVel</nameproxy><interface>CMDVel</interface></iceinterface>"
+    "<iceinterface><nameinterface>Laser</nameinterface><nameproxy>Laser</nameproxy><interface>Laser</interface></iceinterface>"
+    "<iceinterface><nameinterface>pose</nameinterface><nameproxy>Pose</nameproxy><interface>Pose3d</interface></iceinterface>"
+    "<iceinterface><nameinterface>extra</nameinterface><nameproxy>Extra</nameproxy><interface>ArDroneExtra</interface></iceinterface>"
+    "<iceinterface><nameinterface>data</nameinterface><nameproxy>Data</nameproxy><interface>Navdata</interface></iceinterface>"
+    "<iceinterface><nameinterface>bumper</nameinterface><nameproxy>B</nameproxy><interface>Bumper</interface></iceinterface>"
+)
+FLIGHT = """velocity = jderobot.CMDVelData()
+velocity.linearX = 1
+self.lock.acquire()
+self.cmdPrx.setCMDVelData(velocity)
+self.lock.release()
+self.extraPrx.takeoff()
+scan = self.LaserPrx.getLaserData()
+self.seen = [scan.numLaser, scan.distanceData, self.posePrx.getPose3DData().x, self.dataPrx.getNavdata().altd]
+self.seen += [scan.values, self.bumper.getBumperData().state]"""
+
+
+def test_interfaces_that_no_robot_of_ours_has_are_served_by_stand_ins(tmp_path: Path) -> None:
+    text = old(sub(1, 0, state(1, "fly", FLIGHT, initial=True)), config=DRONE)
+    component = load(compile_to(tmp_path, text))
+    with trial() as world:
+        world.connect(component)
+        run = VirtualRun(component)
+        run.advance(1.0)
+    assert run.errors == ()
+    assert vars(component)["seen"] == [0, [], 0.0, 0, [], 0]

@@ -5,22 +5,17 @@ from __future__ import annotations
 import csv
 import math
 import re
-import sys
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Self
 
 import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from hfsm_pytest import MakeBehavior
-from hfsm_pytest.ros import FakeRos
+from hfsm_pytest.trial import trial
 from hfsm_runtime import VirtualRun
-from hfsm_runtime.component import proxies_of
-from hfsm_runtime.ros import Endpoints
-from tests.support.codegen_command import ROOT, codegen
+from tests.support.codegen_command import ROOT
 from tests.support.documents import load
 from visualhfsm.conversion import convert_document
 
@@ -39,69 +34,39 @@ def _rows() -> list[dict[str, str]]:
         return list(csv.DictReader(file, delimiter="\t"))
 
 
-# As much of JdeRobot's interfaces as the documents use.
-INTERFACES = """
-module jderobot {
-  sequence<float> Distances;
-  class LaserData { Distances values; int numLaser; };
-  class Pose3DData { float x; float y; float z; };
-  class CMDVelData { float linearX; float linearY; };
-  interface Laser { idempotent LaserData getLaserData(); };
-  interface Pose3D { idempotent Pose3DData getPose3DData(); };
-  interface CMDVel { void setCMDVelData(CMDVelData data); };
-  interface ArDroneExtra { void takeoff(); void land(); };
-};
-"""
 CONTROL = "float64 throttle\nfloat64 brake\nfloat64 steer\n"
 """As much of a message of the Prius as a document uses."""
 
-ERRORS_OF_THEIR_AUTHORS = {"visualstates/deneme-091ea35b.xml": "has no attribute 'setMotors'"}
+OTHER_ERRORS = {
+    "visualstates/deneme-091ea35b.xml": "has no attribute 'setMotors'",
+    **dict.fromkeys(
+        (
+            "visualhfsm/goforward2-3a090f23.xml",
+            "visualhfsm/goforward3-566b786a.xml",
+            "visualhfsm/goforward4-aaf43654.xml",
+            "visualhfsm/goforward-50ec978c.xml",
+            "visualstates/obstacleAvoidancePython-0e5537a4.xml",
+            "visualstates/obstacleAvoidancePython-377b82e9.xml",
+            "visualstates/obstacleAvoidancePython-751d5851.xml",
+            "visualstates/obstacleAvoidancePython-e55ac79d.xml",
+            "visualstates/sample1-5c7d6407.xml",
+        ),
+        "'MotorsPrx' object has no attribute 'sendV'",
+    ),
+    "visualstates/ArDrone-1d893f35.xml": "'Pose3DPrx' object has no attribute 'getPose3d'",
+}
+"""An error of its author, and calls of JdeRobot's library for clients, which the interfaces do not have."""
 NOT_GENERATED = {"cpp": 16, "plain": 4}
 """By the kind of their code: C++, and words that are no code, such as `go on`."""
 
 
-class Stub(float):
-    """Stands for a proxy, a message and all in it: a number that can be called, indexed and walked through."""
-
-    def __new__(cls, *_: object) -> Self:
-        return super().__new__(cls, 1.0)
-
-    def __getattr__(self, name: str) -> Stub:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return Stub()
-
-    def __setattr__(self, name: str, value: object) -> None:
-        pass
-
-    def __call__(self, *_: object) -> Stub:
-        return Stub()
-
-    def __getitem__(self, key: object) -> Stub:
-        return Stub()
-
-    def __iter__(self) -> Iterator[Stub]:
-        return iter((Stub(), Stub()))
-
-    def __len__(self) -> int:
-        return 2
-
-    def __index__(self) -> int:
-        return 2
-
-
 @pytest.fixture(scope="module")
-def packages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Yield a folder with the packages of JdeRobot's interfaces, from which they can be imported."""
+def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a message of another project that a document uses."""
     folder = tmp_path_factory.mktemp("packages")
-    (folder / "robots.idl").write_text(INTERFACES.replace("jderobot", "robots"))
-    done = codegen("robots.idl", cwd=folder)
-    assert done.returncode == 0, done.stderr
     (folder / "prius_msgs" / "msg").mkdir(parents=True)
     (folder / "prius_msgs" / "msg" / "Control.msg").write_text(CONTROL)
-    sys.path.insert(0, str(folder))
-    yield folder
-    sys.path.remove(str(folder))
+    return folder
 
 
 def _generate(row: dict[str, str], folder: Path, packages: Path, diagnostics: Diagnostics) -> Path | None:
@@ -117,7 +82,7 @@ def _generate(row: dict[str, str], folder: Path, packages: Path, diagnostics: Di
 
 
 @pytest.mark.slow
-def test_all_but_cpp_and_words_generate_and_run_for_ten_seconds_with_stubs(
+def test_all_but_cpp_and_words_generate_and_run_for_ten_seconds_with_stand_ins(
     tmp_path: Path, packages: Path
 ) -> None:
     rows = _rows()
@@ -135,15 +100,14 @@ def test_all_but_cpp_and_words_generate_and_run_for_ten_seconds_with_stubs(
 
 
 def assert_runs(name: str, file: Path) -> None:
-    """Assert that the component of a document runs for 10 s, with stubs for what it uses."""
+    """Assert that the component of a document starts with stand-ins for all that it uses, and runs for 10 s."""
     component = load(file)
-    vars(component).update({name: Stub() for name in proxies_of(component)})
-    ros = FakeRos(lambda: 0.0, lambda holds, _limit: holds())
-    Endpoints(ros, ros.types).connect(component)
-    virtual = VirtualRun(component)
-    virtual.advance(10)
-    if name in ERRORS_OF_THEIR_AUTHORS:
-        assert ERRORS_OF_THEIR_AUTHORS[name] in virtual.errors[0].message, name
+    with trial() as world:
+        world.connect(component)
+        virtual = VirtualRun(component)
+        virtual.advance(10)
+    if name in OTHER_ERRORS:
+        assert OTHER_ERRORS[name] in virtual.errors[0].message, name
     else:
         assert virtual.errors == (), name
         assert virtual.tree.root.cycles == 1 + round(10 / virtual.tree.root.automaton.period), name

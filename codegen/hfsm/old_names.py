@@ -1,0 +1,59 @@
+"""Find the names that code uses and that only the generators of 2013 to 2018 provided.
+
+A component gets such a name where its code uses it and nothing else defines it, whatever the layout of the
+document: nothing has to be guessed about the editor that wrote it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from .analysis import Analysis
+
+__all__ = ["LOCK", "OldNames", "find_old_names"]
+
+LOCK: Final = "lock"
+"""An attribute of every component."""
+_THREADING: Final = "threading"
+_JDEROBOT: Final = {"jderobot": "interfaces.jderobot"}
+_MODULES: Final = _JDEROBOT | {name: name for name in ("signal", "sys", _THREADING, "time", "traceback")}
+"""Modules that the original generators imported, with what they are today."""
+
+
+@dataclass(frozen=True, slots=True)
+class OldNames:
+    """The former names that a component needs.
+
+    `modules` are imported, each with its full name. `aliases` are attributes of the component, each with what
+    it stands for, such as `motors` or `scanSub.value`. `messages` are types of ROS by their short name.
+    """
+
+    modules: Mapping[str, str] = field(default_factory=dict)
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    messages: Mapping[str, str] = field(default_factory=dict)
+    has_lock: bool = False
+
+
+def find_old_names(analysis: Analysis) -> OldNames:
+    """Return the former names that the code of a document uses and that nothing else defines."""
+    document, extension = analysis.document, analysis.extension
+    mentioned = frozenset[str]().union(*(piece.mentioned for piece in analysis.pieces))
+    own = analysis.defined | {access.name for access in analysis.accesses if access.is_stored}
+    own |= {each.name for each in document.all_interfaces} | {each.name for each in document.parameters}
+    own |= extension.attributes if extension is not None else frozenset()
+    wanted = mentioned - own
+    aliases = {alias: name for alias, name in document.proxy_aliases.items() if alias in wanted}
+    for alias, (interface, operation) in document.ros_aliases.items():
+        if alias in wanted:
+            aliases.setdefault(alias, f"{interface}.{operation}")
+    has_lock = LOCK in wanted
+    free = (analysis.free | ({_THREADING} if has_lock else set())) - analysis.imported.keys()
+    return OldNames(
+        modules={name: module for name, module in _MODULES.items() if name in free},
+        aliases=aliases,
+        messages={name: full for name, full in document.ros_messages.items() if name in free},
+        has_lock=has_lock,
+    )

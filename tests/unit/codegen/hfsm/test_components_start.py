@@ -1,0 +1,36 @@
+"""Every generated component can be imported, finds its proxies and starts, with stand-ins for what it uses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from codegen.hfsm.source_map import SOURCE_MAP
+from hfsm_pytest.trial import trial
+from hfsm_runtime import VirtualRun
+from tests.support.codegen_command import ROOT
+from tests.support.documents import load
+
+COMPONENTS = [
+    path
+    for folder in ("behaviors", "examples", "tests/data/components")
+    for path in sorted((ROOT / folder).rglob("*.py"))
+    if f"{SOURCE_MAP} = (" in path.read_text()
+]
+
+
+@pytest.mark.parametrize("file", COMPONENTS, ids=lambda path: path.stem)
+def test_it_starts(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(file.parent)  # for hand-written code beside it
+    component = load(file)
+    with trial() as world:
+        world.connect(component)
+        run = VirtualRun(component)
+        run.advance(1.0)
+    assert run.errors == ()
+    assert run.tree.root.cycles > 1
+
+
+def test_all_of_them_are_there() -> None:
+    assert len(COMPONENTS) > 15
