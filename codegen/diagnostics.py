@@ -9,6 +9,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from .text_layout import Place, TextLayout
+
 _LONGEST_EXCERPT = 160
 _COLORS = {"error": "31;1", "warning": "33;1", "note": "36;1", "caret": "32;1", "bold": "1"}
 
@@ -59,16 +61,27 @@ class Diagnostic:
 
 
 class Diagnostics:
-    """The diagnostics of one run, by file and line, without duplicates."""
+    """The diagnostics of one run, by file and line, without duplicates.
 
-    def __init__(self) -> None:
+    Their places are those of the files. With `decoded`, places in texts count decoded characters instead, for
+    an editor that shows the texts.
+    """
+
+    def __init__(self, *, decoded: bool = False) -> None:
         self._found: dict[tuple[Location, str, str], Diagnostic] = {}
         self._lines: dict[Path, Sequence[str]] = {}
+        self._layouts: dict[Path, TextLayout] = {}
+        self._decoded = decoded
 
     def add_source(self, path: Path, text: str) -> None:
         """Remember the text of a file, so that diagnostics can quote its lines."""
         if path not in self._lines:
             self._lines[path] = text.split("\n")
+
+    def add_layout(self, path: Path, layout: TextLayout) -> None:
+        """Remember how the texts of a file are written: what is reported from now on may be inside them."""
+        if not self._decoded:
+            self._layouts.setdefault(path, layout)
 
     @property
     def sources(self) -> list[Path]:
@@ -77,15 +90,15 @@ class Diagnostics:
 
     def error(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a problem that makes the sources unusable, with a code such as `E012`."""
-        self._add(Diagnostic(Severity.ERROR, code, message, location, tuple(notes)))
+        self._report(Severity.ERROR, code, message, location, notes)
 
     def warning(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a possible mistake, with a code such as `W003`; the files are written anyway."""
-        self._add(Diagnostic(Severity.WARNING, code, message, location, tuple(notes)))
+        self._report(Severity.WARNING, code, message, location, notes)
 
     def note(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a fact that needs no change, with a code such as `N001`."""
-        self._add(Diagnostic(Severity.NOTE, code, message, location, tuple(notes)))
+        self._report(Severity.NOTE, code, message, location, notes)
 
     def add_all(self, others: Diagnostics, leave_out: Collection[Severity] = ()) -> None:
         """Add other diagnostics, except the severities in `leave_out`, and the sources that they quote."""
@@ -94,6 +107,24 @@ class Diagnostics:
         for diagnostic in others._found.values():
             if diagnostic.severity not in leave_out:
                 self._add(diagnostic)
+
+    def _report(
+        self, severity: Severity, code: str, message: str, location: Location, notes: Iterable[Note]
+    ) -> None:
+        located = tuple(
+            note if note.location is None else Note(note.message, self._in_file(note.location))
+            for note in notes
+        )
+        self._add(Diagnostic(severity, code, message, self._in_file(location), located))
+
+    def _in_file(self, location: Location) -> Location:
+        layout = self._layouts.get(location.path)
+        if layout is None:
+            return location
+        line, column = layout.in_file(Place(location.line, location.column))
+        last = layout.in_file(Place(location.line, location.column + location.length - 1))
+        length = last.column + 1 - column if last.line == line else location.length
+        return Location(location.path, line, column, length)
 
     def _add(self, diagnostic: Diagnostic) -> None:
         key = (diagnostic.location, diagnostic.code, diagnostic.message)

@@ -80,17 +80,15 @@ class Piece:
         """Return the place of a node in its file; `length` is that of the text to underline."""
         line, offset = getattr(node, "lineno", 1), getattr(node, "col_offset", 0)
         if not length and getattr(node, "end_lineno", None) == line:
-            length = getattr(node, "end_col_offset", offset) - offset
+            inside, end = line - self.header, getattr(node, "end_col_offset", offset)
+            length = self.code.column(inside, end) - self.code.column(inside, offset)
         return self.at(line, offset, length)
 
     def at(self, tree_line: int, offset: int, length: int = 1) -> Location:
         """Return the place in the file of a line of the tree and an offset in it, in bytes of UTF-8."""
-        line = min(max(tree_line - self.header, 1), len(self.code.lines))
-        before = self.code.lines[line - 1].encode()[:offset].decode(errors="replace")
-        left = 0 if line - 1 in self.code.fixed else self.code.removed
-        if line == 1:
-            left = self.code.start - 1
-        return Location(self.path, self.code.line + line - 1, left + len(before) + 1, max(1, length))
+        line = tree_line - self.header
+        line, column = self.code.place(line, self.code.column(line, offset))
+        return Location(self.path, line, column, max(1, length))
 
     @property
     def is_expression(self) -> bool:

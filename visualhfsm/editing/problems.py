@@ -80,7 +80,7 @@ def find_problems(
     take seconds: `CheckProcess` runs it in another process.
     """
     file = path or Path.cwd() / _UNTITLED
-    diagnostics = Diagnostics()
+    diagnostics = Diagnostics(decoded=True)
     document = parse_document(text, file, diagnostics)
     report = None
     if document is not None and not diagnostics.has_errors:

@@ -164,22 +164,29 @@ class Code:
     """A piece of code as it will be in the component.
 
     `lines` are its lines without common indentation and without empty lines around them. `line` is the first
-    line in the document, `start` the column of its first character, and `removed` the indentation that was
-    removed from the other lines. `fixed` has the indices of lines that must not be indented, because they
-    start inside a string.
+    line in the document, and `left` has the columns to the left of each line there, no values if there are
+    none. `fixed` has the indices of lines that must not be indented, because they start inside a string.
     """
 
     lines: tuple[str, ...]
     line: int
     fixed: frozenset[int] = frozenset()
-    start: int = 1
-    removed: int = 0
+    left: tuple[int, ...] = ()
 
     def error(self, message: str, line: int = 1, column: int = 1) -> CodeError:
         """Return an error at a line and column of the code, both from 1."""
-        line = min(max(1, line), len(self.lines))
-        left = self.start - 1 if line == 1 else self.removed
-        return CodeError(message, self.line + line - 1, left + max(1, column))
+        return CodeError(message, *self.place(line, column))
+
+    def place(self, line: int, column: int) -> tuple[int, int]:
+        """Return the line and the column in the document of those in the code, all from 1."""
+        index = min(max(1, line), len(self.lines)) - 1
+        left = self.left[index] if self.left else 0
+        return self.line + index, left + max(1, column)
+
+    def column(self, line: int, offset: int) -> int:
+        """Return the column in a line of the code of an offset in it in bytes of UTF-8, as trees have it."""
+        text = self.lines[min(max(1, line), len(self.lines)) - 1]
+        return _characters(text, offset) + 1
 
     def indented(self, level: int) -> list[str]:
         """Return the lines, indented by a number of levels."""
@@ -201,14 +208,19 @@ def split(text: Text) -> Code | None:
     line = text.line + first
     indentation = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
     fixed = _string_lines(tuple(lines), indented=bool(indentation))
-    if indentation:
-        for index, content in enumerate(lines):
-            if index in fixed or not content.strip():
-                continue
+    left = [0] * len(lines)
+    for index, content in enumerate(lines):
+        if index not in fixed and content.strip() and content.startswith(indentation):
             lines[index] = content.removeprefix(indentation)
-    removed = len(indentation)
-    start = text.column + removed if first == 0 else removed + 1
-    return Code(tuple(lines), line, fixed, start, removed)
+            left[index] = len(indentation)
+    if first == 0:
+        left[0] += text.column - 1
+    return Code(tuple(lines), line, fixed, tuple(left))
+
+
+def _characters(line: str, offset: int) -> int:
+    """Return the number of characters in a number of bytes of UTF-8."""
+    return len(line.encode()[:offset].decode(errors="replace"))
 
 
 @lru_cache(maxsize=2048)
@@ -259,7 +271,8 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
     for node in ast.walk(tree) if "__future__" in source else ():
         if isinstance(node, ast.ImportFrom) and node.module == "__future__":
             message = "`from __future__` is not allowed here: it is for a whole file, and Python 3 needs none"
-            raise code.error(message, node.lineno - header, node.col_offset + 1)
+            line = node.lineno - header
+            raise code.error(message, line, code.column(line, node.col_offset))
     return tree
 
 
@@ -275,7 +288,9 @@ def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -
     try:
         _try_compiling(source)
     except SyntaxError as error:
-        line, column = (error.lineno or 1) - header, (error.offset or 1) - columns
+        # What parses has been refused by the compiler, which counts bytes.
+        text = source.split("\n")[(error.lineno or 1) - 1]
+        line, column = (error.lineno or 1) - header, _characters(text, (error.offset or 1) - 1) + 1 - columns
         raise code.error(f"not valid Python: {error.msg}", line, column) from error
     except (RecursionError, MemoryError) as error:
         raise code.error("the code is nested too deeply") from error
@@ -319,7 +334,8 @@ def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: 
     Variables are in the middle of a function, and must not return from it.
     """
     for node in own_nodes(tree):
-        place = (getattr(node, "lineno", 1) - header, getattr(node, "col_offset", 0) + 1)
+        line = getattr(node, "lineno", 1) - header
+        place = (line, code.column(line, getattr(node, "col_offset", 0)))
         match node:
             case ast.Yield() | ast.YieldFrom() | ast.Await() | ast.AsyncFor() | ast.AsyncWith():
                 word = "yield" if isinstance(node, ast.Yield | ast.YieldFrom) else "await"
@@ -340,7 +356,7 @@ def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: 
         match node:
             case ast.AnnAssign(target=ast.Name(id=name)):
                 message = f"`{name}` is shared by all code of the automaton: annotate it in the variables"
-                raise code.error(message, node.lineno, node.col_offset + 1)
+                raise code.error(message, node.lineno, code.column(node.lineno, node.col_offset))
 
 
 def refuse_functions(code: Code) -> None:

@@ -9,6 +9,7 @@ from typing import Final
 from xml.parsers import expat  # xml.sax would load urllib.request, which takes as long as all the rest
 
 from ...diagnostics import Diagnostics, Location
+from ...text_layout import Mark, Place, TextLayout
 from ..codes import Code
 from ..document import Comment, Text
 
@@ -95,6 +96,7 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
         diagnostics.error(code, message, builder.place())
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
+    diagnostics.add_layout(path, TextLayout(builder.decoded))
     return builder.root
 
 
@@ -111,6 +113,8 @@ class _TreeBuilder:
 
     def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
         self.root: XmlElement | None = None
+        self.decoded: list[list[Mark]] = []
+        """The marks of texts in which something is decoded."""
         self._around: list[Comment] = []
         self._parser = parser = expat.ParserCreate()
         parser.StartDoctypeDeclHandler = self._document_type
@@ -123,6 +127,8 @@ class _TreeBuilder:
         self._diagnostics = diagnostics
         self._open: list[XmlElement] = []
         self._texts: list[list[str]] = []
+        self._marks: list[list[Mark]] = []
+        """The marks of the texts of open elements."""
         self._elements = 0
 
     def parse(self, content: bytes) -> None:
@@ -166,15 +172,25 @@ class _TreeBuilder:
             element.comments = self._around
         self._open.append(element)
         self._texts.append([])
+        self._marks.append([])
 
     def _end(self, _name: str) -> None:
-        self._open.pop().text = "".join(self._texts.pop())
+        element, marks = self._open.pop(), self._marks.pop()
+        pieces = self._texts.pop()
+        element.text = "".join(pieces)
+        if element.children or not pieces:
+            return
+        marks.append(Mark(_after(marks[-1].in_text, pieces[-1]), Place(*self._position())))
+        if any(mark.in_text != mark.in_file for mark in marks):
+            self.decoded.append(marks)
 
     def _characters(self, content: str) -> None:
-        if not self._texts[-1]:
+        pieces, marks, here = self._texts[-1], self._marks[-1], Place(*self._position())
+        if not pieces:
             element = self._open[-1]
-            element.text_line, element.text_column = self._position()
-        self._texts[-1].append(content)
+            element.text_line, element.text_column = here
+        marks.append(Mark(_after(marks[-1].in_text, pieces[-1]) if pieces else here, here))
+        pieces.append(content)
 
     def _comment(self, content: str) -> None:
         (self._open[-1].trailing if self._open else self._around).append(Comment(content))
@@ -182,3 +198,11 @@ class _TreeBuilder:
     def _instruction(self, _target: str, _data: str) -> None:
         message = "a processing instruction is lost on saving"
         self._diagnostics.warning(Code.LOST_ON_SAVING, message, self.place())
+
+
+def _after(place: Place, text: str) -> Place:
+    """Return the place behind a text that begins at a place."""
+    newlines = text.count("\n")
+    if not newlines:
+        return Place(place.line, place.column + len(text))
+    return Place(place.line + newlines, len(text) - text.rindex("\n"))
