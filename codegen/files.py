@@ -1,9 +1,11 @@
-"""Write all files of one run or none of them, or show how the files on disk differ."""
+"""Read files, and write all files of one run or none of them, or show how the files on disk differ."""
 
 from __future__ import annotations
 
 import difflib
+import errno
 import os
+import stat
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -34,6 +36,29 @@ class FilesNotWrittenError(Exception):
     """A file could not be written or removed; the disk is as it was before."""
 
 
+def read_regular(path: Path, limit: int = -1) -> bytes:
+    """Return the content of a file, at most `limit` bytes.
+
+    Raises OSError, also for what is no regular file: a pipe would wait for its writer.
+    """
+    with open(path, "rb", opener=_open_without_waiting) as file:  # noqa: PTH123 - which Path.open cannot
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "not a regular file", str(path))
+        return file.read(limit)
+
+
+def _open_without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_NONBLOCK)
+
+
+def is_regular(path: Path) -> bool:
+    """Return whether a path is that of a regular file; one that cannot be reached is none."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
 def compare_with_disk(files: Iterable[GeneratedFile], leftovers: Iterable[Path] = ()) -> Changes:
     """Return the changes that the disk needs, in the order of paths.
 
@@ -41,7 +66,7 @@ def compare_with_disk(files: Iterable[GeneratedFile], leftovers: Iterable[Path] 
     """
     wanted: dict[Path, GeneratedFile] = {}
     for file in files:
-        if wanted.setdefault(file.path.resolve(), file).text != file.text:
+        if wanted.setdefault(Path(os.path.realpath(file.path)), file).text != file.text:
             raise FilesNotWrittenError(f"{file.path} would be generated from two sources")
     write = [file for file in wanted.values() if _read(file.path) != file.text.encode()]
     return Changes(
@@ -105,7 +130,7 @@ def apply(changes: Changes) -> None:
 
 def _read(path: Path) -> bytes | None:
     try:
-        return path.read_bytes()
+        return read_regular(path)
     except FileNotFoundError:
         return None
 

@@ -15,6 +15,7 @@ from typing import Any, Final
 import pytest
 
 from codegen.hfsm.document import Automaton, Document
+from codegen.files import is_regular
 from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
 from hfsm_runtime.observer import Observer
@@ -208,7 +209,8 @@ def _table(documents: Sequence[_Covered], total: _Covered) -> Iterator[tuple[str
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
-            yield from filter(looks_like_document, sorted(path.resolve().rglob("*.xml")))
+            files = filter(is_regular, sorted(path.resolve().rglob("*.xml")))
+            yield from filter(looks_like_document, files)
         elif path.is_file():
             yield path.resolve()
         else:

@@ -86,6 +86,7 @@ def check(
 
 def _documents(paths: Iterable[Path]) -> Iterator[Path]:
     """Yield the given documents, and those in given directories; refuse others as wrong usage."""
+    from codegen.files import is_regular
     from codegen.hfsm.formats.reader import looks_like_document
 
     found = False
@@ -96,7 +97,7 @@ def _documents(paths: Iterable[Path]) -> Iterator[Path]:
             yield path
             continue
         for file in sorted(path.rglob("*.xml")):
-            if file.is_file() and looks_like_document(file):
+            if is_regular(file) and looks_like_document(file):
                 found = True
                 yield file
     if not found:

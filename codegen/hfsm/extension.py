@@ -9,6 +9,7 @@ import ast
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..files import read_regular
 from .code.names import camel_case, component_name, identifier
 from .code.text import parse_python
 
@@ -51,7 +52,7 @@ def find_extension(document: Path, output: Path | None) -> Extension | None:
     path = extension_path(component_path(document, output))
     found = Extension(path, f"{camel_case(component_name(document.stem))}Extension")
     try:
-        content = path.read_bytes()
+        content = read_regular(path)
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final, NamedTuple, TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
+from ..files import is_regular
 from .analysis import library_names
 from .code.language import change_code, first_foreign, report_foreign
 from .codes import Code
@@ -139,7 +140,7 @@ class _Resolver:
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place)
             return None
         searched = (path.parent, *self._directories[1:])
-        found = [file for file in (Path(os.path.normpath(at / name)) for at in searched) if file.is_file()]
+        found = [file for file in (Path(os.path.normpath(at / name)) for at in searched) if is_regular(file)]
         allowed = [directory.resolve() for directory in self._directories]
         for file in found:
             if any(file.resolve().is_relative_to(directory) for directory in allowed):

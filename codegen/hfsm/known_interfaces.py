@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..diagnostics import Location
+from ..files import is_regular, read_regular
 from .ros import RosTypes
 
 __all__ = [
@@ -156,7 +157,7 @@ class KnownInterfaces:
 
 @lru_cache(maxsize=64)
 def _read_definitions(schema: Path, _changed_at: int) -> dict[str, Any]:
-    return _parse(schema.read_bytes())
+    return _parse(read_regular(schema))
 
 
 def _parse(schema: str | bytes) -> dict[str, Any]:
@@ -257,13 +258,12 @@ class _Finder:
 
     def _packages(self, directory: Path) -> list[Path]:
         found = {path.parent for path in self.generated if path.parent.parent == directory}
-        folders = (each.name for each in _entries(directory) if each.is_dir())
-        beside = (directory / name for name in folders if name.isidentifier())
-        found |= {package for package in beside if (package / "__init__.py").is_file()}
+        names = (each.name for each in _entries(directory) if each.name.isidentifier())
+        found |= {directory / name for name in names if is_regular(directory / name / "__init__.py")}
         return sorted(package for package in found if package.name.isidentifier())
 
     def _is_file(self, path: Path) -> bool:
-        return path in self.generated or path.is_file()
+        return path in self.generated or is_regular(path)
 
 
 def _entries(directory: Path) -> list[os.DirEntry[str]]:
@@ -276,12 +276,16 @@ def _entries(directory: Path) -> list[os.DirEntry[str]]:
 
 
 def _proxies(module: os.DirEntry[str]) -> tuple[Path, tuple[str, ...]]:
-    status = module.stat()
-    return _read_proxies(module.path, status.st_mtime_ns, status.st_size)
+    """Return the interfaces whose proxies a module defines; none if it cannot be read, like a looping link."""
+    try:
+        status = module.stat()
+        return _read_proxies(module.path, status.st_mtime_ns, status.st_size)
+    except OSError:
+        return Path(module.path), ()
 
 
 @lru_cache(maxsize=256)
 def _read_proxies(module: str, _changed_at: int, _size: int) -> tuple[Path, tuple[str, ...]]:
     """Return the interfaces whose proxies a module defines; cached until the module changes."""
     path = Path(module)
-    return path, tuple(_PROXY.findall(path.read_text(encoding="utf-8", errors="replace")))
+    return path, tuple(_PROXY.findall(read_regular(path).decode(errors="replace")))

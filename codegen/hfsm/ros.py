@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+
+from ..files import read_regular
 
 if TYPE_CHECKING:
     from ros2 import Types
@@ -119,8 +122,10 @@ class RosTypes:
             for folder in dict.fromkeys(FOLDERS.values()):
                 for path in sorted(directory.glob(f"*/{folder}/*.{folder}")):
                     name = f"{path.parent.parent.name}/{folder}/{path.stem}"
-                    if path.stat().st_size <= _LARGEST_FILE:
-                        found.setdefault(name, path.read_text(encoding="utf-8", errors="replace"))
+                    with suppress(OSError):  # what cannot be read defines no type
+                        text = read_regular(path, _LARGEST_FILE + 1)
+                        if len(text) <= _LARGEST_FILE:
+                            found.setdefault(name, text.decode(errors="replace").replace("\r\n", "\n"))
         return found
 
     @cached_property

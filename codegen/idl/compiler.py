@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location, Note
-from codegen.files import GeneratedFile
+from codegen.files import GeneratedFile, read_regular
 
 from . import ast
 from .checker import check
@@ -207,7 +207,7 @@ def _report_cycle(needs: Mapping[str, Mapping[str, GeneratedModule]], diagnostic
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:
     """Report an existing file that codegen did not generate and would overwrite."""
     try:
-        text = path.read_text("utf-8", errors="replace")
+        text = read_regular(path).decode(errors="replace")
     except OSError:  # absent, or reported when it is compared with the generated file
         return
     if text.strip() and GENERATED_BY not in text:

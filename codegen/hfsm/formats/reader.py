@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location
+from ...files import read_regular
 from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
 from ..code.text import parse_piece
 from ..codes import Code
@@ -65,8 +66,7 @@ def dialect_of(root: XmlElement) -> Dialect:
 def looks_like_document(file: Path) -> bool:
     """Return whether a file seems to be a document, or is unreadable, which its reader reports."""
     try:
-        with file.open("rb") as stream:
-            return _ROOT.search(stream.read(_HEAD)) is not None
+        return _ROOT.search(read_regular(file, _HEAD)) is not None
     except OSError:
         return True
 

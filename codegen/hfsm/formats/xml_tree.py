@@ -9,6 +9,7 @@ from typing import Final
 from xml.parsers import expat  # xml.sax would load urllib.request, which takes as long as all the rest
 
 from ...diagnostics import Diagnostics, Location
+from ...files import read_regular
 from ...text_layout import Mark, Place, TextLayout
 from ..codes import Code
 from ..document import Comment, Text
@@ -70,8 +71,7 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
     Of a file that is too large, only as much is read as `parse_xml` needs to report it.
     """
     try:
-        with path.open("rb") as file:
-            return file.read(MAX_SIZE + 1)
+        return read_regular(path, MAX_SIZE + 1)
     except OSError as error:
         diagnostics.error(Code.UNREADABLE_FILE, f"cannot be read: {error.strerror or error}", Location(path))
         return None
