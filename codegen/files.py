@@ -41,7 +41,7 @@ def read_regular(path: Path, limit: int = -1) -> bytes:
 
     Raises OSError, also for what is no regular file: a pipe would wait for its writer.
     """
-    with open(path, "rb", opener=_open_without_waiting) as file:  # noqa: PTH123 - which Path.open cannot
+    with open(path, "rb", opener=_open_without_waiting) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(errno.EINVAL, "not a regular file", str(path))
         return file.read(limit)

@@ -14,8 +14,8 @@ from typing import Any, Final
 
 import pytest
 
-from codegen.hfsm.document import Automaton, Document
 from codegen.files import is_regular
+from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
 from hfsm_runtime.observer import Observer

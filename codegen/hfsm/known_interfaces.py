@@ -276,7 +276,7 @@ def _entries(directory: Path) -> list[os.DirEntry[str]]:
 
 
 def _proxies(module: os.DirEntry[str]) -> tuple[Path, tuple[str, ...]]:
-    """Return the interfaces whose proxies a module defines; none if it cannot be read, like a looping link."""
+    """Return the interfaces whose proxies a module defines, none if it cannot be read."""
     try:
         status = module.stat()
         return _read_proxies(module.path, status.st_mtime_ns, status.st_size)
