@@ -502,9 +502,10 @@ class DocumentSession:
                     case Redone():
                         self._steps.redo()
                     case Saved(path=path, digest=digest, content=content):
-                        self.path, self.name, self.dialect = Path(path), Path(path).stem, NATIVE
+                        self.path, self.name = Path(path), Path(path).stem
                         self._version = FileVersion(0, -1, digest)
                         theirs = self.document if content is None else parse_file(content, self.path)
+                        self.dialect = NATIVE if content is None else theirs.format
                         self._saved = self.document if self.document == theirs else theirs
                         if content is not None:
                             self._keep_original(theirs, content)

@@ -304,6 +304,30 @@ def test_an_old_dialect_opens_and_is_saved_elsewhere(tmp_path: Path) -> None:
     assert "<name>tres</name>" in (tmp_path / "new.xml").read_text()
 
 
+@pytest.mark.parametrize("choice", [None, Choice.THEIRS, Choice.MERGE])
+def test_a_recovered_document_of_an_old_format_is_not_replaced_unasked(
+    tmp_path: Path, choice: Choice | None
+) -> None:
+    old = tmp_path / "old.xml"
+    old.write_text(SPANISH)
+    session = DocumentSession.open(old, journals=tmp_path / "journals")
+    if choice is not None:
+        old.write_text(SPANISH.replace("uno", "one"))
+        session.resolve(choice)
+    written = old.read_text()
+    session.do(rename("dos"))
+    session.abandon()
+    (found,) = find_abandoned(tmp_path / "journals")
+    recovered = DocumentSession.recover(found.file)
+    with pytest.raises(OldFormatError, match="another file"):
+        recovered.save()
+    assert old.read_text() == written
+    recovered.save(overwrite=True)
+    recovered.do(rename("tres"))
+    recovered.save()
+    recovered.close()
+
+
 def test_a_new_document_needs_a_file(tmp_path: Path) -> None:
     session = DocumentSession.new(tree(), "untitled", journals=tmp_path / "journals")
     assert session.dirty
