@@ -15,7 +15,14 @@ from ..known_interfaces import KnownInterfaces
 from ..ros import TF
 from .attributes import check_attributes
 from .blocking import check_blocking
-from .component import check_component, check_file_name, check_functions, check_libraries, check_parameters
+from .component import (
+    check_component,
+    check_file_name,
+    check_functions,
+    check_libraries,
+    check_neighbors,
+    check_parameters,
+)
 from .events import check_events
 from .flow import check_flow
 from .inputs import check_arguments, check_inputs
@@ -39,6 +46,7 @@ def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnost
     document, path, extension = analysis.document, analysis.path, analysis.extension
     report = Report(path, diagnostics)
     check_file_name(analysis, report)
+    check_neighbors(path, report)
     check_component(document, interfaces, report)
     check_ros(document, interfaces.ros, report)
     check_tree(document, report)

@@ -10,9 +10,11 @@ import re
 import sys
 import unicodedata
 from collections.abc import Collection
+from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location, Note, did_you_mean
+from ...files import is_regular
 from ..analysis import Analysis, imported_names
 from ..code.names import identifier
 from ..code.text import definitions
@@ -20,6 +22,8 @@ from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
 from ..codes import Code
 from ..definitions import COMPONENT_ATTRIBUTES
 from ..document import Document, Interface, Parameter, RosInterface
+from ..extension import component_path
+from ..formats.reader import looks_like_document
 from ..known_interfaces import KnownInterfaces
 from .report import Report
 
@@ -31,6 +35,7 @@ __all__ = [
     "check_file_name",
     "check_functions",
     "check_libraries",
+    "check_neighbors",
     "check_parameters",
 ]
 
@@ -89,6 +94,20 @@ def check_file_name(analysis: Analysis, report: Report) -> None:
         message = f"its component {name}.py would shadow the library `{name}`: rename the document"
         note = Note(f"programs that are started in its directory would import {name}.py instead")
         report.warning(Code.HIDDEN_LIBRARY, message, Location(analysis.path), [note])
+
+
+def check_neighbors(path: Path, report: Report) -> None:
+    """Check that no other document beside this one has a component in the same file."""
+    target = component_path(path, None)
+    try:
+        others = sorted(each for each in path.parent.iterdir() if each.suffix.lower() == ".xml")
+    except OSError:
+        return
+    for other in others:
+        is_same = other.name != path.name and component_path(other, None) == target
+        if is_same and is_regular(other) and looks_like_document(other):
+            message = f"{other.name} has the same component, {target.name}: rename one of them"
+            report.error(Code.SAME_COMPONENT, message, Location(path))
 
 
 def check_libraries(analysis: Analysis, reserved: Collection[str], report: Report) -> None:

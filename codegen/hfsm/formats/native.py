@@ -13,11 +13,11 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Final, cast
 
-from codegen.diagnostics import Diagnostics, Location, Note
+from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
 from ..codes import Code
 from ..document import NO_CHILD, Document, Element, Extra, Node, Text
-from .schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind
+from .schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
 from .xml_tree import XmlElement
 
 __all__ = ["MAX_ID", "NativeReader", "Translation"]
@@ -27,6 +27,10 @@ MAX_ID: Final = 2**31 - 1
 
 _KEPT: Final = "kept"
 """The tag around an unknown element of an old dialect whose name has a meaning in the native format."""
+_FORMER: Final = frozenset({"servertype", "topic"})
+"""Elements of the editor of 2017 in the current format, which choose between Ice and ROS 1."""
+_PREFIX: Final = ":"
+"""After it comes the name that another program has given to its own element."""
 _MOST_LINES: Final = 20  # in the list of a remark
 
 Translation = Callable[[XmlElement], list[XmlElement]]
@@ -36,18 +40,25 @@ Translation = Callable[[XmlElement], list[XmlElement]]
 class NativeReader:
     """Builds a document from a tree of XML; after errors it has `failed`.
 
-    `remarks` gets notes about what is kept but not used, except about the elements in `expected`. If the
-    document `is_old`, transitions get unique ids, since the original generators ignored them.
+    `remarks` gets notes about what an old document has that is kept but not used, except about the elements
+    in `expected`. With `unique_ids` transitions get such ones: the original generators ignored them.
     """
 
     def __init__(
-        self, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None, *, is_old: bool
+        self,
+        path: Path,
+        diagnostics: Diagnostics,
+        remarks: Diagnostics | None,
+        *,
+        is_old: bool,
+        unique_ids: bool,
     ) -> None:
         self.path = path
         self.diagnostics = diagnostics
         self.remarks = remarks
         self.failed = False
         self._is_old = is_old
+        self._unique_ids = unique_ids
         self.expected: set[XmlElement] = set()
         self._remarked: dict[str, list[XmlElement]] = {}
         self._lists: list[Element] = []
@@ -60,6 +71,7 @@ class NativeReader:
 
     def _node(self, element: XmlElement, kind: NodeKind) -> Node:
         fields: dict[str, Any] = {}
+        self._check_attributes(element, kind)
         for name, leaf in kind.attributes.items():
             if name in element.attributes:
                 fields[leaf.field] = self._value(element, name, element.attributes[name], leaf.type)
@@ -103,7 +115,7 @@ class NativeReader:
             if not isinstance(expected, Items) or expected.listed:
                 extras += child.comments
             if expected is None:
-                self.remark_unknown(child)
+                self._report_unknown(child, element, known)
                 extras.append(self._kept(child))
             elif child.tag in found and not expected.repeats:
                 first = Note("the first is here", self.place(found[child.tag][0]))
@@ -111,6 +123,24 @@ class NativeReader:
             else:
                 found.setdefault(child.tag, []).append(child)
         return found, (*extras, *element.trailing)
+
+    def _check_attributes(self, element: XmlElement, kind: NodeKind) -> None:
+        """Warn about unknown attributes that resemble known ones; others are somebody's own."""
+        for name in element.attributes.keys() - kind.attributes.keys():
+            if not self._is_old and (notes := did_you_mean(name, kind.attributes)):
+                message = f"`{element.name}` has no attribute `{name}`: it is kept, but not used"
+                self.warn(element, Code.UNKNOWN_ELEMENT, message, *notes)
+
+    def _report_unknown(self, element: XmlElement, around: XmlElement, known: Collection[str]) -> None:
+        """Warn about an unknown element; in an old document, which has many, it is a remark."""
+        if self._is_old or element.tag in _FORMER or _PREFIX in element.tag:
+            self.remark_unknown(element)
+            return
+        notes = did_you_mean(element.name, known)
+        if not notes and (places := enclosing_tags(element.tag)):
+            notes = (Note(f"it belongs into {' or '.join(f'`{place}`' for place in places)}"),)
+        message = f"`{element.name}` means nothing in `{around.name}`: it is kept, but not used"
+        self.warn(element, Code.UNKNOWN_ELEMENT, message, *notes)
 
     def _kept(self, element: XmlElement) -> Element:
         """Return an unknown element with its text or its children."""
@@ -131,7 +161,7 @@ class NativeReader:
                 self._lists.append(Element(container.tag, tuple(container.attributes.items()), "", extras))
             found = inside.get(items.kind.tag, [])
         if "id" in items.kind.attributes:
-            self.number(found, unique=self._is_old and items.kind is TRANSITION)
+            self.number(found, unique=self._unique_ids and items.kind is TRANSITION)
         nodes = tuple(self._node(element, items.kind) for element in found)
         return next(iter(nodes), None) if items.one else nodes
 

@@ -100,10 +100,10 @@ def parse_document(
         diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
     dialect, declared = dialect_of(root), root.first("dialect")
-    is_old = (
-        dialect in _EDITORS or (declared is not None and bool(declared.text.strip())) or _is_one_line(root)
-    )
-    reader = NativeReader(path, diagnostics, remarks, is_old=is_old)
+    says_so = declared is not None and bool(declared.text.strip())
+    is_old = dialect in _EDITORS or says_so
+    repairs = is_old or _is_one_line(root)
+    reader = NativeReader(path, diagnostics, remarks, is_old=is_old, unique_ids=repairs)
     if dialect is not Dialect.NATIVE:
         translate = translate_spanish if dialect is Dialect.SPANISH else translate_visualstates
         root = translate(root, reader)
@@ -111,7 +111,7 @@ def parse_document(
     if reader.failed:
         return None
     document = replace(document, format=dialect.value)
-    if is_old:
+    if repairs:
         document = _unescape_code(document, path, diagnostics)
     if dialect in _EDITORS and not document.is_old:
         document = replace(document, dialect=Text(_EDITORS[dialect]))

@@ -13,7 +13,17 @@ from typing import Final, get_type_hints
 
 from .. import document as model
 
-__all__ = ["AUTOMATON", "DOCUMENT", "INTERFACE", "STATE", "TRANSITION", "Items", "Leaf", "NodeKind"]
+__all__ = [
+    "AUTOMATON",
+    "DOCUMENT",
+    "INTERFACE",
+    "STATE",
+    "TRANSITION",
+    "Items",
+    "Leaf",
+    "NodeKind",
+    "enclosing_tags",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,3 +151,16 @@ DOCUMENT: Final = _kind(
     config=Items("interfaces", INTERFACE, listed=True),
     ros=Items("ros", _ROS, listed=True, optional=True),
 )
+
+
+def enclosing_tags(tag: str) -> list[str]:
+    """Return the tags of the elements in which an element has a meaning, none for an unknown one."""
+    found: list[str] = []
+    pending = [DOCUMENT]
+    for kind in pending:  # grows
+        found += [kind.tag] if tag in kind.children else []
+        for around, child in kind.children.items():
+            if isinstance(child, Items):
+                found += [around] if child.listed and tag == child.kind.tag else []
+                pending.append(child.kind)
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +21,8 @@ MAX_SIZE: Final = 16 << 20
 """The largest document in bytes."""
 
 _MAX_DEPTH: Final = 64
+_CONFLICT: Final = re.compile(rb"^<{7}(?= |\r?$)", re.MULTILINE)
+"""The first line of a conflict, as git and other programs mark it."""
 _MAX_ELEMENTS: Final = 500_000
 
 
@@ -93,7 +96,11 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
             message = f"malformed XML: {builder.problem(expat.ErrorString(error.code))}"
         elif isinstance(error, _DocumentTypeFound):
             code, message = Code.DOCUMENT_TYPE, "document types and entities are not allowed in a document"
-        diagnostics.error(code, message, builder.place())
+        place = builder.place()
+        if marker := _CONFLICT.search(content):
+            message = f"`{marker[0].decode()}` begins a conflict of a merge: keep one of the two versions"
+            place = Location(path, content.count(b"\n", 0, marker.start()) + 1, 1, len(marker[0]))
+        diagnostics.error(code, message, place)
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
     diagnostics.add_layout(path, TextLayout(builder.decoded))

@@ -249,8 +249,52 @@ def test_a_comma_in_a_number_is_understood_and_reported() -> None:
     ],
 )
 def test_what_cannot_be_kept_is_reported(text: str) -> None:
-    (warning,) = warnings(text)
+    (warning,) = [each for each in warnings(text) if not each.startswith("W541")]
     assert warning.startswith("W501")
+
+
+AUTOMATON = "<SubAutomata id='1' idFather='0'>\n{}</SubAutomata>"
+STATE = AUTOMATON.format("<state id='1' initial='true'><name>a</name>{}</state>")
+
+
+@pytest.mark.parametrize(
+    ("inside", "message", "note"),
+    [
+        (STATE.format("<exitt>x</exitt>"), "`exitt` means nothing in `state`", "did you mean `exit`?"),
+        (AUTOMATON.format("<State id='1'/>"), "`State` means nothing in `SubAutomata`", "did you mean `state`?"),
+        ("<interfaces><interface/></interfaces>", "`interfaces` means nothing in `VisualHFSM`", None),
+        (STATE.format("<guard>x</guard>"), "`guard` means nothing in `state`", "it belongs into `transition`"),
+        ("<iceinterface/>", "`iceinterface` means nothing in `VisualHFSM`", "it belongs into `config`"),
+        ("<library>cv2</library>", "`library` means nothing in `VisualHFSM`", "did you mean `libraries`?"),
+        (STATE.format("<color/>"), "`color` means nothing in `state`", None),
+        (STATE.replace("initial", "initiall").format(""), "`state` has no attribute `initiall`", "did you mean `initial`?"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("separator", ["\n", ""], ids=["lines", "one line"])
+def test_what_means_nothing_is_reported_wherever_it_stands(
+    inside: str, message: str, note: str | None, separator: str
+) -> None:
+    text = f"<VisualHFSM>{separator}{inside}</VisualHFSM>".replace("\n", separator)
+    diagnostics = Diagnostics()
+    assert parse_document(text, Path("test.xml"), diagnostics) is not None
+    (found,) = [each for each in diagnostics if each.code == "W541"]
+    assert found.message == f"{message}: it is kept, but not used"
+    assert [each.message for each in found.notes] == ([] if note is None else [note])
+
+
+def test_what_other_programs_keep_in_a_document_is_not_reported() -> None:
+    own = STATE.format("<lab:score>1</lab:score>")
+    assert warnings(f"<VisualHFSM note='1'>{own}</VisualHFSM>") == []
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_a_conflict_of_a_merge_is_named(newline: str) -> None:
+    lines = ["<VisualHFSM>", "<<<<<<< HEAD", "<a/>", "=======", "<b/>", ">>>>>>> theirs", "</VisualHFSM>"]
+    diagnostics = Diagnostics()
+    assert parse_document(newline.join(lines).encode(), Path("test.xml"), diagnostics) is None
+    (error,) = diagnostics.errors
+    assert (error.code, error.location.line, error.location.column) == ("E502", 2, 1)
+    assert error.message == "`<<<<<<<` begins a conflict of a merge: keep one of the two versions"
 
 
 @pytest.mark.parametrize(

