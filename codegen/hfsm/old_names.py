@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from .analysis import Analysis
 
-__all__ = ["LOCK", "OldNames", "find_old_names"]
+__all__ = ["CLIENT_METHODS", "LOCK", "OldNames", "find_old_names"]
 
 LOCK: Final = "lock"
 """An attribute of every component."""
@@ -21,6 +21,12 @@ _THREADING: Final = "threading"
 _JDEROBOT: Final = {"jderobot": "interfaces.jderobot"}
 _MODULES: Final = _JDEROBOT | {name: name for name in ("signal", "sys", _THREADING, "time", "traceback")}
 """Modules that the original generators imported, with what they are today."""
+CLIENT_METHODS: Final[Mapping[str, frozenset[str]]] = {
+    "jderobot::Motors": frozenset({"sendV", "sendW", "sendL"}),
+    "jderobot::Pose3D": frozenset({"getPose3d"}),
+    "jderobot::CMDVel": frozenset({"setVX", "setVY", "setVZ", "setYaw", "sendVelocities", "sendCMDVel"}),
+}
+"""The methods that JdeRobot's library for clients added to interfaces; `hfsm_runtime.jderobot` has them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +34,14 @@ class OldNames:
     """The former names that a component needs.
 
     `modules` are imported, each with its full name. `aliases` are attributes of the component, each with what
-    it stands for, such as `motors` or `scanSub.value`. `messages` are types of ROS by their short name.
+    it stands for, such as `motors` or `scanSub.value`. `messages` are types of ROS by their short name, and
+    `clients` interfaces with methods of JdeRobot's library.
     """
 
     modules: Mapping[str, str] = field(default_factory=dict)
     aliases: Mapping[str, str] = field(default_factory=dict)
     messages: Mapping[str, str] = field(default_factory=dict)
+    clients: frozenset[str] = frozenset()
     has_lock: bool = False
 
 
@@ -55,5 +63,6 @@ def find_old_names(analysis: Analysis) -> OldNames:
         modules={name: module for name, module in _MODULES.items() if name in free},
         aliases=aliases,
         messages={name: full for name, full in document.ros_messages.items() if name in free},
+        clients=frozenset(name for name, added in CLIENT_METHODS.items() if added & mentioned),
         has_lock=has_lock,
     )

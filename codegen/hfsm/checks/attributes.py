@@ -12,7 +12,7 @@ from ..code.text import all_nodes
 from ..codes import Code
 from ..definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
-from ..old_names import LOCK
+from ..old_names import CLIENT_METHODS, LOCK
 from .report import Report
 
 __all__ = ["STREAM", "check_attributes", "check_call"]
@@ -111,7 +111,9 @@ def _check_calls(
         if available is None:
             continue
         operation = available.get(access.path[1])
-        if operation is None:
+        if access.path[1] in CLIENT_METHODS.get(interface.scoped_name, ()):
+            _note_client_method(access, report)
+        elif operation is None:
             message = f"`{interface.scoped_name}` has no operation `{access.path[1]}`"
             notes = did_you_mean(access.path[1], available)
             report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), notes)
@@ -119,6 +121,12 @@ def _check_calls(
             check_call(access, operation, report)
         else:
             _check_stream(access, operation, report)
+
+
+def _note_client_method(access: Access, report: Report) -> None:
+    method = access.path[1]
+    message = f"`{method}` is a method of JdeRobot's library for clients, and no operation of the interface"
+    report.note(Code.OLD_NAME, message, access.place(1))
 
 
 def _is_operation(name: str) -> bool:
