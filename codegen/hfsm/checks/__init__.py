@@ -109,10 +109,10 @@ def _check_names(analysis: Analysis, report: Report) -> None:
     if analysis.document.ros_messages:
         known |= {*analysis.document.ros_messages, TF}
     for piece in analysis.functions:
-        check_names(piece, known, report)
+        check_names(piece, known, report, analysis.defined)
     for code in analysis.automata:
         if not code.broken:
             bound = (piece.bound for piece in code.sharing())
             shared = known.union((item.name for item in code.automaton.inputs), *bound)
             for piece in code.sharing():
-                check_names(piece, shared, report)
+                check_names(piece, shared, report, analysis.defined)

@@ -15,7 +15,7 @@ from typing import Final
 from pyflakes import messages
 from pyflakes.checker import Checker
 
-from ...diagnostics import Location, did_you_mean
+from ...diagnostics import Location, Note, did_you_mean
 from ..analysis import AutomatonCode, Piece
 from ..code.names import RESERVED
 from ..code.scopes import INSPECTING
@@ -43,8 +43,13 @@ _WITH_EVENT: Final = "def piece(self, event): pass"
 _BUILTINS: Final = frozenset(dir(builtins))
 
 
-def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
-    """Check one piece of code; `known` are the names that are defined outside it."""
+def check_names(
+    piece: Piece, known: Collection[str], report: Report, functions: Collection[str] = ()
+) -> None:
+    """Check one piece of code; `known` are the names that are defined outside it.
+
+    `functions` are those of the document, which are attributes of `self`.
+    """
     reported: set[str] = set()
     for message in _messages(piece, known):
         place = piece.at(message.lineno, message.col)
@@ -57,6 +62,8 @@ def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
             reported.add(name)
             place = piece.at(message.lineno, message.col, len(name))
             notes = did_you_mean(name, {*known, *_BUILTINS} - {name})
+            if name in functions:
+                notes = (Note(f"the function of the document is `self.{name}`"),)
             report.warning(Code.UNDEFINED_NAME, f"`{name}` is not defined", place, notes)
 
 

@@ -58,8 +58,12 @@ def test_code_calls_them(
     calls: list[object] = []
     operation, argument = expected
     compile_to(tmp_path, document(sub(1, 0, state(1, "go", code, initial=True)), config=interface(type)))
-    stub = {operation: lambda given: calls.append(given) or 0}
-    behavior(tmp_path / "behavior.xml", stubs={type: stub}).advance(0.0)
+
+    def take(given: object) -> int:
+        calls.append(given)
+        return 0
+
+    behavior(tmp_path / "behavior.xml", stubs={type: {operation: take}}).advance(0.0)
     assert calls == [argument]
 
 

@@ -263,3 +263,17 @@ def test_interfaces_that_no_robot_of_ours_has_are_served_by_stand_ins(tmp_path: 
         run.advance(1.0)
     assert run.errors == ()
     assert vars(component)["seen"] == [0, [], 0.0, 0, [], 0]
+
+
+def test_a_function_that_is_called_without_self_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "old.xml"
+    path.write_text(
+        old(sub(1, 0, state(1, "go", "finished()", initial=True), functions="def finished(self): pass"))
+    )
+    diagnostics = Diagnostics()
+    check_document(path, diagnostics)
+    (found,) = diagnostics
+    assert (found.code, [note.message for note in found.notes]) == (
+        "W520",
+        ["the function of the document is `self.finished`"],
+    )
