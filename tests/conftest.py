@@ -54,6 +54,18 @@ DECISIVE = frozenset(
 """Environment variables that change the tested code."""
 ONE_BY_ONE = "tests/e2e/"
 """The folder of the longest tests; they are also collected first."""
+TEST_LIMIT = 300.0
+"""A test that takes longer, in s, fails."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Be strict with these tests alone: pyproject.toml also holds for what people write below a checkout."""
+    config.option.importmode = "importlib"  # files in different folders have the same name
+    if config.getoption("timeout", None) is None:
+        config.option.timeout = TEST_LIMIT
+    for warnings in ("error", "default::pytest.PytestUnraisableExceptionWarning"):
+        config.addinivalue_line("filterwarnings", warnings)
 
 
 def pytest_sessionfinish() -> None:
