@@ -1,13 +1,10 @@
-"""docs/how-to/nao.md against a robot: commands run, their output is compared."""
+"""docs/how-to/nao.md: what it says of the status, its stack file and its commands; test_docs_commands runs these."""
 
 from __future__ import annotations
 
 import json
 import re
-import shlex
 from pathlib import Path
-
-import pytest
 
 from deploy.nao.command import app
 from deploy.stack import load_stack
@@ -17,35 +14,6 @@ from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
 
 PAGE = (DOCS / "how-to/nao.md").read_text("utf-8")
-
-
-def commands(text: str) -> list[tuple[str, str]]:
-    """Return the commands of a console, each with what it writes."""
-    parts = re.split(r"^\$ ", text, flags=re.M)[1:]
-    return [(part.partition("\n")[0], part.partition("\n")[2]) for part in parts]
-
-
-def matches(expected: str, output: str) -> bool:
-    """Return whether an output is as expected; three dots match anything, and spaces any number of them."""
-    pieces = (r"\s+".join(map(re.escape, piece.split(" "))) for piece in expected.split("..."))
-    return re.fullmatch(".*".join(pieces), output, re.S) is not None
-
-
-def test_the_page_works_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = 0
-    with served(FakeRobot()) as robot, at(robot.endpoint, robot.realm):
-        for block in blocks_of(PAGE):
-            if block.language == "toml":
-                continue  # below
-            assert block.language == "console"
-            for command, expected in commands(block.text):
-                program, *words = shlex.split(command)
-                assert program == "nao"
-                outcome = nao(*words)
-                ran += 1
-                assert matches(expected.rstrip(), outcome.text.rstrip()), f"{command}\n{outcome.text}"
-    assert ran == 17
 
 
 JSON_TYPES = {str: "text", int: "integer", float: "number", bool: "boolean", list: "list", dict: "object"}

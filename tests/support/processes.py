@@ -86,17 +86,20 @@ class ComponentProcess:
     Leaving the `with` block ends it by SIGINT. One that has not ended by END_LIMIT fails, with what its threads did.
     """
 
-    def __init__(self, command: list[str], environment: dict[str, str] | None = None) -> None:
+    def __init__(
+        self, command: list[str], environment: dict[str, str] | None = None, cwd: Path = REPOSITORY
+    ) -> None:
         self.command = command
         of_python = {"PYTHONUNBUFFERED": "1", "PYTHONFAULTHANDLER": "1"}
         self._environment = {**os.environ, **of_python, **(environment or {})}
+        self._cwd = cwd
         self._lines: list[str] = []
         self._changed = threading.Condition()
 
     def __enter__(self) -> Self:
         self.process = subprocess.Popen(
             self.command,
-            cwd=REPOSITORY,
+            cwd=self._cwd,
             env=self._environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
