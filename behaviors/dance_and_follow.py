@@ -94,7 +94,8 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def sweep(self, corner):
         """Send the head to a corner of the search; return the next corner once it is there."""
-        corners = [(0.8, 0.0), (-0.8, 0.0), (-0.8, 0.35), (0.8, 0.35)]  # pan and tilt in rad
+        # Pan and tilt in rad: with the width of the picture, all that the neck can reach. It tilts less to the sides.
+        corners = [(1.8, 0.2), (-1.8, 0.2), (-1.8, -0.3), (1.8, -0.3), (0.45, -0.65), (-0.45, -0.65), (0.0, 0.45)]
         pan, tilt = corners[corner]
         self.Head.setPose(pan, tilt, 0.2)
         pose = self.Head.getPose()
@@ -273,28 +274,28 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
     (17, 17, "dance_and_follow.xml:173", "library"),
-    (18, 18, "follow_ball.xml:99", "library"),
-    (19, 19, "follow_ball.xml:100", "library"),
-    (20, 20, "follow_ball.xml:101", "library"),
+    (18, 18, "follow_ball.xml:100", "library"),
+    (19, 19, "follow_ball.xml:101", "library"),
+    (20, 20, "follow_ball.xml:102", "library"),
     (37, 61, "dance_and_follow.xml:39", "functions", 1),
-    (63, 102, "follow_ball.xml:56", "functions", 3),
-    (108, 108, "dance_and_follow.xml:24", "fired", 1, 1),
-    (128, 128, "dance_and_follow.xml:73", "argument", 2, 1),
-    (133, 133, "dance_and_follow.xml:81", "argument", 2, 2),
-    (157, 160, "follow_ball.xml:52", "variables", 3),
-    (168, 175, "follow_ball.xml:10", "code", 3, 1),
-    (179, 180, "follow_ball.xml:24", "code", 3, 2),
-    (183, 183, "follow_ball.xml:34", "trigger", 3, 1),
-    (186, 186, "follow_ball.xml:43", "trigger", 3, 2),
-    (190, 190, "follow_ball.xml:41", "fired", 3, 2),
-    (197, 197, "follow_ball.xml:4", "automaton", 3),
-    (212, 224, "dance_and_follow.xml:157", "variables", 5),
-    (228, 231, "dance_and_follow.xml:123", "code", 5, 1),
-    (235, 238, "dance_and_follow.xml:133", "code", 5, 2),
-    (241, 241, "dance_and_follow.xml:145", "trigger", 5, 1),
-    (245, 245, "dance_and_follow.xml:143", "fired", 5, 1),
-    (248, 248, "dance_and_follow.xml:154", "trigger", 5, 2),
-    (252, 252, "dance_and_follow.xml:152", "fired", 5, 2),
+    (63, 103, "follow_ball.xml:56", "functions", 3),
+    (109, 109, "dance_and_follow.xml:24", "fired", 1, 1),
+    (129, 129, "dance_and_follow.xml:73", "argument", 2, 1),
+    (134, 134, "dance_and_follow.xml:81", "argument", 2, 2),
+    (158, 161, "follow_ball.xml:52", "variables", 3),
+    (169, 176, "follow_ball.xml:10", "code", 3, 1),
+    (180, 181, "follow_ball.xml:24", "code", 3, 2),
+    (184, 184, "follow_ball.xml:34", "trigger", 3, 1),
+    (187, 187, "follow_ball.xml:43", "trigger", 3, 2),
+    (191, 191, "follow_ball.xml:41", "fired", 3, 2),
+    (198, 198, "follow_ball.xml:4", "automaton", 3),
+    (213, 225, "dance_and_follow.xml:157", "variables", 5),
+    (229, 232, "dance_and_follow.xml:123", "code", 5, 1),
+    (236, 239, "dance_and_follow.xml:133", "code", 5, 2),
+    (242, 242, "dance_and_follow.xml:145", "trigger", 5, 1),
+    (246, 246, "dance_and_follow.xml:143", "fired", 5, 1),
+    (249, 249, "dance_and_follow.xml:154", "trigger", 5, 2),
+    (253, 253, "dance_and_follow.xml:152", "fired", 5, 2),
 )
 
 if __name__ == "__main__":

@@ -7,9 +7,12 @@ import math
 import pytest
 
 from hfsm_pytest import Behavior, MakeBehavior, check_properties
+from naoserver.body import H25
 
 DOCUMENT = "behaviors/follow_ball.xml"
-CORNERS = [(0.8, 0.0), (-0.8, 0.0), (-0.8, 0.35), (0.8, 0.35)]
+CORNERS = [(1.8, 0.2), (-1.8, 0.2), (-1.8, -0.3), (1.8, -0.3), (0.45, -0.65), (-0.45, -0.65), (0.0, 0.45)]
+(NECK,) = (table for table in H25.anticollision if table.dependent == "HeadPitch")
+EYES = 0.5  # m above the floor
 
 
 @pytest.fixture
@@ -71,6 +74,33 @@ def test_the_search_goes_round_all_corners_in_their_order(b: Behavior) -> None:
         assert b.robot.head == pytest.approx((pan, tilt), abs=0.1)
     assert b.variables("follow_ball")["corner"] == 0
     assert {(call.pan, call.tilt) for call in b.calls("Head.setPose")} == set(CORNERS)
+
+
+@pytest.mark.sim
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_the_search_finds_a_ball_wherever_the_neck_can_point(behavior: MakeBehavior, share: float) -> None:
+    b = behavior(DOCUMENT, robot="sim", camera="drawn")
+    for pan in (-2.05, -1.5, 0.0, 0.9, 1.8):
+        low, high = NECK.at(pan)
+        height = EYES - math.tan(low + share * (high - low))
+        b.robot.ball("green").hide()
+        b.run_until("search", limit=2.0)
+        b.robot.ball("green").place(pan=pan, distance=1.0, height=min(max(height, 0.05), 1.2))
+        b.run_until("follow", limit=10.0)
+        b.advance(1.0)
+        assert b.active == "follow"
+        assert bearing_error(b) < 0.1
+
+
+@pytest.mark.sim
+def test_the_search_asks_nothing_of_the_neck_that_it_cannot_do(behavior: MakeBehavior) -> None:
+    b = behavior(DOCUMENT, robot="sim", camera="drawn")
+    b.robot.ball("green").hide()
+    b.run_until("search", limit=2.0)
+    b.run_until(lambda: b.variables("follow_ball")["corner"] == len(CORNERS) - 1, limit=10.0)
+    b.run_until(lambda: b.variables("follow_ball")["corner"] == 1, limit=10.0)
+    assert b.robot.health == []
 
 
 def test_it_follows_again_what_the_search_finds(b: Behavior) -> None:
