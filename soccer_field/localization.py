@@ -7,8 +7,9 @@ learns the lean of the camera, which the robot's senses measure only to about a 
 2 m away.
 
 Unlike a particle filter, it needs no random numbers, so that recorded runs replay identically, and only a
-few milliseconds per picture. But it follows a single hypothesis, so it needs the robot's start. The start
-also resolves which half is which, because a field looks the same after half a turn.
+few milliseconds per picture. But it follows a single hypothesis, so it needs the robot's start, or pictures
+of all sides, in which `soccer_field.panorama` finds it. Only the start resolves which half is which, because
+a field looks the same after half a turn.
 
 Poses are x and y in m and the heading in rad, in the frame of `soccer_field.model`.
 """
@@ -17,15 +18,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from soccer_field.model import POST_RADIUS, Array, Field, FieldLines
+from soccer_field.panorama import Found, Mask, Panorama, Pose, View, expected_lines, turn, wrapped
 
-Mask = NDArray[np.bool_]
+__all__ = ["FloorPoint", "Image", "Localizer", "Pose"]
 
 # -- in a picture: colors as OpenCV's HSV, hues from 0 to 180 and the rest from 0 to 255
 _GREEN: Final = (35, 60, 15), (90, 255, 255)
@@ -66,26 +68,22 @@ _ROUNDS: Final = 8
 # -- confidence
 _AGREES: Final = 2.0
 """Standard deviations up to which a point is explained by a line."""
-_NEAR: Final = 2.5
-"""Distance in m up to which a line is expected in the picture."""
-_MARGIN: Final = 8
-"""Pixels at the edge of a picture where no line is expected."""
-_AROUND: Final = 13
-"""Side in pixels of the square around its expected place in which a line counts as found."""
 _ENOUGH: Final = 12
 """Minimum number of points or places in a picture for it to count."""
 _NEWEST: Final = 0.2
 """Share of the newest picture in the confidence."""
+_CERTAIN: Final = 0.8
+"""Confidence from which the estimate is kept as a guess, for when the robot is lost."""
+_FOUND: Final = 0.6
+"""Minimum share of the lines that must agree with a pose that is found without a guess."""
+_AS_GOOD: Final = 0.08
+"""Difference in that share up to which a pose nearer to the estimate is preferred."""
+_FIX: Final = 0.08, 0.08, 0.05
+"""Errors of such a pose: m, m, rad."""
+_CARRIED: Final = 0.4, 2.1
+"""Spread of where and how a lost robot stands: m, of a Cauchy distribution, as it may be far away; rad."""
 _VAGUE: Final = 0.3
 """Standard deviation in m of a place that halves the confidence."""
-
-
-class Pose(NamedTuple):
-    """A place on the floor in m, and a heading in rad within (-pi, pi]."""
-
-    x: float
-    y: float
-    heading: float
 
 
 class Image(Protocol):
@@ -122,12 +120,15 @@ class Localizer:
         # x, y and heading, then the lean of the camera in excess of the measured one: back, and to the left.
         self._x: Array = np.array((*start, 0.0, 0.0), np.float64)
         self._covariance: Array = np.diag(np.square((*error, _LEAN, _LEAN)))
+        self._known: Array = self._x[:3].copy()  # by the odometry alone since the estimate was certain
         self._agreement = 1.0
+        self._panorama = Panorama(field, self._lines)
+        self._looks_around = False
 
     @property
     def pose(self) -> Pose:
         """The estimate."""
-        return Pose(float(self._x[0]), float(self._x[1]), _wrapped(float(self._x[2])))
+        return Pose(float(self._x[0]), float(self._x[1]), wrapped(float(self._x[2])))
 
     @property
     def covariance(self) -> Array:
@@ -147,10 +148,11 @@ class Localizer:
     def move(self, x: float, y: float, heading: float) -> None:
         """Follow the odometry: the robot's pose in the frame of its start, in m and rad."""
         before, self._odometry = self._odometry, Pose(x, y, heading)
-        there = _turn(-before.heading) @ (x - before.x, y - before.y)
-        way, turned = float(np.hypot(*there)), _wrapped(heading - before.heading)
-        step = _turn(float(self._x[2])) @ there
+        there = turn(-before.heading) @ (x - before.x, y - before.y)
+        way, turned = float(np.hypot(*there)), wrapped(heading - before.heading)
+        step = turn(float(self._x[2])) @ there
         self._x[:3] += (*step, turned)
+        self._known += (*(turn(float(self._known[2])) @ there), turned)
         jacobian = np.eye(5)
         jacobian[:2, 2] = -step[1], step[0]
         sliding, turning, bending = _SLIP
@@ -170,14 +172,57 @@ class Localizer:
         grass, white = _colors(pixels)
         to_floor = np.asarray(np.linalg.inv(to_image), np.float64)
         points = _line_points(grass, white, to_floor, self._lines.width)
+        if self._looks_around:
+            self._panorama.add(View(self._odometry, points, white, to_image))
         explained = self._fit(points, self._find_posts(pixels, to_image, to_floor))
         shares = [
             float(share.mean())
-            for share in (explained, self._expected(white, to_image))
+            for share in (explained, expected_lines(self._lines, self.pose, white, to_image))
             if len(share) >= _ENOUGH
         ]
         if shares:
             self._agreement += _NEWEST * (min(shares) - self._agreement)
+        if self.confidence > _CERTAIN:
+            self._known = self._x[:3].copy()
+
+    def look_around(self) -> None:
+        """Begin to collect what pictures show, for `find`: the robot is lost, and looks to all sides."""
+        self._panorama.clear()
+        self._looks_around = True
+
+    def find(self) -> bool:
+        """Move the estimate to the pose that explains the pictures since `look_around`, if one does.
+
+        It needs no guess. But of poses that explain them equally well, such as the two that differ by half a
+        turn of the field, it takes the one nearest to where the odometry leads from the last certain one.
+        Returns whether one was found.
+        """
+        self._looks_around = False
+        found = self._panorama.poses(self._odometry)
+        if not found or found[0].share < _FOUND:
+            return False
+        near = min((each for each in found if each.share > found[0].share - _AS_GOOD), key=self._surprise)
+        self._x[:] = *near.pose, 0.0, 0.0
+        self._covariance = np.diag(np.square((*_FIX, _LEAN, _LEAN)))
+        self._agreement = near.share
+        self._known = self._x[:3].copy()
+        return True
+
+    def change_halves(self) -> None:
+        """Turn the estimate half round the center of the field: something else shows which half is which."""
+        x, y, heading = self.pose
+        self._x[:3] = -x, -y, heading + math.pi
+        mirror = np.diag((-1.0, -1.0, 1.0, 1.0, 1.0))
+        self._covariance = mirror @ self._covariance @ mirror
+        self._known = self._x[:3].copy()
+
+    def _surprise(self, found: Found) -> float:
+        """Return how unlikely a pose is, given the last certain one and the odometry since then."""
+        x, y, heading = found.pose
+        way, angle = _CARRIED
+        off = math.hypot(x - self._known[0], y - self._known[1]) / way
+        turned = wrapped(heading - float(self._known[2])) / angle
+        return math.log1p(off**2) + turned**2
 
     def _fit(self, points: Array, posts: Array) -> Mask:
         """Move the estimate to the pose that explains most; return which points it explains.
@@ -191,11 +236,11 @@ class Localizer:
         # How a point on the floor moves with the lean, (I h^2 + p p^T) / h: most along its ray.
         leaning = (np.eye(2) * _HEIGHT**2 + points[:, :, None] * points[:, None, :]) / _HEIGHT
         for _ in range(_ROUNDS):
-            turn = _turn(float(self._x[2]))
-            there = (points + leaning @ self._x[3:]) @ turn.T
+            rotation = turn(float(self._x[2]))
+            there = (points + leaning @ self._x[3:]) @ rotation.T
             off, normal = self._lines.offsets(there + self._x[:2])
             turning = normal[:, 1] * there[:, 0] - normal[:, 0] * there[:, 1]
-            bent = np.einsum("ni,ij,njk->nk", normal, turn, leaning)
+            bent = np.einsum("ni,ij,njk->nk", normal, rotation, leaning)
             jacobian = np.column_stack((normal, turning, bent))
             variance = _POINT**2 + _TILT**2 * (np.sum(np.square(bent), axis=1) + squares)
             explained[:] = np.abs(off) < _AGREES * np.sqrt(variance)
@@ -223,19 +268,6 @@ class Localizer:
                 break
         return explained
 
-    def _expected(self, white: Mask, to_image: Array) -> Mask:
-        """Return, for each place where the picture should show a line, whether it does."""
-        there = (self._lines.samples - self._x[:2]) @ _turn(float(self._x[2]))
-        there = there[np.hypot(there[:, 0], there[:, 1]) < _NEAR]
-        u, v, front = to_image @ np.column_stack((there, np.ones(len(there)))).T
-        u, v = u / np.where(front > 0, front, np.nan), v / np.where(front > 0, front, np.nan)
-        height, width = white.shape
-        inside = (u >= _MARGIN) & (u < width - _MARGIN) & (v >= _MARGIN) & (v < height - _MARGIN)
-        around = np.ones((_AROUND, _AROUND), np.uint8)
-        near = cv2.dilate(white.astype(np.uint8), around)
-        shown: Mask = near[v[inside].astype(int), u[inside].astype(int)] > 0
-        return shown
-
     def _find_posts(self, pixels: NDArray[np.uint8], to_image: Array, to_floor: Array) -> Array:
         """Return the bearing in the robot's frame, and x and y, of each post seen at a plausible place."""
         height, width, _ = pixels.shape
@@ -248,7 +280,7 @@ class Localizer:
         total = np.concatenate(([0.0], np.cumsum(brightness)))
         found = []
         for post in self._posts:
-            there = _turn(-float(self._x[2])) @ (post - self._x[:2])
+            there = turn(-float(self._x[2])) @ (post - self._x[:2])
             distance = float(np.hypot(*there))
             beside = POST_RADIUS / distance * np.array((-there[1], there[0]))
             left, right = (to_image @ (*(there + side * beside), 1.0) for side in (1, -1))
@@ -329,13 +361,3 @@ def _weights(off: Array, variance: Array, jacobian: Array, covariance: Array) ->
     """Return Tukey's weights, from 0 to 1, of residuals, given their variance and the estimate's."""
     spread = variance + np.sum(jacobian @ covariance * jacobian, axis=1)
     return np.asarray(np.square(np.clip(1.0 - np.square(off) / (_GATE**2 * spread), 0.0, 1.0)))
-
-
-def _turn(angle: float) -> Array:
-    """Return the matrix of a turn to the left."""
-    return np.array(((math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))))
-
-
-def _wrapped(angle: float) -> float:
-    """Return an angle within (-pi, pi]."""
-    return math.pi - (math.pi - angle) % math.tau

@@ -180,3 +180,75 @@ def test_a_picture_that_shows_nothing_changes_nothing(how):
     localizer.see(camera.image, camera.floor_point)
     assert localizer.pose == pytest.approx(PLACES[2])
     assert localizer.confidence <= before
+
+
+def look_to_all_sides(localizer: Localizer, pose, **how):
+    localizer.look_around()
+    for yaw in (0.0, 0.9, 1.8, -0.9, -1.8):
+        for pitch in (0.15, 0.75):  # as two cameras
+            camera = camera_at(pose, yaw, pitch=pitch, **how)
+            localizer.see(camera.image, camera.floor_point)
+
+
+@pytest.mark.parametrize(
+    ("truth", "start"),
+    [
+        ((-0.75, 0.0, 1.6), (-0.75, 0.0, 0.0)),  # turned
+        ((-0.75, 0.0, -3.0), (-0.75, 0.0, 0.0)),
+        ((-0.75, 0.0, 0.0), (-1.75, 0.0, 0.2)),
+        ((-0.75, 0.0, 0.0), (-0.75, 1.0, -0.2)),
+        ((3.3, -0.8, 0.4), (-0.75, 0.0, 0.0)),  # anywhere
+        ((-2.5, 1.5, -1.5), (-0.75, 0.0, 0.0)),
+        ((-1.5, -2.8, 1.6), (-0.75, 0.0, 0.0)),  # at the side line
+        ((1.5, 1.0, 0.3), (-0.75, 0.0, 0.0)),  # carried away
+    ],
+)
+def test_a_lost_robot_that_looks_to_all_sides_finds_its_place(truth, start):
+    localizer = Localizer(FIELD, start)
+    look_to_all_sides(localizer, truth, lean=0.015)
+    assert localizer.find()
+    place, turn = error(localizer.pose, truth)
+    assert place < 0.1
+    assert turn < 0.04
+    look(localizer, truth, times=3, lean=0.015)
+    assert localizer.confidence > 0.6
+
+
+def test_pictures_before_a_walk_count_where_they_were_taken():
+    localizer = Localizer(FIELD, (-0.75, 0.0, 0.0))
+    look_to_all_sides(localizer, (-2.0, 1.5, 0.5))
+    localizer.move(0.3, 0.1, 0.4)
+    assert localizer.find()
+    there = complex(-2.0, 1.5) + complex(0.3, 0.1) * complex(math.cos(0.5), math.sin(0.5))
+    place, turn = error(localizer.pose, (there.real, there.imag, 0.9))
+    assert place < 0.1
+    assert turn < 0.04
+
+
+def test_of_two_halves_that_look_the_same_it_takes_the_nearer_one():
+    for start, truth in (((-1.0, 0.5, 0.3), PLACES[1]), ((1.0, -0.5, 0.3 - math.pi), PLACES[1])):
+        localizer = Localizer(FIELD, start)
+        look_to_all_sides(localizer, truth)
+        assert localizer.find()
+        x, y, heading = truth
+        twin = (-x, -y, heading + math.pi)
+        assert error(localizer.pose, truth if start[0] < 0 else twin)[0] < 0.1
+
+
+def test_something_else_may_distinguish_the_halves():
+    localizer = Localizer(FIELD, (-1.0, 0.5, 0.3))
+    before = localizer.covariance
+    localizer.change_halves()
+    assert localizer.pose == pytest.approx((1.0, -0.5, 0.3 - math.pi))
+    assert np.diag(localizer.covariance) == pytest.approx(np.diag(before))
+    localizer.change_halves()
+    assert localizer.pose == pytest.approx((-1.0, 0.5, 0.3))
+
+
+def test_pictures_that_show_too_little_find_no_place():
+    localizer = Localizer(FIELD, PLACES[0])
+    localizer.look_around()
+    assert not localizer.find()
+    look_to_all_sides(localizer, PLACES[0], lines=False, posts=False)
+    assert not localizer.find()
+    assert localizer.pose == pytest.approx(PLACES[0])
