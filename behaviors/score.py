@@ -44,7 +44,11 @@ class Score(Component, document="score.xml", on_error="stop"):
     SIDE = 0.05
     RADIUS = 0.05  # of the ball in m
 
+    SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
+    SIDES = (0.0, 0.9, 1.8, -0.9, -1.8)  # the pans of the head in rad, that show all sides but the back
+
     FIELD = Field()  # that of the Standard Platform League
+    oriented = -SURE
 
     @cached_property
     def localizer(self):
@@ -100,8 +104,27 @@ class Score(Component, document="score.xml", on_error="stop"):
         return (ball - here) / facing
 
     def in_goal(self, ball):
-        """Return whether the ball is behind the goal line."""
-        return ball.real > self.FIELD.length / 2 + 0.1
+        """Return whether the ball is behind the goal line as a whole, and between the posts, whatever the picture's error."""
+        far = abs(self.beside(ball))
+        error = 0.04 + 0.04 * far**2 + 2 * math.sqrt(self.localizer.covariance[0, 0])  # that of the tilt grows with the way
+        behind = ball.real - (self.FIELD.length + self.FIELD.line) / 2 - self.RADIUS
+        return behind > error and abs(ball.imag) < self.FIELD.goal_width / 2 and self.is_sure()
+
+    def is_sure(self):
+        """Return whether the robot knows where it is: by what it sees now, or by what it saw when it looked to all sides."""
+        return self.localizer.confidence > 0.5 or self.clock.now() - self.oriented < self.SURE
+
+    def settle_half(self, ball, known):
+        """Return where the ball is, in the half that is nearer to where it was before: the halves look the same."""
+        if known is None or abs(ball - known) < abs(ball + known) + 1.0:
+            return ball
+        self.localizer.change_halves()
+        return -ball
+
+    def is_still(self):
+        """Return whether the head is still: a picture from a head that turns shows less."""
+        pose = self.Head.getPose()
+        return abs(pose.panSpeed) + abs(pose.tiltSpeed) < 0.3
 
     def to_goal(self, ball):
         """Return the direction from the ball to the goal."""
@@ -112,7 +135,14 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Turn the head to the ball, which then is in the picture of at least one camera."""
         at = self.beside(ball)
         pan = max(-1.2, min(1.2, cmath.phase(at)))
-        self.Head.setPose(pan, max(0.0, min(0.44, math.atan2(0.45, abs(at)) - 0.35)), 0.3)
+        lowest = min(0.44, 0.5 - 0.2 * abs(pan))  # the neck tilts less to the sides
+        self.Head.setPose(pan, max(0.0, min(lowest, math.atan2(0.45, abs(at)) - 0.35)), 0.3)
+
+    def look_for_lines(self, side):
+        """Turn the head to a side; return the next side once it is there and was seen."""
+        pan = self.SIDES[side]
+        self.Head.setPose(pan, 0.1, 0.3)
+        return side + 1 if abs(self.Head.getPose().pan - pan) < 0.05 and self.is_still() else side
 
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
@@ -159,15 +189,16 @@ class Score(Component, document="score.xml", on_error="stop"):
         at = self.beside(ball)
         _, facing = self.place()
         off = cmath.phase(self.to_goal(ball) / facing)
-        return 0.14 < at.real < 0.205 and 0.015 < abs(at.imag) < 0.085 and abs(off) < 0.2 and self.localizer.confidence > 0.5
+        return 0.14 < at.real < 0.205 and 0.015 < abs(at.imag) < 0.085 and abs(off) < 0.2 and self.is_sure()
 
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
         ball = seen = None  # x + iy on the field, in m
-        pose = None
-        still = False  # a picture from a head that turns shows less
         seen_at = 0.0
         corner = 0
+        tries = 0  # looks at the ball since the last kick
+        knows = lost = moves = stands = False
+        known = None  # where the ball was when the robot knew its own place
         foot = spot = None  # where the ball is to be beside the robot, and where it walks to, both x + iy
         posture = motion = None
 
@@ -177,12 +208,13 @@ class Score(Component, document="score.xml", on_error="stop"):
             ball = None
 
         def state_search():
-            nonlocal ball, corner, pose, still
-            pose = self.Head.getPose()
-            still = abs(pose.panSpeed) + abs(pose.tiltSpeed) < 0.3
-            ball = self.find_ball() if still else None
+            nonlocal ball, corner, lost
+            ball = self.find_ball() if self.is_still() else None
             if ball is None:
                 corner = self.sweep(corner)
+            elif lost:
+                ball = self.settle_half(ball, known)
+                lost = False
 
         def entry_approach():
             nonlocal foot, seen_at, spot
@@ -190,10 +222,11 @@ class Score(Component, document="score.xml", on_error="stop"):
             seen_at = self.clock.now()
 
         def state_approach():
-            nonlocal ball, foot, seen, seen_at, spot
+            nonlocal ball, foot, known, seen, seen_at, spot
             seen = self.find_ball()
             if seen is not None:
                 ball, seen_at = seen, self.clock.now()
+                known = ball if self.localizer.confidence > 0.85 else known
             self.gaze(ball)
             foot = foot or self.choose_foot(ball)
             spot = self.walk_behind(ball, foot, spot)
@@ -218,7 +251,14 @@ class Score(Component, document="score.xml", on_error="stop"):
             seen = self.find_ball()
             ball = seen or ball
 
+        def exit_look():
+            nonlocal tries
+            tries += 1
+
         def entry_kick():
+            nonlocal known, tries
+            tries = 0
+            known = ball + self.to_goal(ball)
             self.Motions.play("kick" if self.beside(ball).imag < 0 else "kick_left", 1.0)
 
         def state_kick():
@@ -228,6 +268,37 @@ class Score(Component, document="score.xml", on_error="stop"):
         def exit_kick():
             nonlocal motion
             motion = None
+
+        def entry_orient():
+            nonlocal corner, knows, lost, stands, tries
+            corner = tries = 0
+            knows = False
+            lost = True
+            stands = False
+            self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
+            self.localizer.look_around()
+
+        def state_orient():
+            nonlocal corner, knows, moves, stands
+            moves = ActionStatus.Moving in (self.Postures.getPostureState().status, self.Walk.getWalkState().status)
+            if not moves and not stands:
+                stands = True
+                self.Postures.goToPosture("StandInit", 1.0)  # it may have fallen
+            elif not moves:
+                if self.is_still():
+                    self.find_ball()
+                corner = self.look_for_lines(corner)
+                if corner == len(self.SIDES):
+                    corner = 0
+                    knows = self.localizer.find()
+                    if knows:
+                        self.oriented = self.clock.now()
+                    else:
+                        self.Walk.walkTo(0.3, 0.0, 1.5)
+                        self.localizer.look_around()
+
+        def exit_orient():
+            self.Walk.stop()
 
         def guard_goal():
             return ball is not None and self.in_goal(ball)
@@ -250,17 +321,30 @@ class Score(Component, document="score.xml", on_error="stop"):
         def guard_kicked():
             return motion not in (None, ActionStatus.Moving)
 
+        def guard_in_goal():
+            return self.in_goal(ball)
+
+        def guard_unsure():
+            return not self.is_sure()
+
+        def guard_cannot():
+            return tries >= 4
+
+        def guard_knows():
+            return knows
+
         search = State("search", initial=True, entry=entry_search, code=state_search)
         approach = State("approach", entry=entry_approach, code=state_approach, exit=exit_approach)
         stand = State("stand", entry=entry_stand, code=state_stand, exit=exit_stand)
-        look = State("look", code=state_look)
+        look = State("look", code=state_look, exit=exit_look)
         kick = State("kick", entry=entry_kick, code=state_kick, exit=exit_kick)
         scored = State("scored", final=True)
+        orient = State("orient", entry=entry_orient, code=state_orient, exit=exit_orient)
         return Automaton(
             "score",
             id=1,
             period=0.1,
-            states=(search, approach, stand, look, kick, scored),
+            states=(search, approach, stand, look, kick, scored, orient),
             transitions=(
                 Transition("goal", search, scored, guard=guard_goal),
                 Transition("found", search, approach, guard=guard_found),
@@ -270,40 +354,53 @@ class Score(Component, document="score.xml", on_error="stop"):
                 Transition("before the foot", look, kick, guard=guard_before_the_foot),
                 Transition("not yet", look, approach, seconds=0.7),
                 Transition("kicked", kick, search, guard=guard_kicked),
+                Transition("in goal", approach, scored, priority=1, guard=guard_in_goal),
+                Transition("unsure", approach, orient, guard=guard_unsure),
+                Transition("cannot", look, orient, priority=1, guard=guard_cannot),
+                Transition("knows", orient, search, guard=guard_knows),
+                Transition("nowhere", search, orient, seconds=40.0),
             ),
         )
 
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
-    (16, 16, "score.xml:289", "library"),
-    (17, 17, "score.xml:290", "library"),
-    (18, 18, "score.xml:291", "library"),
-    (19, 19, "score.xml:292", "library"),
-    (20, 20, "score.xml:293", "library"),
-    (21, 21, "score.xml:294", "library"),
-    (22, 22, "score.xml:295", "library"),
-    (23, 23, "score.xml:296", "library"),
-    (42, 162, "score.xml:165", "functions", 1),
-    (166, 172, "score.xml:158", "variables", 1),
-    (176, 177, "score.xml:37", "entry", 1, 1),
-    (181, 185, "score.xml:39", "code", 1, 1),
-    (189, 190, "score.xml:50", "entry", 1, 2),
-    (194, 199, "score.xml:52", "code", 1, 2),
-    (202, 202, "score.xml:58", "exit", 1, 2),
-    (205, 205, "score.xml:65", "entry", 1, 3),
-    (209, 209, "score.xml:66", "code", 1, 3),
-    (213, 213, "score.xml:67", "exit", 1, 3),
-    (217, 219, "score.xml:74", "code", 1, 4),
-    (222, 222, "score.xml:83", "entry", 1, 5),
-    (226, 226, "score.xml:84", "code", 1, 5),
-    (230, 230, "score.xml:85", "exit", 1, 5),
-    (233, 233, "score.xml:100", "trigger", 1, 1),
-    (236, 236, "score.xml:108", "trigger", 1, 2),
-    (239, 239, "score.xml:116", "trigger", 1, 3),
-    (242, 242, "score.xml:124", "trigger", 1, 4),
-    (245, 245, "score.xml:132", "trigger", 1, 5),
-    (248, 248, "score.xml:140", "trigger", 1, 6),
-    (251, 251, "score.xml:156", "trigger", 1, 8),
+    (16, 16, "score.xml:396", "library"),
+    (17, 17, "score.xml:397", "library"),
+    (18, 18, "score.xml:398", "library"),
+    (19, 19, "score.xml:399", "library"),
+    (20, 20, "score.xml:400", "library"),
+    (21, 21, "score.xml:401", "library"),
+    (22, 22, "score.xml:402", "library"),
+    (23, 23, "score.xml:403", "library"),
+    (42, 192, "score.xml:242", "functions", 1),
+    (196, 203, "score.xml:234", "variables", 1),
+    (207, 208, "score.xml:37", "entry", 1, 1),
+    (212, 217, "score.xml:39", "code", 1, 1),
+    (221, 222, "score.xml:51", "entry", 1, 2),
+    (226, 232, "score.xml:53", "code", 1, 2),
+    (235, 235, "score.xml:60", "exit", 1, 2),
+    (238, 238, "score.xml:67", "entry", 1, 3),
+    (242, 242, "score.xml:68", "code", 1, 3),
+    (246, 246, "score.xml:69", "exit", 1, 3),
+    (250, 252, "score.xml:76", "code", 1, 4),
+    (256, 256, "score.xml:79", "exit", 1, 4),
+    (260, 262, "score.xml:86", "entry", 1, 5),
+    (266, 266, "score.xml:89", "code", 1, 5),
+    (270, 270, "score.xml:90", "exit", 1, 5),
+    (274, 279, "score.xml:104", "entry", 1, 7),
+    (283, 298, "score.xml:110", "code", 1, 7),
+    (301, 301, "score.xml:126", "exit", 1, 7),
+    (304, 304, "score.xml:134", "trigger", 1, 1),
+    (307, 307, "score.xml:142", "trigger", 1, 2),
+    (310, 310, "score.xml:150", "trigger", 1, 3),
+    (313, 313, "score.xml:158", "trigger", 1, 4),
+    (316, 316, "score.xml:166", "trigger", 1, 5),
+    (319, 319, "score.xml:174", "trigger", 1, 6),
+    (322, 322, "score.xml:190", "trigger", 1, 8),
+    (325, 325, "score.xml:199", "trigger", 1, 9),
+    (328, 328, "score.xml:207", "trigger", 1, 10),
+    (331, 331, "score.xml:216", "trigger", 1, 11),
+    (334, 334, "score.xml:224", "trigger", 1, 12),
 )
 
 if __name__ == "__main__":

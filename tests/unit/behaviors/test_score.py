@@ -95,3 +95,81 @@ def test_it_finds_a_ball_behind_it_and_takes_neither_its_toes_nor_the_grass_for_
     b.run_until("approach", limit=30.0)
     assert b.calls("Walk.walkTo")
     assert abs(b.variables("score")["ball"] - complex(-1.7, 0.2)) < 0.15
+
+
+def test_a_robot_with_a_wrong_start_looks_for_lines_and_knows_it_then(
+    behavior: MakeBehavior,
+) -> None:
+    b = play(behavior, 0.0, 0.0, seed=3, noise=True, parameters={"start_x": -1.75})
+    b.run_until("orient", limit=15.0)
+    b.run_until("search", limit=20.0)
+    place, facing = b.component.place()
+    x, y, _ = truth(b).torso.position
+    assert abs(place - complex(x, y)) < 0.15
+    assert cmath.phase(facing) == pytest.approx(truth(b).torso.heading, abs=0.08)
+    assert b.component.is_sure()
+
+
+def test_a_robot_that_cannot_kick_for_long_looks_for_lines(behavior: MakeBehavior) -> None:
+    b = play(behavior, 3.3, 0.0, Start(position=(3.05, 0.05)), parameters={"start_x": 3.05})
+    b.guard("before the foot", False)
+    b.run_until("orient", limit=30.0)
+    assert b.variables("score")["lost"]
+
+
+def test_what_it_saw_to_all_sides_counts_when_it_looks_down_and_sees_no_line(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.5, 2.5)
+    b.advance(1.0)
+    b.robot.device.stage.place_robot(1.5, 1.0, -2.2)  # type: ignore[union-attr]
+    b.run_until(lambda: b.component.localizer.confidence < 0.5, limit=10.0)
+    assert not b.component.is_sure()
+    b.component.oriented = b.time - b.component.SURE + 0.5
+    assert b.component.is_sure()
+    b.component.oriented -= 0.5
+    assert not b.component.is_sure()
+
+
+@pytest.mark.parametrize(("x", "scored"), [(4.5, False), (4.54, False), (4.9, True)])
+def test_a_ball_on_the_goal_line_is_no_goal(behavior: MakeBehavior, x: float, scored: bool) -> None:
+    b = play(behavior, x, 0.2, Start(position=(3.2, 0.0)), seed=5, noise=True, parameters={"start_x": 3.2})
+    if scored:
+        b.run_until("scored", limit=15.0)
+    else:
+        b.run_until("approach", limit=10.0)
+        b.advance(3.0)
+        assert b.active != "scored"
+
+
+@pytest.mark.parametrize(
+    ("before", "x", "half"), [((0.9, 0.1), -0.8, -1), ((0.9, 0.1), 0.8, 1), (None, -0.8, 1)]
+)
+def test_the_ball_distinguishes_the_halves(
+    behavior: MakeBehavior, before: tuple[float, float] | None, x: float, half: int
+) -> None:
+    b = play(behavior, 0.0, 0.0)
+    b.advance(0.1)
+    place, _ = b.component.place()
+    ball = b.component.settle_half(complex(x, 0.0), None if before is None else complex(*before))
+    assert ball == pytest.approx(half * x)
+    assert b.component.place()[0] == pytest.approx(half * place)
+
+
+def test_its_gaze_asks_nothing_of_the_neck_that_it_cannot_do(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.0, 0.0)
+    b.guard("unsure", False)
+    b.advance(0.1)
+    here, facing = b.component.place()
+    for bearing in (0.0, 0.3, 0.6, 0.9, 1.3, -0.2, -0.5, -0.8, -1.1, -1.3):
+        for distance in (0.15, 0.6):
+            b.component.gaze(here + facing * cmath.rect(distance, bearing))
+    assert b.robot.health == []
+
+
+def test_a_robot_that_fell_gets_up_and_looks_for_its_place(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.5, 2.5, seed=4)
+    b.advance(1.0)
+    b.robot.device.stage.push((-120.0, 0.0, 0.0), 0.2)  # type: ignore[union-attr]
+    b.run_until(lambda: b.robot.state.fallen, limit=5.0)
+    b.run_until("orient", limit=45.0)
+    b.run_until("search", limit=60.0)
+    assert not b.robot.state.fallen
