@@ -1,4 +1,4 @@
-"""docs/tutorial and docs/how-to: every command runs, in the environment that the page tells people to make.
+"""docs/tutorial and docs/how-to: every command runs, in the environment that the page asks people to make.
 
 What a page shows of its output is compared.
 """
@@ -70,7 +70,7 @@ def test_it():
     warnings.warn("it gets old")
     assert HALF == 0.5
 """
-"""A test with a module beside it, a mark of its own and a warning."""
+"""A test with a module beside it, its own mark and a warning."""
 
 
 def blocks(page: str) -> list[Block]:

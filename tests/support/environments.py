@@ -1,4 +1,4 @@
-"""Environments as the pages of docs/ tell people to make them: ours installed, and no library but those asked for.
+"""Environments as the pages of docs/ ask people to make them: ours installed, and no library but those asked for.
 
 Nothing is downloaded: the libraries are those of the tests' environment.
 """
