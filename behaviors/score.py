@@ -196,6 +196,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         ball = seen = None  # x + iy on the field, in m
         seen_at = 0.0
         corner = 0
+        sights = 0  # of the ball in the goal, one after the other: a wrong place of the robot's shows by then
         tries = 0  # looks at the ball since the last kick
         knows = lost = moves = stands = False
         known = None  # where the ball was when the robot knew its own place
@@ -217,16 +218,18 @@ class Score(Component, document="score.xml", on_error="stop"):
                 lost = False
 
         def entry_approach():
-            nonlocal foot, seen_at, spot
+            nonlocal foot, seen_at, sights, spot
             foot = spot = None
+            sights = 0
             seen_at = self.clock.now()
 
         def state_approach():
-            nonlocal ball, foot, known, seen, seen_at, spot
+            nonlocal ball, foot, known, seen, seen_at, sights, spot
             seen = self.find_ball()
             if seen is not None:
                 ball, seen_at = seen, self.clock.now()
                 known = ball if self.localizer.confidence > 0.85 else known
+            sights = sights + 1 if seen is not None and self.in_goal(seen) else 0
             self.gaze(ball)
             foot = foot or self.choose_foot(ball)
             spot = self.walk_behind(ball, foot, spot)
@@ -300,9 +303,6 @@ class Score(Component, document="score.xml", on_error="stop"):
         def exit_orient():
             self.Walk.stop()
 
-        def guard_goal():
-            return ball is not None and self.in_goal(ball)
-
         def guard_found():
             return ball is not None
 
@@ -321,8 +321,8 @@ class Score(Component, document="score.xml", on_error="stop"):
         def guard_kicked():
             return motion not in (None, ActionStatus.Moving)
 
-        def guard_in_goal():
-            return self.in_goal(ball)
+        def guard_goal():
+            return sights >= 5
 
         def guard_unsure():
             return not self.is_sure()
@@ -346,61 +346,59 @@ class Score(Component, document="score.xml", on_error="stop"):
             period=0.1,
             states=(search, approach, stand, look, kick, scored, orient),
             transitions=(
-                Transition("goal", search, scored, guard=guard_goal),
-                Transition("found", search, approach, guard=guard_found),
-                Transition("lost", approach, search, guard=guard_lost),
-                Transition("there", approach, stand, guard=guard_there),
-                Transition("stands", stand, look, guard=guard_stands),
-                Transition("before the foot", look, kick, guard=guard_before_the_foot),
-                Transition("not yet", look, approach, seconds=0.7),
-                Transition("kicked", kick, search, guard=guard_kicked),
-                Transition("in goal", approach, scored, priority=1, guard=guard_in_goal),
-                Transition("unsure", approach, orient, guard=guard_unsure),
-                Transition("cannot", look, orient, priority=1, guard=guard_cannot),
-                Transition("knows", orient, search, guard=guard_knows),
-                Transition("nowhere", search, orient, seconds=40.0),
+                Transition("found", search, approach, id=2, guard=guard_found),
+                Transition("lost", approach, search, id=3, guard=guard_lost),
+                Transition("there", approach, stand, id=4, guard=guard_there),
+                Transition("stands", stand, look, id=5, guard=guard_stands),
+                Transition("before the foot", look, kick, id=6, guard=guard_before_the_foot),
+                Transition("not yet", look, approach, id=7, seconds=0.7),
+                Transition("kicked", kick, search, id=8, guard=guard_kicked),
+                Transition("goal", approach, scored, id=9, priority=1, guard=guard_goal),
+                Transition("unsure", approach, orient, id=10, guard=guard_unsure),
+                Transition("cannot", look, orient, id=11, priority=1, guard=guard_cannot),
+                Transition("knows", orient, search, id=12, guard=guard_knows),
+                Transition("nowhere", search, orient, id=13, seconds=40.0),
             ),
         )
 
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
-    (16, 16, "score.xml:396", "library"),
-    (17, 17, "score.xml:397", "library"),
-    (18, 18, "score.xml:398", "library"),
-    (19, 19, "score.xml:399", "library"),
-    (20, 20, "score.xml:400", "library"),
-    (21, 21, "score.xml:401", "library"),
-    (22, 22, "score.xml:402", "library"),
-    (23, 23, "score.xml:403", "library"),
-    (42, 192, "score.xml:242", "functions", 1),
-    (196, 203, "score.xml:234", "variables", 1),
-    (207, 208, "score.xml:37", "entry", 1, 1),
-    (212, 217, "score.xml:39", "code", 1, 1),
-    (221, 222, "score.xml:51", "entry", 1, 2),
-    (226, 232, "score.xml:53", "code", 1, 2),
-    (235, 235, "score.xml:60", "exit", 1, 2),
-    (238, 238, "score.xml:67", "entry", 1, 3),
-    (242, 242, "score.xml:68", "code", 1, 3),
-    (246, 246, "score.xml:69", "exit", 1, 3),
-    (250, 252, "score.xml:76", "code", 1, 4),
-    (256, 256, "score.xml:79", "exit", 1, 4),
-    (260, 262, "score.xml:86", "entry", 1, 5),
-    (266, 266, "score.xml:89", "code", 1, 5),
-    (270, 270, "score.xml:90", "exit", 1, 5),
-    (274, 279, "score.xml:104", "entry", 1, 7),
-    (283, 298, "score.xml:110", "code", 1, 7),
-    (301, 301, "score.xml:126", "exit", 1, 7),
-    (304, 304, "score.xml:134", "trigger", 1, 1),
-    (307, 307, "score.xml:142", "trigger", 1, 2),
-    (310, 310, "score.xml:150", "trigger", 1, 3),
-    (313, 313, "score.xml:158", "trigger", 1, 4),
-    (316, 316, "score.xml:166", "trigger", 1, 5),
-    (319, 319, "score.xml:174", "trigger", 1, 6),
-    (322, 322, "score.xml:190", "trigger", 1, 8),
-    (325, 325, "score.xml:199", "trigger", 1, 9),
-    (328, 328, "score.xml:207", "trigger", 1, 10),
-    (331, 331, "score.xml:216", "trigger", 1, 11),
-    (334, 334, "score.xml:224", "trigger", 1, 12),
+    (16, 16, "score.xml:391", "library"),
+    (17, 17, "score.xml:392", "library"),
+    (18, 18, "score.xml:393", "library"),
+    (19, 19, "score.xml:394", "library"),
+    (20, 20, "score.xml:395", "library"),
+    (21, 21, "score.xml:396", "library"),
+    (22, 22, "score.xml:397", "library"),
+    (23, 23, "score.xml:398", "library"),
+    (42, 192, "score.xml:237", "functions", 1),
+    (196, 204, "score.xml:228", "variables", 1),
+    (208, 209, "score.xml:37", "entry", 1, 1),
+    (213, 218, "score.xml:39", "code", 1, 1),
+    (222, 224, "score.xml:51", "entry", 1, 2),
+    (228, 235, "score.xml:54", "code", 1, 2),
+    (238, 238, "score.xml:62", "exit", 1, 2),
+    (241, 241, "score.xml:69", "entry", 1, 3),
+    (245, 245, "score.xml:70", "code", 1, 3),
+    (249, 249, "score.xml:71", "exit", 1, 3),
+    (253, 255, "score.xml:78", "code", 1, 4),
+    (259, 259, "score.xml:81", "exit", 1, 4),
+    (263, 265, "score.xml:88", "entry", 1, 5),
+    (269, 269, "score.xml:91", "code", 1, 5),
+    (273, 273, "score.xml:92", "exit", 1, 5),
+    (277, 282, "score.xml:106", "entry", 1, 7),
+    (286, 301, "score.xml:112", "code", 1, 7),
+    (304, 304, "score.xml:128", "exit", 1, 7),
+    (307, 307, "score.xml:136", "trigger", 1, 2),
+    (310, 310, "score.xml:144", "trigger", 1, 3),
+    (313, 313, "score.xml:152", "trigger", 1, 4),
+    (316, 316, "score.xml:160", "trigger", 1, 5),
+    (319, 319, "score.xml:168", "trigger", 1, 6),
+    (322, 322, "score.xml:184", "trigger", 1, 8),
+    (325, 325, "score.xml:193", "trigger", 1, 9),
+    (328, 328, "score.xml:201", "trigger", 1, 10),
+    (331, 331, "score.xml:210", "trigger", 1, 11),
+    (334, 334, "score.xml:218", "trigger", 1, 12),
 )
 
 if __name__ == "__main__":

@@ -129,9 +129,19 @@ def test_what_it_saw_to_all_sides_counts_when_it_looks_down_and_sees_no_line(beh
     assert not b.component.is_sure()
 
 
-@pytest.mark.parametrize(("x", "scored"), [(4.5, False), (4.54, False), (4.9, True)])
-def test_a_ball_on_the_goal_line_is_no_goal(behavior: MakeBehavior, x: float, scored: bool) -> None:
-    b = play(behavior, x, 0.2, Start(position=(3.2, 0.0)), seed=5, noise=True, parameters={"start_x": 3.2})
+@pytest.mark.parametrize(
+    ("ball", "y", "seed", "scored"),
+    [
+        ((4.5, 0.2), 0.0, 5, False),
+        ((4.54, 0.2), 0.0, 5, False),
+        ((4.54, 0.46), -0.34, 317, False),  # at first it does not know that it was put down elsewhere
+        ((4.9, 0.2), 0.0, 5, True),
+    ],
+)
+def test_a_ball_on_the_goal_line_is_no_goal(
+    behavior: MakeBehavior, ball: tuple[float, float], y: float, seed: int, scored: bool
+) -> None:
+    b = play(behavior, *ball, Start(position=(2.5, y)), seed=seed, noise=True, parameters={"start_x": 2.5})
     if scored:
         b.run_until("scored", limit=15.0)
     else:
