@@ -5,7 +5,9 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
+from naoserver.event_log import HOT
 from naoserver.motions.postures import STANCES, Stance, situation_of
+from naoserver.robot import FALLEN_TILT
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.motion_rig import MotionRig
@@ -40,6 +42,18 @@ def test_it_goes_into_every_posture_and_is_in_it(rig):
         assert (progress.status, progress.message) == (ActionStatus.Done, "")
         assert rig.stance is STANCES[posture]
         assert rig.posture == posture
+
+
+def test_it_sits_down_and_stands_up_twenty_times_in_a_row(rig):
+    for _ in range(20):
+        for posture in ("Sit", "Stand"):
+            rig.begin_posture(posture)
+            while rig.player.busy:
+                rig.let_go(0.2)
+                assert situation_of(rig.robot).up[2] > math.cos(FALLEN_TILT), "it rolls over to get up"
+            assert rig.player.progress("posture").status is ActionStatus.Done
+            assert rig.posture == posture
+    assert max(rig.robot.read().temperatures) < HOT
 
 
 @pytest.mark.parametrize("posture", ["Sit", "SitRelax"])
