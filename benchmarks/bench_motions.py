@@ -44,8 +44,8 @@ def push(rig: MotionRig, degrees: float, force: float, seconds: float) -> None:
     rig.robot.stage.push((force * math.cos(way), force * math.sin(way), 0.0), seconds)
 
 
-def disturbed_lying(posture: str, run: int) -> MotionRig:
-    """Return a robot that lies in a posture, with an error of 0.1 rad (standard deviation) in each joint."""
+def disturbed(posture: str, run: int) -> MotionRig:
+    """Return a robot that lies or sits in a posture, with an error of 0.1 rad (standard deviation) in each joint."""
     rig, noise = new_rig(run), np.random.default_rng(run)
     rig.go(posture)
     joints = rig.robot.joints
@@ -65,7 +65,7 @@ def getting_up(posture: str, runs: int) -> tuple[str, ...]:
     motion = next(m.name for m in MOTIONS.values() if (m.start, m.end) == (posture, "StandInit"))
     stands = 0
     for run in range(runs):
-        rig = disturbed_lying(posture, run)
+        rig = disturbed(posture, run)
         if rig.stance == STANCES[posture]:
             rig.play(motion)
         stands += rig.stance == Stance.STANDING
@@ -112,12 +112,21 @@ def playing(rig: MotionRig) -> Iterator[None]:
 
 
 def sitting(runs: int) -> tuple[str, ...]:
-    """Count how often it sits after sitting down."""
-    sits = 0
-    for run in range(runs):
-        rig = new_rig(run)
-        sits += rig.play("sit_down").status is ActionStatus.Done and rig.posture == "Sit"
-    return "sit_down", "all", f"{sits} of {runs}"
+    """Count how often it sits down and stands up in a row, until it fails or a motor is too hot."""
+    rig, done, tilt = new_rig(), 0, 0.0
+    for run in range(2 * runs):
+        rig.begin_posture(("Sit", "Stand")[run % 2])
+        for _ in playing(rig):
+            tilt = max(tilt, rig.robot.state().torso_tilt)
+        if rig.player.progress("posture").status is not ActionStatus.Done:
+            break
+        done += 1
+    hottest = max(rig.robot.read().temperatures)
+    return (
+        "goToPosture Sit and Stand in a row",
+        f"{runs} times",
+        f"{done / 2:g} times, tilt at most {math.degrees(tilt):.0f} deg, {hottest:.0f} degrees C",
+    )
 
 
 def long_dance(minutes: float) -> tuple[str, ...]:
@@ -160,8 +169,9 @@ def main() -> None:
     measures: list[Callable[[], tuple[str, ...]]] = [
         lambda: getting_up("LyingBelly", runs),
         lambda: getting_up("LyingBack", runs),
+        lambda: getting_up("Sit", runs),
         lambda: falls(2 * runs),
-        lambda: sitting(runs),
+        lambda: sitting(2 * runs),
         *(lambda motion=motion: on_the_feet(motion, runs) for motion in ON_THE_FEET),
         lambda: long_dance(10.0),
         cost,

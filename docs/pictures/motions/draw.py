@@ -26,7 +26,15 @@ from tests.support.motion_rig import MOTIONS, MotionRig
 from zenoh_ice import VirtualClock
 
 FOLDER: Final = Path(__file__).parent
-MOTIONS_SHOWN: Final = ("stand_up_from_belly", "stand_up_from_back", "sit_down", "kick", "wave", "dance")
+MOTIONS_SHOWN: Final = (
+    "stand_up_from_belly",
+    "stand_up_from_back",
+    "sit_down",
+    "stand_up_from_sit",
+    "kick",
+    "wave",
+    "dance",
+)
 PICTURES: Final = 8
 SIZE: Final = (220, 260)
 VIEW: Final = {"azimuth": 235.0, "elevation": -14.0, "distance": 1.15}
