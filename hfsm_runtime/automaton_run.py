@@ -6,6 +6,7 @@ Times are integer nanoseconds of component time, so that sums are exact.
 from __future__ import annotations
 
 import math
+import threading
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -88,10 +89,10 @@ class Run:
     stepping: bool = False
     """Whether one cycle is to run although the tree is held."""
     in_cycle: bool = False
-    began: int = 0
-    """When the running, or the last, cycle really began, which may be later than the time it belongs to."""
+    began: int | None = None
+    """When the running cycle really began, which may be later than the time it belongs to."""
     began_wall: float = 0.0
-    """The same as `time.perf_counter()`."""
+    """The same of the running or the last cycle, as `time.perf_counter()`."""
     in_step: bool = False
     """Whether the running cycle is a single step."""
     queue: deque[Event] = field(default_factory=deque)
@@ -108,6 +109,10 @@ class Run:
     """The last value of each guard out of the current state, and the time of its cycle."""
     last_slot: int = -1
     """The time to which the last completed cycle belongs."""
+    next_slot: int = 0
+    """The time of the next cycle whose transitions are not decided yet."""
+    followers: list[threading.Event] = field(default_factory=list)
+    """What wakes the threads whose cycles come after that decision."""
     cycles: int = 0
     overruns: int = 0
     last_cycle: float = 0.0
@@ -135,6 +140,12 @@ class Run:
     def active_time(self, now: int) -> int:
         """Return the active time since the entry into the current state in ns."""
         return self.waited + (0 if self.since is None else max(0, now - self.since))
+
+    def wake_followers(self) -> None:
+        """Let the cycles that follow check whether it is their turn; a newer follower checks by itself."""
+        followers, self.followers = self.followers, []
+        for wake in followers:
+            wake.set()
 
     def begin_in(self, state: State) -> None:
         """Make a state the first one to enter; call it before the start."""

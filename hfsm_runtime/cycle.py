@@ -43,6 +43,7 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
     running cycles; exit code, change of state, the transition's code and entry code follow; then the timers
     of the new state start and the automata below it wake. Finally the code of the current state runs.
     If the entry ends within a period it counts as no time, so that timers keep to the schedule of cycles.
+    Cycles that fall due while this one lasts are not made up for.
     """
     if not tree.begin_cycle(run):
         return
@@ -58,8 +59,11 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
         run.cycles += 1
         run.last_cycle = time.perf_counter() - run.began_wall
         run.longest_cycle = max(run.longest_cycle, run.last_cycle)
-        run.overruns += supervisor.now() - began > run.automaton.interval
+        lasted = supervisor.now() - began
+        run.overruns += lasted > run.automaton.interval
         run.last_slot = now
+        run.began = None
+        tree.decide(run, now + lasted)
         for observer in tree.observers:
             observer.cycle_ended(run, now)
         tree.end_cycle(run)
@@ -87,6 +91,7 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
         if run.current.final:
             tree.finish(run, now)
         elif run.current.code is not None:
+            tree.decide(run, now)  # nobody has to wait for the code
             _call(tree, run, run.current.code, supervisor)
 
 
@@ -185,6 +190,7 @@ def _enter(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
 def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
     """Return the time from which the timers of a state count, now that its entry is complete."""
     ended = supervisor.now()
+    assert run.began is not None
     return now if ended - run.began < run.automaton.interval else ended
 
 

@@ -17,7 +17,8 @@ from zenoh_ice.clock import Clock
 from .cycle import Supervisor, run_cycle
 from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
 from .observer import Observer
-from .timeline import Timeline, delay_in_slot, slot_after, slot_at, slot_from
+from .order import patience, turn_of
+from .timeline import Timeline, delay_in_slot
 from .tree import ChangeKind, Run, Tree
 
 _logger = logging.getLogger(__name__)
@@ -185,40 +186,50 @@ class Threads(Observer):
         for worker in self._workers.values():
             worker.wake.set()
 
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
         """Wake the thread of an automaton, at once or when its next cycle falls due."""
         worker = self._workers[run]
         if run.in_cycle:
             worker.wake.set()  # its code may sleep
         elif kind in (ChangeKind.ENTERED, ChangeKind.RESUMED):
-            interval = run.automaton.interval
-            slot = slot_from(now, interval) + delay_in_slot(worker.index, interval)
-            self._alarm.set_at(slot, worker.wake)
+            self._alarm.set_at(run.next_slot + worker.delay, worker.wake)
 
     def run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end; the body of its thread."""
-        run, interval, delay, slot = worker.run, 0, 0, 0
+        run = worker.run
         while True:
             worker.wake.clear()  # before the checks: later changes set it again
             if self._stopping or worker.retired:
                 return
-            if run.automaton.interval != interval:  # at first, and when the automaton was replaced
-                interval, slot = run.automaton.interval, 0
-                delay = delay_in_slot(worker.index, interval)
             if run.stepping:
                 run_cycle(self._tree, run, self._timeline.now(), self._supervisor)
                 worker.stepped.set()
             elif self._tree.held or not run.active or run.finished:
                 worker.wake.wait(_IDLE)
             else:
-                slot = max(slot, slot_from(run.activated, interval))
-                now = self._timeline.now() - delay
-                if now < slot:
-                    self._timeline.wait_until(slot + delay, worker.wake)
+                now = self._timeline.now()
+                delay = 0 if run.followers else worker.delay
+                if now - delay < run.next_slot:
+                    self._timeline.wait_until(run.next_slot + delay, worker.wake)
                     continue
-                at = max(slot, slot_at(now, interval))
-                run_cycle(self._tree, run, at, self._supervisor)
-                slot = slot_after(max(at, self._timeline.now() - delay), interval)
+                turn = turn_of(run, now, now - delay)
+                if isinstance(turn, Run):
+                    self._follow(worker, turn)
+                else:
+                    run_cycle(self._tree, run, turn, self._supervisor)
+
+    def _follow(self, worker: _Worker, first: Run) -> None:
+        """Wait until the cycle of another automaton, which comes first, is decided or lasts too long."""
+        run = worker.run
+        first.followers.append(worker.wake)
+        now = self._timeline.now()
+        if turn_of(run, now, now) is not first:  # it may have been decided before it knew who follows
+            return
+        leader = self._workers.get(first)
+        if leader is not None:
+            leader.wake.set()  # it need not wake later in its slot
+        since = now if first.began is None else first.began
+        self._timeline.wait_until(since + patience(run, first), worker.wake)
 
     def guard(self, worker: _Worker) -> None:
         """Run an automaton, and report when its thread ends before its time."""
@@ -243,6 +254,11 @@ class _Worker:
         self.thread = threading.Thread(
             target=threads.guard, args=(self,), name=f"automaton {run.automaton.name}", daemon=True
         )
+
+    @property
+    def delay(self) -> int:
+        """How long after the beginning of its slots it wakes, in ns."""
+        return delay_in_slot(self.index, self.run.automaton.interval)
 
 
 class Alarm:

@@ -14,6 +14,7 @@ from .automaton import Automaton, Event, State, Transition
 from .automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
 from .errors import UnknownElementError
 from .observer import Observer
+from .timeline import slot_after, slot_from
 
 __all__ = ["ChangeKind", "DropReason", "Replaced", "Run", "Tree", "grow"]
 
@@ -133,6 +134,12 @@ class Tree:
             run.in_cycle = run.in_step = False
             self._cycle_ended.notify_all()
 
+    def decide(self, run: Run, until: int) -> None:
+        """Set the next cycle of an automaton to the first after a time: those that come before it may run."""
+        run.next_slot = slot_after(until, run.automaton.interval)
+        if run.followers:
+            run.wake_followers()
+
     def may_go_on(self, run: Run) -> bool:
         """Return whether a running cycle may continue: not of a ghost, and not while the tree is held."""
         return run.on_duty and (run.in_step or not self.held)
@@ -229,6 +236,8 @@ class Tree:
                 for state, children in new.children.items()
             }
             if run is not new:
+                if run.automaton.interval != new.automaton.interval:
+                    run.next_slot = slot_from(now, new.automaton.interval)
                 left = run.adopt(new.automaton)
                 if left is not None:
                     displaced.append((run, left))
@@ -266,6 +275,7 @@ class Tree:
         run.active = True
         run.activated = now
         run.activations += 1
+        run.next_slot = max(run.next_slot, slot_from(now, run.automaton.interval))
         if initial:
             run.last_transition = 0
             first, run.first = run.first, None
@@ -297,6 +307,7 @@ class Tree:
         run.active = run.cut = run.code_first = False
         run.waited = run.active_time(now)
         run.since = None
+        run.wake_followers()
         self._changed(now, run, ChangeKind.GHOST)
         self._drop_all(run, DropReason.GHOST, now)
 

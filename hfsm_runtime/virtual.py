@@ -136,9 +136,7 @@ class VirtualRun:
             run = self.tree.runs[index]
             at = max(due, slot_at(self._move_to(due), run.automaton.interval))
             run_cycle(self.tree, run, at, self._supervision)
-            heapq.heappush(
-                self._due, (slot_after(max(at, self._timeline.now()), run.automaton.interval), index)
-            )
+            heapq.heappush(self._due, (max(run.next_slot, slot_after(at, run.automaton.interval)), index))
         if self.halted and not was_halted and self._on_halt is not None:
             self._on_halt()
         self._move_to(end)

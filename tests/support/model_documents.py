@@ -5,18 +5,21 @@ A document becomes automata of the real runtime whose guards return what a scrip
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cache
+from hashlib import blake2b
 from itertools import count
 from pathlib import Path
+from types import CodeType
 from typing import Any, NamedTuple
 
 from hypothesis import strategies as st
 
 import hfsm_runtime as runtime
 from codegen.hfsm.document import Automaton, Document, Event, Property, State, Text, Transition
-from codegen.hfsm.model_checker import Counterexample, StepKind
+from codegen.hfsm.model_checker import Counterexample, ModelReport, Reachability, StepKind
 from codegen.hfsm.model_checker.expressions import parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Configuration
@@ -26,11 +29,14 @@ from tests.support.automata import component
 
 __all__ = [
     "Player",
+    "Script",
+    "ScriptedDocument",
     "after",
     "automaton",
     "document",
     "documents",
     "finished",
+    "impossible",
     "on",
     "play",
     "state",
@@ -206,8 +212,41 @@ class Fired(NamedTuple):
     transition: int
 
 
-class Player(Observer):
-    """A document on the real runtime, in virtual time, and its record.
+@cache
+def _compiled(guard: str) -> CodeType:
+    return compile(guard, "<guard>", "eval")
+
+
+class Script:
+    """Random guards, which are the same for the same text in one cycle, and random events."""
+
+    def __init__(self, document: Document, seed: int) -> None:
+        self._seed = seed
+        self._sent = [event.name for event in document.events]
+
+    def guard(self, time: int, automaton: int, transition: Transition) -> bool:
+        """Return the value of a guard."""
+        text = transition.trigger.text if transition.type == "condition" else transition.guard.text
+        event = transition.trigger.text if transition.type == "event" else ""
+        values = {name: self._chance(time, automaton, event, name) for name in ("a", "b")}
+        return bool(eval(_compiled(text), values))
+
+    def events(self, time: int, automaton: int) -> list[str]:
+        """Return events in any order, some of them twice: what fires nothing at once waits, or is dropped."""
+        found = [
+            name for name in self._sent for again in range(2) if self._chance(time, automaton, name, again)
+        ]
+        if len(found) > 1:
+            random.Random(repr((self._seed, time, automaton))).shuffle(found)
+        return found
+
+    def _chance(self, *what: object) -> bool:
+        drawn = blake2b(repr((self._seed, *what)).encode(), digest_size=4).digest()
+        return int.from_bytes(drawn, "big") < 0.3 * 2**32
+
+
+class ScriptedDocument(Observer):
+    """A document as automata of the runtime, whose guards and events a script decides.
 
     `guard` returns the values of guards, and `present` the events that arrive just before a cycle.
     """
@@ -218,11 +257,65 @@ class Player(Observer):
         self.model: Model = read_model(document, PATH)
         self._guard = guard
         self._present = present
-        self._now = 0
-        self._automata = {item.id: item for item in document.automata}
+        self._now: dict[int, int] = {}
+        """The time of the running cycle of each automaton."""
+        self.root = self._build(self.model.automata[0].index)
+
+    def cycle_began(self, run: Run, at: int) -> None:
+        self._now[run.automaton.id] = at
+        run.queue.extend(runtime.Event(name) for name in self._present(at, run.automaton.id))
+        run.due = len(run.queue)
+
+    def _build(self, index: int) -> runtime.Automaton:
+        model = self.model.automata[index]
+        source = model.source
+        return runtime.Automaton(
+            id=source.id,
+            name=str(source.id),
+            period=(nanoseconds(source.iteration_time) or 0) / 1e9,
+            states=tuple(
+                runtime.State(
+                    id=item.source.id,
+                    name=item.source.name,
+                    initial=item.index == model.initial,
+                    final=item.final,
+                    entry=(lambda: None) if item.owes else None,
+                    restart=item.restart,
+                    children=tuple(self._build(child) for child in item.children),
+                )
+                for item in model.states
+            ),
+            transitions=tuple(self._built(source.id, item.source) for item in model.transitions),
+        )
+
+    def _built(self, automaton: int, source: Transition) -> runtime.Transition:
+        def guard(*_event: object) -> bool:
+            return self._guard(self._now[automaton], automaton, source)
+
+        guarded = source.type == "condition" or not source.guard.is_blank
+        return runtime.Transition(
+            source.name,
+            source.origin,
+            source.destination,
+            id=source.id,
+            seconds=float(source.trigger.text) / 1000 if source.type == "time" else None,
+            event=source.trigger.text if source.type == "event" else "",
+            finished=source.type == "finished",
+            guard=guard if guarded else None,
+            priority=int(source.priority.text) if source.priority.text else None,
+        )
+
+
+class Player(ScriptedDocument):
+    """A document in virtual time, and its record."""
+
+    def __init__(
+        self, document: Document, guard: Guard, present: Callable[[int, int], Iterable[str]] = lambda *_: ()
+    ) -> None:
+        super().__init__(document, guard, present)
         self.fired_: list[Fired] = []
         self.seen: list[tuple[int, Configuration]] = []
-        self.virtual = runtime.VirtualRun(component(self._build(self.model.automata[0].index)))
+        self.virtual = runtime.VirtualRun(component(self.root))
         self._runs = [
             (run, {item.source.id: item.index for item in model.states})
             for model in self.model.automata
@@ -231,11 +324,6 @@ class Player(Observer):
         """The automata in the order of the model, and the indices of their states by id."""
         self.virtual.tree.observers.append(self)
         self.seen.append((0, self._configuration()))
-
-    def cycle_began(self, run: Run, at: int) -> None:
-        self._now = at
-        run.queue.extend(runtime.Event(name) for name in self._present(at, run.automaton.id))
-        run.due = len(run.queue)
 
     def cycle_ended(self, run: Run, at: int) -> None:
         self.seen.append((at, self._configuration()))
@@ -265,44 +353,14 @@ class Player(Observer):
             for run, indices in self._runs
         )
 
-    def _build(self, index: int) -> runtime.Automaton:
-        model = self.model.automata[index]
-        source = model.source
-        return runtime.Automaton(
-            id=source.id,
-            name=str(source.id),
-            period=(nanoseconds(source.iteration_time) or 0) / 1e9,
-            states=tuple(
-                runtime.State(
-                    id=item.source.id,
-                    name=item.source.name,
-                    initial=item.index == model.initial,
-                    final=item.final,
-                    entry=(lambda: None) if item.owes else None,
-                    restart=item.restart,
-                    children=tuple(self._build(child) for child in item.children),
-                )
-                for item in model.states
-            ),
-            transitions=tuple(self._built(source.id, item.source) for item in model.transitions),
-        )
 
-    def _built(self, automaton: int, source: Transition) -> runtime.Transition:
-        def guard(*_event: object) -> bool:
-            return self._guard(self._now, automaton, source)
-
-        guarded = source.type == "condition" or not source.guard.is_blank
-        return runtime.Transition(
-            source.name,
-            source.origin,
-            source.destination,
-            id=source.id,
-            seconds=float(source.trigger.text) / 1000 if source.type == "time" else None,
-            event=source.trigger.text if source.type == "event" else "",
-            finished=source.type == "finished",
-            guard=guard if guarded else None,
-            priority=int(source.priority.text) if source.priority.text else None,
-        )
+def impossible(report: ModelReport) -> tuple[set[tuple[int, int]], set[tuple[int, int]]]:
+    """Return the states and the transitions that a report calls impossible, each by ids."""
+    states = {(s.automaton, s.state) for s in report.states if s.reachability is Reachability.IMPOSSIBLE}
+    transitions = {
+        (t.automaton, t.transition) for t in report.transitions if t.reachability is Reachability.IMPOSSIBLE
+    }
+    return states, transitions
 
 
 def play(document: Document, example: Counterexample, rounds: int = 3) -> Player:

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import random
-from functools import cache
-from hashlib import blake2b
-from types import CodeType
-
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from codegen.hfsm.document import Document, Transition
+from codegen.hfsm.document import Document
 from codegen.hfsm.model_checker import (
-    ModelReport,
     PropertyResult,
     Reachability,
     StepKind,
@@ -20,7 +14,7 @@ from codegen.hfsm.model_checker import (
     check_model,
 )
 from tests.support.examples import examples
-from tests.support.model_documents import PATH, Player, documents, play, stated
+from tests.support.model_documents import PATH, Player, Script, documents, impossible, play, stated
 
 LIMIT = 30_000
 
@@ -31,43 +25,12 @@ _settings = settings(
 )
 
 
-@cache
-def _compiled(guard: str) -> CodeType:
-    return compile(guard, "<guard>", "eval")
-
-
 def roll(document: Document, seed: int, seconds: float = 5.0) -> Player:
-    """Run a document with random guards, which are the same for the same text in one cycle, and events."""
-    sent = [event.name for event in document.events]
-
-    def chance(*what: object) -> bool:
-        drawn = blake2b(repr((seed, *what)).encode(), digest_size=4).digest()
-        return int.from_bytes(drawn, "big") < 0.3 * 2**32
-
-    def guard(time: int, automaton: int, transition: Transition) -> bool:
-        text = transition.trigger.text if transition.type == "condition" else transition.guard.text
-        event = transition.trigger.text if transition.type == "event" else ""
-        values = {name: chance(time, automaton, event, name) for name in ("a", "b")}
-        return bool(eval(_compiled(text), values))
-
-    def arriving(time: int, automaton: int) -> list[str]:
-        """Return events in any order, some of them twice: what fires nothing at once waits, or is dropped."""
-        chances = [name for name in sent for again in range(2) if chance(time, automaton, name, again)]
-        if len(chances) > 1:
-            random.Random(repr((seed, time, automaton))).shuffle(chances)
-        return chances
-
-    player = Player(document, guard, arriving)
+    """Run a document with random guards and events."""
+    script = Script(document, seed)
+    player = Player(document, script.guard, script.events)
     player.virtual.advance(seconds)
     return player
-
-
-def impossible(report: ModelReport) -> tuple[set[tuple[int, int]], set[tuple[int, int]]]:
-    states = {(s.automaton, s.state) for s in report.states if s.reachability is Reachability.IMPOSSIBLE}
-    transitions = {
-        (t.automaton, t.transition) for t in report.transitions if t.reachability is Reachability.IMPOSSIBLE
-    }
-    return states, transitions
 
 
 @_settings

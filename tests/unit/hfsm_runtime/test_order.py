@@ -1,0 +1,278 @@
+"""The order of cycles on threads: by their times, ancestors first, however late a thread is; nobody waits for a hang."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from hfsm_runtime import Automaton, Component, State
+from hfsm_runtime.automaton_run import ChangeKind
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.order import turn_of
+from hfsm_runtime.runtime import Runtime
+from hfsm_runtime.tree import Run, Tree
+from tests.support.automata import after, automaton, component, finished, when
+from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.running import eventually, running
+from zenoh_ice import WallClock
+
+MS = 1_000_000
+
+
+class OneIsLate(WallClock):
+    """Steady wall time; one automaton's thread wakes `late` s after its time."""
+
+    def __init__(self, automaton: str, late: float) -> None:
+        self._thread = f"automaton {automaton}"
+        self._late = late
+        self.waits = threading.Event()
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        """Wait for an event for at most `timeout` s, and longer on the thread that is late."""
+        if threading.current_thread().name == self._thread:
+            self.waits.set()
+            timeout += self._late
+        return super().wait(event, timeout)
+
+
+class Entered(Observer):
+    """Counts how often the states are entered, by name."""
+
+    def __init__(self) -> None:
+        self.times: dict[str, int] = {}
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        if kind is ChangeKind.ENTERED:
+            self.times[run.current.name] = self.times.get(run.current.name, 0) + 1
+
+    def never(self, name: str, runtime: Runtime) -> bool:
+        """Return whether a state was not entered, as is promised unless the machine stops a cycle for long."""
+        return name not in self.times or any(run.overruns for run in runtime.tree.runs)
+
+    def often(self, name: str) -> bool:
+        """Return whether a state was entered at least four times."""
+        return self.times.get(name, 0) > 3
+
+
+@contextmanager
+def running_late(root: Automaton, late: str, seconds: float) -> Iterator[tuple[Runtime, Entered]]:
+    runtime = Runtime(component(root), OneIsLate(late, seconds))
+    entered = Entered()
+    runtime.tree.observers.append(entered)
+    runtime.start()
+    try:
+        yield runtime, entered
+    finally:
+        runtime.stop()
+
+
+def child_of(period: float, seconds: float, *, final: bool = False) -> Automaton:
+    """Return an automaton that enters `c` after a while."""
+    states = [State(id=1, name="a"), State(id=2, name="c", final=final)]
+    return automaton(2, "child", states, [after(seconds, 1, 2)], period=period)
+
+
+def leaves_after(seconds: float, child: Automaton) -> Automaton:
+    """Return an automaton that restarts its child again and again."""
+    states = [State(id=1, name="A", children=(child,), restart=True), State(id=2, name="B")]
+    return automaton(1, "root", states, [after(seconds, 1, 2), after(0.05, 2, 1)], period=0.05)
+
+
+@pytest.mark.parametrize("late", ["root", "child"])
+def test_what_the_parent_leaves_at_the_same_time_does_not_happen_below(late: str) -> None:
+    with running_late(leaves_after(0.1, child_of(0.05, 0.1)), late, 0.03) as (runtime, entered):
+        eventually(lambda: entered.often("B"))
+        assert entered.never("c", runtime)
+
+
+def test_a_parent_that_is_late_by_several_periods_of_its_child_comes_first() -> None:
+    with running_late(leaves_after(0.1, child_of(0.01, 0.11)), "root", 0.04) as (runtime, entered):
+        eventually(lambda: entered.often("B"))
+        assert entered.never("c", runtime)
+
+
+def test_a_child_that_finishes_late_has_finished_when_a_later_cycle_asks() -> None:
+    states = [
+        State(id=1, name="A", children=(child_of(0.02, 0.08, final=True),), restart=True),
+        State(id=2, name="B"),
+        State(id=3, name="too late"),
+    ]
+    ways = [finished(1, 2), after(0.1, 1, 3), after(0.1, 2, 1), after(0.1, 3, 1)]
+    with running_late(automaton(1, "root", states, ways, period=0.1), "child", 0.05) as (runtime, entered):
+        eventually(lambda: entered.often("B"))
+        assert entered.never("too late", runtime)
+
+
+def test_grandparents_come_first() -> None:
+    middle = automaton(
+        3, "middle", [State(id=1, name="m", children=(child_of(0.05, 0.1),), restart=True)], period=0.05
+    )
+    with running_late(leaves_after(0.1, middle), "root", 0.03) as (runtime, entered):
+        eventually(lambda: entered.often("B"))
+        assert entered.never("c", runtime)
+
+
+@pytest.mark.parametrize("where", ["guard", "code"])
+def test_a_parent_that_hangs_does_not_hold_up_its_child(where: str) -> None:
+    hangs, release = threading.Event(), threading.Event()
+
+    def hang() -> bool:
+        hangs.set()
+        release.wait(FOREVER)
+        return False
+
+    child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
+    states = [
+        State(id=1, name="a", code=hang if where == "code" else None, children=(child,)),
+        State(id=2, name="b"),
+    ]
+    ways = [when(hang, 1, 2)] if where == "guard" else []
+    with running(automaton(1, "root", states, ways, period=0.02)) as runtime:
+        assert hangs.wait(EVENT_LIMIT)
+        cycles = runtime.run(2).cycles
+        eventually(lambda: runtime.run(2).cycles > cycles + 3)
+        release.set()
+
+
+def test_a_parent_that_sleeps_does_not_hold_up_its_child() -> None:
+    sleeps = threading.Event()
+
+    def root(c: Component) -> Automaton:
+        def code() -> None:
+            sleeps.set()
+            c.sleep(FOREVER)
+
+        child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
+        return automaton(1, "root", [State(id=1, name="a", code=code, children=(child,))], period=0.02)
+
+    with running(root) as runtime:
+        assert sleeps.wait(EVENT_LIMIT)
+        cycles = runtime.run(2).cycles
+        eventually(lambda: runtime.run(2).cycles > cycles + 3)
+
+
+def test_a_child_that_hangs_does_not_keep_its_parent_from_leaving() -> None:
+    hangs, release = threading.Event(), threading.Event()
+
+    def hang() -> bool:
+        hangs.set()
+        release.wait(FOREVER)
+        return False
+
+    states = [State(id=1, name="x"), State(id=2, name="y")]
+    child = automaton(2, "child", states, [when(hang, 1, 2)], period=0.01)
+    with running(leaves_after(0.06, child)) as runtime:
+        assert hangs.wait(EVENT_LIMIT)
+        eventually(lambda: runtime.tree.root.current.name == "B" or bool(runtime.errors))
+        release.set()
+
+
+def test_automata_side_by_side_do_not_wait_for_each_other() -> None:
+    left = automaton(
+        2, "left", [State(id=1, name="x"), State(id=2, name="y")], [after(60, 1, 2)], period=0.02
+    )
+    right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
+    root = automaton(1, "root", [State(id=1, name="a", children=(left, right))], period=0.02)
+    with running_late(root, "left", FOREVER) as (runtime, _):
+        eventually(lambda: runtime.run(3).cycles > 5)
+        assert runtime.run(2).cycles <= 1
+
+
+def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late_parent() -> None:
+    child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
+    root = automaton(1, "root", [State(id=1, name="a", children=(child,))], period=0.02)
+    clock = OneIsLate("root", FOREVER)
+    runtime = Runtime(component(root), clock)
+    runtime.start()
+    try:
+        assert clock.waits.wait(EVENT_LIMIT)
+        runtime.pause()
+        eventually(lambda: not runtime.in_cycle)
+        cycles = [run.cycles for run in runtime.tree.runs]
+        runtime.step(0)
+        assert [run.cycles for run in runtime.tree.runs] == [each + 1 for each in cycles]
+        runtime.resume()
+        # A child whose turn it is not wakes the one whose turn it is.
+        eventually(
+            lambda: all(run.cycles > each + 3 for run, each in zip(runtime.tree.runs, cycles, strict=True))
+        )
+    finally:
+        runtime.stop()
+    assert not any(thread.name.startswith("automaton") for thread in threading.enumerate())
+
+
+@pytest.fixture
+def chain() -> tuple[Tree, Run, Run]:
+    """Return an active tree of two automata: periods of 0.4 s and 0.1 s, both with a transition."""
+    inner = automaton(
+        2, "child", [State(id=1, name="x"), State(id=2, name="y")], [after(1, 1, 2)], period=0.1
+    )
+    states = [State(id=1, name="a", children=(inner,)), State(id=2, name="b")]
+    tree = Tree(automaton(1, "root", states, [after(1, 1, 2)], period=0.4))
+    tree.start(0)
+    root, child = tree.runs
+    return tree, root, child
+
+
+def test_the_turn_is_that_of_the_earlier_time_and_of_the_parent_at_the_same_time(
+    chain: tuple[Tree, Run, Run],
+) -> None:
+    tree, root, child = chain
+    assert turn_of(child, 0, 0) is root
+    assert turn_of(root, 0, 0) == 0
+    tree.decide(root, 0)
+    assert turn_of(child, 0, 0) == 0
+    tree.decide(child, 0)
+    assert turn_of(root, 400 * MS, 400 * MS) is child
+    assert turn_of(child, 400 * MS, 400 * MS) == 300 * MS
+
+
+def test_a_late_child_runs_the_last_cycle_before_that_of_its_parent(chain: tuple[Tree, Run, Run]) -> None:
+    tree, root, child = chain
+    tree.decide(root, 0)
+    assert turn_of(child, 950 * MS, 950 * MS) == 300 * MS
+    tree.decide(root, 400 * MS)
+    assert turn_of(child, 950 * MS, 750 * MS) == 700 * MS
+
+
+def test_a_cycle_that_lasts_longer_than_a_period_is_not_waited_for(chain: tuple[Tree, Run, Run]) -> None:
+    _, root, child = chain
+    root.began = 0
+    assert turn_of(child, 100 * MS - 1, 100 * MS - 1) is root
+    assert turn_of(child, 100 * MS, 100 * MS) == 100 * MS
+    root.next_slot, child.began = 400 * MS, 350 * MS
+    assert turn_of(root, 450 * MS - 1, 450 * MS - 1) is child
+    assert turn_of(root, 450 * MS, 450 * MS) == 400 * MS
+
+
+def test_a_short_period_leaves_a_cycle_a_tenth_of_a_second() -> None:
+    inner = automaton(2, "child", [State(id=1, name="x")], period=0.01)
+    tree = Tree(automaton(1, "root", [State(id=1, name="a", children=(inner,))], period=0.02))
+    tree.start(0)
+    root, child = tree.runs
+    root.began = 0
+    assert turn_of(child, 100 * MS - 1, 100 * MS - 1) is root
+    assert turn_of(child, 100 * MS, 100 * MS) == 100 * MS
+
+
+def test_a_ghost_is_not_waited_for(chain: tuple[Tree, Run, Run]) -> None:
+    tree, root, child = chain
+    tree.decide(root, 0)
+    assert turn_of(root, 400 * MS, 400 * MS) is child
+    wake = threading.Event()
+    child.followers.append(wake)
+    assert tree.begin_cycle(root)
+    assert tree.leave(root, 400 * MS)
+    assert wake.is_set()
+    assert turn_of(root, 400 * MS, 400 * MS) == 400 * MS
+
+
+def test_who_has_no_transition_does_not_wait_for_those_below() -> None:
+    inner = automaton(2, "child", [State(id=1, name="x")], period=0.1)
+    tree = Tree(automaton(1, "root", [State(id=1, name="a", children=(inner,))], period=0.4))
+    tree.start(0)
+    tree.decide(tree.root, 0)
+    assert turn_of(tree.root, 400 * MS, 400 * MS) == 400 * MS
