@@ -139,6 +139,7 @@ class Automaton:
     source: str = ""
     _by_id: dict[int, State] = field(init=False, repr=False, compare=False)
     _outgoing: dict[int, tuple[Transition, ...]] = field(init=False, repr=False, compare=False)
+    _soonest: dict[int, float] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _number(self.states)
@@ -156,6 +157,11 @@ class Automaton:
         }
         object.__setattr__(self, "_outgoing", outgoing)
         self._check()
+        soonest = {
+            origin: min((each.delay or 0 for each in found), default=math.inf)
+            for origin, found in outgoing.items()
+        }
+        object.__setattr__(self, "_soonest", soonest)
 
     @cached_property
     def initial(self) -> State:
@@ -179,6 +185,10 @@ class Automaton:
     def outgoing(self, state: State) -> tuple[Transition, ...]:
         """Return the transitions out of a state, in the order in which they are tried."""
         return self._outgoing[state.id]
+
+    def soonest(self, state: State) -> float:
+        """Return the active time in ns from which a transition out of a state can fire, or infinity."""
+        return self._soonest[state.id]
 
     def tree(self) -> Iterator[Automaton]:
         """Yield this automaton and all below it, each before its children."""

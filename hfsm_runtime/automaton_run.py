@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 import threading
-from collections import deque
+from collections import OrderedDict, deque
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Final
@@ -111,8 +112,8 @@ class Run:
     """The time to which the last completed cycle belongs."""
     next_slot: int = 0
     """The time of the next cycle whose transitions are not decided yet."""
-    followers: list[threading.Event] = field(default_factory=list)
-    """What wakes the threads whose cycles come after that decision."""
+    followers: OrderedDict[threading.Event, None] = field(default_factory=OrderedDict)
+    """What wakes the threads whose cycles come after that decision, in order."""
     cycles: int = 0
     overruns: int = 0
     last_cycle: float = 0.0
@@ -141,11 +142,19 @@ class Run:
         """Return the active time since the entry into the current state in ns."""
         return self.waited + (0 if self.since is None else max(0, now - self.since))
 
-    def wake_followers(self) -> None:
-        """Let the cycles that follow check whether it is their turn; a newer follower checks by itself."""
-        followers, self.followers = self.followers, []
-        for wake in followers:
-            wake.set()
+    def may_change(self, now: int) -> bool:
+        """Return whether a cycle at a time may change anything: guards may hold, and any event may arrive."""
+        if self.owed or self.current.final:
+            return True
+        return self.active_time(now) >= self.automaton.soonest(self.current)
+
+    def release_followers(self) -> None:
+        """Wake the first of the threads that follow, which wakes the next one; newer ones form a new queue.
+
+        Many threads that woke at once would compete for the interpreter.
+        """
+        followers, self.followers = self.followers, OrderedDict()
+        wake_next(followers)
 
     def begin_in(self, state: State) -> None:
         """Make a state the first one to enter; call it before the start."""
@@ -192,6 +201,12 @@ class Run:
         for child in below:
             for path in child.paths():
                 yield f"{self.current.name}/{path}"
+
+
+def wake_next(followers: OrderedDict[threading.Event, None]) -> None:
+    """Wake the first of the threads in a queue, if any."""
+    with suppress(KeyError):
+        followers.popitem(last=False)[0].set()
 
 
 def grow(root: Automaton) -> tuple[Run, ...]:

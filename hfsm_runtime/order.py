@@ -1,11 +1,13 @@
 """The order of cycles on threads: by their times, and of cycles due at one time the ancestors' first.
 
 It concerns automata one below the other: the upper one decides whether the lower one is active, and may wait
-until that has finished. Virtual time has the same order. Each thread asks whether it is its turn. A cycle
-follows another as soon as that has decided which transition fires: the code of states runs side by side.
+until that has finished. Virtual time has the same order. Each thread asks whether it is its turn. Nobody
+waits for a cycle that can change nothing, since no timer has expired; and a cycle follows another as soon as
+that has decided which transition fires: the code of states runs side by side.
 
 A late thread may hold the others up, code that hangs must not: a cycle that lasts longer than a period, its
-own or that of the automaton that waits, and longer than 0.1 s, is not waited for any more.
+own or that of the automaton that waits, and longer than 0.1 s, is not waited for any more. Nor does an
+automaton wait for late ones below it for longer than its period and 0.1 s.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from .automaton_run import Run
 from .timeline import slot_at
 
 _PATIENCE: Final = 100_000_000
-"""How long a cycle may last in ns, however short the periods are: a busy machine may interrupt it."""
+"""How long to wait in ns at least, however short the periods are: a busy machine may interrupt a cycle."""
 
 
 def turn_of(run: Run, now: int, latest: int) -> int | Run:
@@ -27,14 +29,16 @@ def turn_of(run: Run, now: int, latest: int) -> int | Run:
     """
     first = above = run.parent
     while above is not None:
-        if above.next_slot <= latest and not _lasts_too_long(above, run, now):
+        if above.next_slot <= latest and above.may_change(latest) and not _lasts_too_long(above, run, now):
             first, latest = above, above.next_slot - 1
         above = above.parent
     if latest < run.next_slot:
         assert first is not None
         return first
-    late = _late_below(run, run, now) if run.automaton.outgoing(run.current) else None
-    return late or max(run.next_slot, slot_at(latest, run.automaton.interval))
+    at = max(run.next_slot, slot_at(latest, run.automaton.interval))
+    if run.may_change(at) and now - run.next_slot < patience(run, run):
+        return _late_below(run, run, now) or at
+    return at
 
 
 def patience(run: Run, first: Run) -> int:
@@ -44,14 +48,15 @@ def patience(run: Run, first: Run) -> int:
 
 def _late_below(run: Run, waiting: Run, now: int) -> Run | None:
     """Return an active automaton below the state of `run` whose cycle is due before that of `waiting`."""
-    for child in run.below:
+    for child in reversed(run.below):  # the last one will probably be the last to wake
         if not child.active or child.finished:
             continue
-        if child.next_slot < waiting.next_slot and not _lasts_too_long(child, waiting, now):
-            return child
         late = _late_below(child, waiting, now)
         if late is not None:
             return late
+        due = child.next_slot < waiting.next_slot and child.may_change(waiting.next_slot)
+        if due and not _lasts_too_long(child, waiting, now):
+            return child
     return None
 
 

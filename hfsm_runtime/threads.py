@@ -14,6 +14,7 @@ from typing import Final
 
 from zenoh_ice.clock import Clock
 
+from .automaton_run import wake_next
 from .cycle import Supervisor, run_cycle
 from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
 from .observer import Observer
@@ -55,7 +56,9 @@ class Threads(Observer):
         self._stopping = False
         self._one_step = threading.Lock()
         self._own = threading.local()
-        self._workers = {run: _Worker(self, run, index) for index, run in enumerate(tree.runs)}
+        # The upper ones wake earlier in their slots: most have decided when those wake that come after them.
+        by_depth = sorted(tree.runs, key=lambda run: run.depth)
+        self._workers = {run: _Worker(self, run, index) for index, run in enumerate(by_depth)}
         self._alarm = Alarm(timeline)
         tree.observers.append(self)
 
@@ -220,16 +223,17 @@ class Threads(Observer):
 
     def _follow(self, worker: _Worker, first: Run) -> None:
         """Wait until the cycle of another automaton, which comes first, is decided or lasts too long."""
-        run = worker.run
-        first.followers.append(worker.wake)
+        run, queue = worker.run, first.followers
+        queue[worker.wake] = None
         now = self._timeline.now()
-        if turn_of(run, now, now) is not first:  # it may have been decided before it knew who follows
-            return
-        leader = self._workers.get(first)
-        if leader is not None:
-            leader.wake.set()  # it need not wake later in its slot
-        since = now if first.began is None else first.began
-        self._timeline.wait_until(since + patience(run, first), worker.wake)
+        if turn_of(run, now, now) is first:  # if not, it was decided before it knew who follows
+            leader = self._workers.get(first)
+            if leader is not None:
+                leader.wake.set()  # it need not wake later in its slot
+            since = now if first.began is None else first.began
+            self._timeline.wait_until(since + patience(run, first), worker.wake)
+        if queue.pop(worker.wake, self) is self:  # it was released
+            wake_next(queue)
 
     def guard(self, worker: _Worker) -> None:
         """Run an automaton, and report when its thread ends before its time."""

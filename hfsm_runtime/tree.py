@@ -138,7 +138,7 @@ class Tree:
         """Set the next cycle of an automaton to the first after a time: those that come before it may run."""
         run.next_slot = slot_after(until, run.automaton.interval)
         if run.followers:
-            run.wake_followers()
+            run.release_followers()
 
     def may_go_on(self, run: Run) -> bool:
         """Return whether a running cycle may continue: not of a ghost, and not while the tree is held."""
@@ -307,7 +307,7 @@ class Tree:
         run.active = run.cut = run.code_first = False
         run.waited = run.active_time(now)
         run.since = None
-        run.wake_followers()
+        run.release_followers()
         self._changed(now, run, ChangeKind.GHOST)
         self._drop_all(run, DropReason.GHOST, now)
 

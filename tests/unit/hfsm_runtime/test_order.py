@@ -183,7 +183,8 @@ def test_automata_side_by_side_do_not_wait_for_each_other() -> None:
 
 def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late_parent() -> None:
     child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
-    root = automaton(1, "root", [State(id=1, name="a", children=(child,))], period=0.02)
+    states = [State(id=1, name="a", children=(child,)), State(id=2, name="b")]
+    root = automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.02)
     clock = OneIsLate("root", FOREVER)
     runtime = Runtime(component(root), clock)
     runtime.start()
@@ -206,12 +207,12 @@ def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late
 
 @pytest.fixture
 def chain() -> tuple[Tree, Run, Run]:
-    """Return an active tree of two automata: periods of 0.4 s and 0.1 s, both with a transition."""
+    """Return an active tree of two automata: periods of 0.4 s and 0.1 s, both with a guard."""
     inner = automaton(
-        2, "child", [State(id=1, name="x"), State(id=2, name="y")], [after(1, 1, 2)], period=0.1
+        2, "child", [State(id=1, name="x"), State(id=2, name="y")], [when(lambda: False, 1, 2)], period=0.1
     )
     states = [State(id=1, name="a", children=(inner,)), State(id=2, name="b")]
-    tree = Tree(automaton(1, "root", states, [after(1, 1, 2)], period=0.4))
+    tree = Tree(automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.4))
     tree.start(0)
     root, child = tree.runs
     return tree, root, child
@@ -250,7 +251,8 @@ def test_a_cycle_that_lasts_longer_than_a_period_is_not_waited_for(chain: tuple[
 
 def test_a_short_period_leaves_a_cycle_a_tenth_of_a_second() -> None:
     inner = automaton(2, "child", [State(id=1, name="x")], period=0.01)
-    tree = Tree(automaton(1, "root", [State(id=1, name="a", children=(inner,))], period=0.02))
+    states = [State(id=1, name="a", children=(inner,)), State(id=2, name="b")]
+    tree = Tree(automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.02))
     tree.start(0)
     root, child = tree.runs
     root.began = 0
@@ -263,16 +265,42 @@ def test_a_ghost_is_not_waited_for(chain: tuple[Tree, Run, Run]) -> None:
     tree.decide(root, 0)
     assert turn_of(root, 400 * MS, 400 * MS) is child
     wake = threading.Event()
-    child.followers.append(wake)
+    child.followers[wake] = None
     assert tree.begin_cycle(root)
     assert tree.leave(root, 400 * MS)
     assert wake.is_set()
     assert turn_of(root, 400 * MS, 400 * MS) == 400 * MS
 
 
-def test_who_has_no_transition_does_not_wait_for_those_below() -> None:
-    inner = automaton(2, "child", [State(id=1, name="x")], period=0.1)
-    tree = Tree(automaton(1, "root", [State(id=1, name="a", children=(inner,))], period=0.4))
+def test_a_parent_waits_for_late_children_for_one_period(chain: tuple[Tree, Run, Run]) -> None:
+    tree, root, child = chain
+    tree.decide(root, 0)
+    assert turn_of(root, 800 * MS - 1, 800 * MS - 1) is child
+    assert turn_of(root, 800 * MS, 800 * MS) == 800 * MS
+
+
+def test_nobody_waits_for_a_cycle_in_which_no_timer_has_expired() -> None:
+    def timed(id: int, name: str, period: float, *below: Automaton) -> Automaton:
+        states = [State(id=1, name="a", children=below), State(id=2, name="b")]
+        return automaton(id, name, states, [after(0.4, 1, 2)], period=period)
+
+    tree = Tree(timed(1, "root", 0.4, timed(2, "child", 0.1)))
     tree.start(0)
-    tree.decide(tree.root, 0)
-    assert turn_of(tree.root, 400 * MS, 400 * MS) == 400 * MS
+    root, child = tree.runs
+    assert turn_of(child, 0, 0) == 0
+    tree.decide(root, 0)
+    tree.decide(child, 300 * MS)
+    assert turn_of(child, 400 * MS, 400 * MS) is root
+
+
+def test_an_entry_and_a_final_state_are_waited_for() -> None:
+    entering = automaton(2, "entering", [State(id=1, name="x", entry=lambda: None)], period=0.1)
+    finishing = automaton(3, "finishing", [State(id=1, name="x", final=True)], period=0.1)
+    states = [State(id=1, name="a", children=(entering, finishing)), State(id=2, name="b")]
+    tree = Tree(automaton(1, "root", states, [finished(1, 2)], period=0.4))
+    tree.start(0)
+    root, first, second = tree.runs
+    tree.decide(root, 0)
+    assert turn_of(root, 400 * MS, 400 * MS) is second
+    tree.decide(second, 300 * MS)
+    assert turn_of(root, 400 * MS, 400 * MS) is first
