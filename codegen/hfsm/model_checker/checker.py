@@ -12,6 +12,7 @@ from ..checks.report import Report, state_label, transition_label
 from ..codes import Code
 from ..document import Document, Text
 from .conflicts import Commands, Conflict, Operations, Use, find_conflicts, uses_of
+from .durations import slow_code
 from .exploration import Budget
 from .fireability import analyze, events_of
 from .model import AutomatonModel, Model, StateModel, TransitionModel, condition_of, read_model
@@ -75,10 +76,12 @@ def check_model(
     model = read_model(document, path, analysis=analysis)
     events = events_of(model)
     uses = uses_of(model, Commands(model.analysis, operations))
-    doubtful = (*model.doubtful, *events.places)
+    slow = slow_code(model.analysis)
+    doubtful = (*model.doubtful, *events.places, *slow)
     if not doubtful:
         return _check(model, events.outside, uses, Budget(limit))
-    report = _check(model, events.outside | events.unclear, uses, Budget(limit // 2))
+    cautious = read_model(document, path, analysis=model.analysis, untimed=True) if slow else model
+    report = _check(cautious, events.outside | events.unclear, uses, Budget(limit // 2))
     trusting = read_model(document, path, analysis=model.analysis, trusting=True)
     likely = _check(trusting, events.outside, uses, Budget(limit // 2))
     return _agreed(report, likely, doubtful)
@@ -110,8 +113,8 @@ def _check(model: Model, events: frozenset[str], uses: list[list[Use]], budget: 
 def _agreed(report: ModelReport, likely: ModelReport, doubtful: tuple[Note, ...]) -> ModelReport:
     """Return the results that hold whatever the code that cannot be followed does.
 
-    In `report` that code may do anything, so that its impossible and proved results are certain. In `likely`
-    it does nothing, so that the runs found there are possible. All other results are undecided.
+    In `report` that code may do anything, for any time: its impossible and proved results are certain.
+    In `likely` it does nothing, so that the runs found there are possible. All other results are undecided.
     """
     servants = {_pair(found) for found in likely.conflicts if found.certain}
     agreed = replace(

@@ -121,7 +121,12 @@ class Model:
 
 
 def read_model(
-    document: Document, path: Path, *, analysis: Analysis | None = None, trusting: bool = False
+    document: Document,
+    path: Path,
+    *,
+    analysis: Analysis | None = None,
+    trusting: bool = False,
+    untimed: bool = False,
 ) -> Model:
     """Return the model of a document; structural errors are read as generation reads them.
 
@@ -129,17 +134,18 @@ def read_model(
     missing states, and automata without a root above them are left out.
 
     Guards of the same text that cannot be followed may differ within one cycle. A `trusting` model considers
-    them the same unless they certainly differ. `analysis` is that of the document, if there is one already.
+    them the same unless they certainly differ. In an `untimed` model any cycle may be missed, and a timer may
+    expire in any cycle. `analysis` is that of the document, if there is one already.
     """
     analysis = analysis or analyze(document, path)
-    reader = _Reader(analysis, trusting)
+    reader = _Reader(analysis, trusting=trusting, untimed=untimed)
     return Model(document, path, tuple(reader.automata), analysis, tuple(reader.doubtful))
 
 
 class _Reader:
-    def __init__(self, analysis: Analysis, trusting: bool) -> None:
+    def __init__(self, analysis: Analysis, *, trusting: bool, untimed: bool) -> None:
         document = analysis.document
-        self._analysis, self._trusting = analysis, trusting
+        self._analysis, self._trusting, self._untimed = analysis, trusting, untimed
         self._python = not is_foreign(document)
         self.doubtful: list[Note] = []
         self._sources: dict[int, Automaton] = {}
@@ -209,7 +215,7 @@ class _Reader:
             source=source,
             origin=states[source.origin],
             target=states[source.destination],
-            delay=(nanoseconds(source.trigger) or 1) if is_timed else 0,  # 0 is the next cycle
+            delay=(nanoseconds(source.trigger) or 1) if is_timed and not self._untimed else 0,  # 0: at once
             event=source.trigger.text.strip() if source.type == "event" else "",
             finished=source.type == "finished",
             needs=self._needs(number, source),
@@ -217,7 +223,18 @@ class _Reader:
         )
 
     def _needs(self, number: int, source: Transition, *, is_steady: bool = True) -> Conjunction | None:
-        """Return the conjunction of a transition without its time and children."""
+        """Return the conjunction of a transition without its time and children.
+
+        Without times, it needs a cycle that is not missed and, if it is timed, one in which the timer has
+        expired.
+        """
+        needs = self._conditions(number, source, is_steady=is_steady)
+        if needs is None or not self._untimed:
+            return needs
+        expired: Conjunction = ((f"timer {number} has expired", True),) if source.type == "time" else ()
+        return (*needs, ("the cycle is not missed", True), *expired)
+
+    def _conditions(self, number: int, source: Transition, *, is_steady: bool) -> Conjunction | None:
         event = source.trigger.text.strip() if source.type == "event" else ""
         if source.type == "time" and transition_time(source.trigger) is None:
             return None

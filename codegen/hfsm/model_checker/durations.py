@@ -1,0 +1,148 @@
+"""Find code that may take longer than a period: it sleeps, waits, or cannot be followed.
+
+While a cycle lasts, others fall due and are missed, so that timers that expire one after the other in the
+model may expire together. What only computes, and calls of servants, are taken to end within a period.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from ...diagnostics import Location, Note
+from ..analysis import Analysis, Piece, imported_names
+from ..code.text import all_nodes, dotted
+
+__all__ = ["slow_code"]
+
+_QUICK_MODULES: Final = frozenset(
+    {
+        *("base64", "bisect", "builtins", "cmath", "collections", "colorsys", "copy", "cv2", "dataclasses"),
+        *("datetime", "decimal", "enum", "fractions", "functools", "hashlib", "heapq", "interfaces"),
+        *("itertools", "jderobot", "json", "logging", "math", "numpy", "operator", "random", "re"),
+        *("statistics", "string", "struct", "sys", "textwrap", "threading", "time", "traceback", "types"),
+        *("typing", "uuid", "weakref", "zlib"),
+    }
+)
+"""Modules whose functions only compute. Those that wait nevertheless are found by their names."""
+_QUICK_PACKAGES: Final = ("os.path.",)
+_WAITING_FUNCTIONS: Final = frozenset({"cv2.waitKey", "cv2.waitKeyEx", "cv2.pollKey"})
+_WAITING_BUILTINS: Final = frozenset(
+    {"__import__", "compile", "eval", "exec", "globals", "input", "locals", "vars"}
+)
+"""They wait for a person, or call functions that are not known."""
+_WAITING_METHODS: Final = frozenset(
+    {
+        *("accept", "acquire", "communicate", "connect", "put", "readline", "recv", "recvfrom"),
+        *("result", "samples", "select", "wait", "wait_for"),
+    }
+)
+_BUILTINS: Final = frozenset(dir(builtins))
+_SLEEP: Final = "sleep"
+
+
+def slow_code(analysis: Analysis) -> tuple[Note, ...]:
+    """Return the places of code that may take longer than a period, at most one for each piece of code."""
+    extension = analysis.extension
+    finder = _Finder(
+        analysis.libraries,
+        has_own_sleep=_SLEEP in analysis.defined,
+        handwritten=frozenset() if extension is None else extension.attributes,
+    )
+    found = []
+    for text, path, piece in analysis.by_text.values():
+        if piece is None:
+            continue  # the component cannot be generated
+        node = next(finder.slow(piece), None)
+        if piece.is_deep:
+            found.append(Note(_MESSAGE, Location(path, max(1, text.line), max(1, text.column))))
+        elif node is not None:
+            found.append(Note(_MESSAGE, piece.place(node)))
+    return tuple(found)
+
+
+_MESSAGE: Final = "this code may take longer than a period, and timers may expire in any order"
+
+
+class _Finder:
+    def __init__(
+        self, libraries: Mapping[str, str], *, has_own_sleep: bool, handwritten: frozenset[str]
+    ) -> None:
+        self._libraries = libraries
+        self._has_own_sleep = has_own_sleep
+        self._handwritten = handwritten
+
+    def slow(self, piece: Piece) -> Iterator[ast.AST]:
+        """Yield the nodes of a piece of code that may take longer than a period."""
+        modules = dict(self._libraries)
+        for node in all_nodes(piece.tree):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                modules.update(imported_names(node))
+        for node in all_nodes(piece.tree):
+            if self._is_slow(node, modules):
+                yield node
+
+    def _is_slow(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
+        match node:
+            case ast.While() | ast.AsyncFor() | ast.AsyncWith() | ast.Await():
+                return True
+            case ast.With(items=items):  # a lock waits; what a call returns was found by that call
+                return any(not isinstance(item.context_expr, ast.Call) for item in items)
+            case ast.Constant(value="sleep"):  # the name of an attribute
+                return True
+            case ast.Attribute(value=ast.Name("self"), attr="sleep"):
+                return not self._has_own_sleep
+            case ast.Attribute(attr="sleep"):
+                return True
+            case ast.Name(id=name):
+                return name in _WAITING_BUILTINS or modules.get(name, name).split(".")[-1] == _SLEEP
+            case ast.Call():
+                return self._may_wait(node, modules)
+        return False
+
+    def _may_wait(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
+        if isinstance(call.func, ast.Attribute) and _waits(call.func, call):
+            return True
+        if isinstance(call.func, ast.Name) and call.func.id == "getattr":
+            return len(call.args) < 2 or _may_be_sleep(call.args[1])
+        first, *others = dotted(call.func) or [""]
+        if first == "self":
+            return bool(others) and others[0] in self._handwritten
+        if first not in modules and (others or "*" not in modules or first in _BUILTINS):
+            return False
+        name = ".".join([modules.get(first, modules.get("*", "")), *others])
+        if name in _WAITING_FUNCTIONS:
+            return True
+        return name.split(".")[0] not in _QUICK_MODULES and not name.startswith(_QUICK_PACKAGES)
+
+
+def _waits(function: ast.Attribute, call: ast.Call) -> bool:
+    """Return whether a method, whose object is not known, may wait."""
+    arguments = len(call.args) + len(call.keywords)
+    match function.attr:
+        case "get":  # of a queue, not of a dictionary
+            return not call.args or any(each.arg in ("block", "timeout", None) for each in call.keywords)
+        case "join":  # of a thread, not of a text
+            is_text = isinstance(function.value, ast.Constant)
+            return not is_text and (arguments == 0 or _is_number(call))
+        case name:
+            return name in _WAITING_METHODS
+
+
+def _may_be_sleep(name: ast.expr) -> bool:
+    """Return whether the computed name of an attribute may be `sleep`; a constant one is found as such."""
+    match name:
+        case ast.Constant():
+            return False
+        case ast.JoinedStr(values=parts):
+            return all(str(part.value) in _SLEEP for part in parts if isinstance(part, ast.Constant))
+    return True
+
+
+def _is_number(call: ast.Call) -> bool:
+    match call:
+        case ast.Call(args=[ast.Constant(value=int() | float())]):
+            return True
+    return any(each.arg in ("timeout", None) for each in call.keywords)

@@ -1,0 +1,159 @@
+"""Code that may take longer than a period leaves the order of timers open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from codegen.hfsm.analysis import analyze
+from codegen.hfsm.document import Document, Functions, Library, Text
+from codegen.hfsm.model_checker import Reachability, Verdict, check_model
+from codegen.hfsm.model_checker.durations import slow_code
+from tests.support.model_documents import PATH, after, automaton, document, finished, on, state, stated, when
+
+LATE = after(800, 1, 2, priority=1, id=1)
+EARLY = after(500, 1, 3, id=2)
+
+
+def timed(code: str, functions: str = "", libraries: tuple[str, ...] = (), **others: str) -> Document:
+    """Return a document in which one timer expires long before another one of a higher priority."""
+    states = [state(1, code=code), state(2, "b"), state(3, "c")]
+    variables = Text(others.get("variables", ""))
+    made = document(
+        automaton(1, states, [LATE, EARLY], functions=Text(functions), variables=variables),
+        properties=[stated("never", "b"), stated("eventually", "c", "1000")],
+    )
+    return replace(made, libraries=tuple(Library(name=Text(name)) for name in libraries))
+
+
+SLOW = {
+    "sleep": "self.sleep(d)",
+    "a short sleep, of several": "self.sleep(0.01)",
+    "sleep by name": 'getattr(self, "sleep")(1)',
+    "sleep by a computed name": 'getattr(self, "sl" + "eep")(1)',
+    "an f-string": 'getattr(self, f"{x}eep")(1)',
+    "an alias": "nap = self.sleep\nnap(1)",
+    "the clock": "self.clock.sleep(1)",
+    "a bound method that is passed on": "list(map(self.sleep, [1]))",
+    "time": "import time\ntime.sleep(1)",
+    "time by another name": "import time as t\nt.sleep(1)",
+    "from time": "from time import sleep as nap\nnap(1)",
+    "an event": "import threading\nthreading.Event().wait(1)",
+    "a lock": "lock.acquire()",
+    "a lock as a context": "with lock:\n    pass",
+    "a queue": "queue.get()",
+    "a queue with a limit": "queue.get(timeout=1)",
+    "a thread": "thread.join()",
+    "a thread with a limit": "thread.join(1.5)",
+    "a future": "self.Head.setPoseAsync(0).result()",
+    "samples": "for sample in self.Head.getPose.samples():\n    pass",
+    "a busy loop": "import time\nwhile time.time() < end:\n    pass",
+    "a person": "input()",
+    "a process": "import subprocess\nsubprocess.run(['ls'], timeout=1)",
+    "the web": "import requests\nrequests.get('http://x', timeout=1)",
+    "a library that is not known": "import mylib\nmylib.compute()",
+    "a window": "import cv2\ncv2.waitKey(0)",
+    "code as a text": "exec(text)",
+    "a lambda": "f = lambda: self.sleep(1)\nf()",
+    "a class": "class A:\n    nap = self.sleep\nA.nap(1)",
+}
+
+QUICK = {
+    "nothing": "",
+    "a servant": "self.Head.setPose(0.1, 0.2)",
+    "a log": 'self.log.info("%s", ", ".join(["a"]))',
+    "an event": 'self.send("go")',
+    "computing": "import math\nx = math.hypot(1, 2)\nfor i in range(3):\n    x += i",
+    "images": "import cv2\nimport numpy as np\ny = cv2.inRange(np.zeros(3), 0, 1)",
+    "a dictionary": 'x = {"a": 1}.get("a")\ny = d.get("b", 2)',
+    "a text": "x = separator.join(words)",
+    "a computed proxy": 'getattr(self, f"{side}Motors").setPose(1)',
+    "the time": "import time\nx = time.monotonic()",
+    "a file": "with open('x') as file:\n    x = file.read()",
+}
+
+
+@pytest.mark.parametrize("code", SLOW.values(), ids=SLOW)
+def test_code_that_may_wait_leaves_the_order_of_timers_open(code: str) -> None:
+    report = check_model(timed(code), PATH)
+    assert [each.reachability for each in report.transitions if each.transition == LATE.id] == [
+        Reachability.UNDECIDED
+    ]
+    assert [each.verdict for each in report.properties] == [Verdict.UNDECIDED] * 2
+    assert not report.complete
+    assert any("longer than a period" in note.message for note in report.doubtful)
+
+
+@pytest.mark.parametrize("code", QUICK.values(), ids=QUICK)
+def test_other_code_leaves_proofs_as_they_are(code: str) -> None:
+    report = check_model(timed(code), PATH)
+    assert [each.verdict for each in report.properties] == [Verdict.HOLDS] * 2
+    assert report.complete
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        timed("self.nap()", functions="def nap(self):\n    self.sleep(1)"),
+        timed("nap()", variables="import time\nnap = lambda: time.sleep(1)"),
+        timed("nap(1)", libraries=("from time import sleep as nap",)),
+        timed("wait_long(1)", libraries=("from mylib import *",)),
+        replace(timed("self.nap()"), functions=(Functions(text=Text("def nap(me):\n    me.sleep(1)")),)),
+    ],
+    ids=["function", "variables", "library", "import *", "function of the component"],
+)
+def test_functions_and_libraries_are_followed(made: Document) -> None:
+    assert [each.verdict for each in check_model(made, PATH).properties] == [Verdict.UNDECIDED] * 2
+
+
+def test_a_function_of_the_document_may_be_called_sleep() -> None:
+    made = timed("self.sleep()", functions="def sleep(self):\n    pass")
+    assert [each.verdict for each in check_model(made, PATH).properties] == [Verdict.HOLDS] * 2
+
+
+@pytest.mark.parametrize("part", ["entry", "code", "exit", "guard", "fired"])
+def test_a_parent_that_may_wait_leaves_the_timers_below_it_open(part: str) -> None:
+    slow = {"entry": "", "code": "", "exit": "", "guard": "", "fired": "", part: "self.sleep(3)"}
+    way = after(1000, 1, 2, slow["guard"], code=slow["fired"])
+    parts = {key: slow[key] for key in ("entry", "code", "exit")}
+    outer = automaton(1, [state(1, "P", children=[2], **parts), state(2, "Q")], [way])
+    inner = automaton(2, [state(1, "a"), state(2, "c")], [after(2000, 1, 2)], father=1)
+    (result,) = check_model(document(outer, inner, properties=[stated("never", "P/c")]), PATH).properties
+    assert result.verdict is not Verdict.HOLDS
+
+
+def test_a_cycle_may_be_missed_in_which_a_guard_would_have_fired() -> None:
+    outer = automaton(
+        1,
+        [state(1, "P", children=[2, 3]), state(2, "Q")],
+        [finished(1, 2)],
+    )
+    ends = automaton(
+        2, [state(1, code="self.sleep(1)"), state(2, final=True)], [when("True", 1, 2)], father=1
+    )
+    goes_on = automaton(3, [state(1, "a"), state(2, final=True), state(3, "c")],
+                        [when("True", 1, 2), after(100, 1, 3, priority=1)], father=1)  # fmt: skip
+    made = document(outer, ends, goes_on, properties=[stated("never", "P/c")])
+    assert check_model(made, PATH).properties[0].verdict is Verdict.UNDECIDED
+
+
+def test_what_no_timer_decides_is_still_proved() -> None:
+    states = [state(1, code="self.sleep(1)"), state(2, "b"), state(3, "c")]
+    made = document(
+        automaton(1, states, [on("go", 1, 2), after(100, 2, 1), when("False", 1, 3)]),
+        properties=[stated("never", "c")],
+    )
+    report = check_model(made, PATH)
+    assert [each.verdict for each in report.properties] == [Verdict.HOLDS]
+
+
+def test_a_function_of_hand_written_code_may_wait(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    (tmp_path / "robot_ext.py").write_text(
+        "from hfsm_runtime import Component\n\n\nclass RobotExtension(Component):\n"
+        "    def nap(self) -> None:\n        self.sleep(1)\n"
+    )
+    assert slow_code(analyze(timed("self.nap()"), path))
+    assert not slow_code(analyze(timed("self.log.info('x')"), path))
