@@ -9,6 +9,7 @@ from .exploration import Budget, Exploration, newness
 from .fireability import Fireability
 from .guards import satisfy
 from .model import AutomatonModel, StateModel, TransitionModel
+from .solitary import Solitary
 from .transition_system import TransitionSystem
 
 __all__ = [
@@ -94,8 +95,14 @@ def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
             (index, state) in seen for state in fireability.states[index]
         )
 
+    solitary = Solitary(fireability)
     for done, index in enumerate(live):
         if is_settled(index):
+            continue
+        alone = solitary.reached(index, budget.share(len(live) - done))
+        if alone is not None:
+            seen.update((index, state) for state in alone.states)
+            transitions[index] |= alone.transitions
             continue
         system = TransitionSystem([index], fireability)
         is_new = newness(system, seen)

@@ -115,11 +115,12 @@ class TransitionSystem:
     """Some `automata`, as indices of a model, with all that influence them: the cone.
 
     Automata are influenced by those above them, and by those below a state that is left when these finish.
+    An automaton `alone` is always active, and nothing below it finishes.
     """
 
-    def __init__(self, automata: Iterable[int], fireability: Fireability) -> None:
+    def __init__(self, automata: Iterable[int], fireability: Fireability, *, alone: bool = False) -> None:
         self.model = model = fireability.model
-        self.cone = tuple(sorted(_cone_of(automata, fireability)))
+        self.cone = tuple(sorted(automata if alone else _cone_of(automata, fireability)))
         """The automata, each before its children."""
         self.position = {index: position for position, index in enumerate(self.cone)}
         """The position of each of them in a configuration."""
