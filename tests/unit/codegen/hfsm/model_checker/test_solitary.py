@@ -1,0 +1,102 @@
+"""Automata that are only interrupted by those above them are decided alone, however deep they are."""
+
+from __future__ import annotations
+
+import pytest
+
+from codegen.hfsm.document import Document
+from codegen.hfsm.model_checker import Reachability, check_model
+from codegen.hfsm.model_checker.exploration import Budget
+from codegen.hfsm.model_checker.fireability import analyze
+from codegen.hfsm.model_checker.model import read_model
+from codegen.hfsm.model_checker.solitary import Alone, Solitary
+from tests.support.model_documents import PATH, after, automaton, document, finished, state, when
+
+DEPTH = 30
+
+
+def deep(guard: str = "", dead: int = 0) -> Document:
+    """Return a chain of automata, each below the first state of the one above, with two timers each.
+
+    In the automaton `dead`, a third state is left out by an earlier timer.
+    """
+    automata = []
+    for level in range(1, DEPTH + 1):
+        states = [state(1, children=[level + 1] if level < DEPTH else []), state(2)]
+        ways = [
+            after(100 * (1 + level * 7 % 11), 1, 2, guard, id=1),
+            after(100 * (1 + level * 5 % 7), 2, 1, id=2),
+        ]
+        if level == dead:
+            states.append(state(3))
+            ways.append(after(100 * (3 + level * 7 % 11), 1, 3, id=3))
+        automata.append(automaton(level, states, ways, father=level - 1))
+    return document(*automata)
+
+
+@pytest.mark.parametrize("guard", ["", "a"])
+def test_timers_on_each_of_30_levels_are_decided(guard: str) -> None:
+    report = check_model(deep(guard), PATH)
+    assert report.complete
+    assert {each.reachability for each in report.states} == {Reachability.POSSIBLE}
+    assert {each.reachability for each in report.transitions} == {Reachability.POSSIBLE}
+    assert report.work < 2000
+
+
+def test_what_cannot_happen_deep_below_is_impossible() -> None:
+    report = check_model(deep(dead=20), PATH)
+    found = [(each.automaton, each.state) for each in report.states if each.reachability != "possible"]
+    assert found == [(20, 3)]
+    assert report.complete
+
+
+def alone(made: Document, index: int) -> Alone | None:
+    """Return what an automaton of a document does alone, by its index."""
+    return Solitary(analyze(read_model(made, PATH), frozenset())).reached(index, Budget(10_000))
+
+
+def below(*ways: object, period: float = 100, history: str = "", inner: float = 100) -> Document:
+    """Return an automaton below the first state of another one with these transitions."""
+    states = [state(1, children=[2], history=history), state(2), state(3, final=True)]
+    lower = automaton(2, [state(1), state(2)], [after(300, 1, 2, id=1)], father=1, period=inner)
+    return document(automaton(1, states, ways, period=period), lower)  # type: ignore[arg-type]
+
+
+def test_it_is_decided_alone_where_it_may_be_active_for_any_time() -> None:
+    everything = Alone(frozenset({0, 1}), frozenset({0}), frozenset({1}))
+    again = [after(200, 1, 2), after(100, 2, 1)]
+    assert alone(below(), 1) == everything
+    assert alone(below(*again), 1) == everything
+    assert alone(below(when("a", 1, 2)), 1) == everything
+    assert alone(below(*again, inner=50), 1) == everything
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        below(after(200, 1, 2)),
+        below(after(200, 1, 2), after(100, 2, 1), history="restart"),
+        below(after(200, 1, 2), after(100, 2, 1), inner=130),
+        below(after(200, 1, 2), after(100, 2, 1), period=50),
+    ],
+    ids=["left for good", "restarts", "no common multiple", "interrupted between its cycles"],
+)
+def test_it_is_not_decided_alone_otherwise(made: Document) -> None:
+    assert alone(made, 1) is None
+
+
+def test_an_automaton_that_waits_for_those_below_it_is_not_decided_alone() -> None:
+    lower = automaton(2, [state(1), state(2, final=True)], [after(300, 1, 2)], father=1)
+    upper = automaton(1, [state(1, children=[2]), state(2)], [finished(1, 2), after(400, 2, 1)])
+    made = document(upper, lower)
+    fireability = analyze(read_model(made, PATH), frozenset())
+    assert Solitary(fireability).reached(0, Budget(10_000)) is None
+    assert {each.reachability for each in check_model(made, PATH).states} == {Reachability.POSSIBLE}
+
+
+def test_the_lowest_is_not_decided_alone_if_one_in_between_is_not_aligned() -> None:
+    lowest = automaton(3, [state(1), state(2)], [after(300, 1, 2)], father=2, period=50)
+    middle = automaton(2, [state(1, children=[3]), state(2)], [after(300, 1, 2)], father=1, period=100)
+    ways = [after(150, 1, 2), after(150, 2, 1)]
+    highest = automaton(1, [state(1, children=[2]), state(2)], ways, period=150)
+    assert alone(document(highest, middle, lowest), 2) is None
