@@ -35,8 +35,10 @@ def turn_of(run: Run, now: int, latest: int) -> int | Run:
     if latest < run.next_slot:
         assert first is not None
         return first
-    at = max(run.next_slot, slot_at(latest, run.automaton.interval))
-    if run.may_change(at) and now - run.next_slot < patience(run, run):
+    at, interval = run.next_slot, run.automaton.interval
+    if latest - at >= interval:
+        at = slot_at(latest, interval)
+    if run.children and run.may_change(at) and now - run.next_slot < patience(run, run):
         return _late_below(run, run, now) or at
     return at
 

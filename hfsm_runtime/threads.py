@@ -199,7 +199,7 @@ class Threads(Observer):
 
     def run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end; the body of its thread."""
-        run = worker.run
+        run, interval, usual = worker.run, 0, 0
         while True:
             worker.wake.clear()  # before the checks: later changes set it again
             if self._stopping or worker.retired:
@@ -210,8 +210,10 @@ class Threads(Observer):
             elif self._tree.held or not run.active or run.finished:
                 worker.wake.wait(_IDLE)
             else:
+                if run.automaton.interval != interval:  # at first, and when the automaton was replaced
+                    interval, usual = run.automaton.interval, worker.delay
                 now = self._timeline.now()
-                delay = 0 if run.followers else worker.delay
+                delay = 0 if run.followers else usual
                 if now - delay < run.next_slot:
                     self._timeline.wait_until(run.next_slot + delay, worker.wake)
                     continue

@@ -14,7 +14,7 @@ from .automaton import Automaton, Event, State, Transition
 from .automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
 from .errors import UnknownElementError
 from .observer import Observer
-from .timeline import slot_after, slot_from
+from .timeline import slot_from
 
 __all__ = ["ChangeKind", "DropReason", "Replaced", "Run", "Tree", "grow"]
 
@@ -136,7 +136,8 @@ class Tree:
 
     def decide(self, run: Run, until: int) -> None:
         """Set the next cycle of an automaton to the first after a time: those that come before it may run."""
-        run.next_slot = slot_after(until, run.automaton.interval)
+        interval = run.automaton.interval
+        run.next_slot = until - until % interval + interval
         if run.followers:
             run.release_followers()
 
