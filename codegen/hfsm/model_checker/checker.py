@@ -38,6 +38,11 @@ QUICK_LIMIT: Final = 30_000
 _SHOWN_STEPS: Final = 12
 """Steps of a counterexample that are shown of its beginning and of its end."""
 
+_LONG_SEARCH: Final = (
+    "the search ended at its limit: `within`, periods with a small common multiple, or a higher `limit` of "
+    "`check_model` may decide it"
+)
+
 _Result = TypeVar("_Result", StateResult, TransitionResult)
 
 
@@ -275,7 +280,8 @@ class _Reporter:
         elif result.verdict is Verdict.UNDECIDED:
             found = f"explored {result.explored} configurations up to {result.until_ms / 1000:g} s"
             message = f"{name} is undecided ({found})"
-            self._report.warning(Code.UNDECIDED_PROPERTY, message, place, self._found.doubtful)
+            notes = [*self._found.doubtful] or [Note(_LONG_SEARCH)]
+            self._report.warning(Code.UNDECIDED_PROPERTY, message, place, notes)
         elif result.error is not None:
             error = result.error
             place = _within(place, stated.expression, error.offset, error.length)

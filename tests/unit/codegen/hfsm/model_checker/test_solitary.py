@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from codegen.diagnostics import Diagnostics
 from codegen.hfsm.document import Document
-from codegen.hfsm.model_checker import Reachability, check_model
+from codegen.hfsm.model_checker import Reachability, Verdict, check_model, report_model
 from codegen.hfsm.model_checker.exploration import Budget
 from codegen.hfsm.model_checker.fireability import analyze
 from codegen.hfsm.model_checker.model import read_model
 from codegen.hfsm.model_checker.solitary import Alone, Solitary
-from tests.support.model_documents import PATH, after, automaton, document, finished, state, when
+from tests.support.model_documents import PATH, after, automaton, document, finished, state, stated, when
 
 DEPTH = 30
 
@@ -48,6 +51,16 @@ def test_what_cannot_happen_deep_below_is_impossible() -> None:
     found = [(each.automaton, each.state) for each in report.states if each.reachability != "possible"]
     assert found == [(20, 3)]
     assert report.complete
+
+
+def test_a_property_that_needs_too_long_a_search_says_what_may_decide_it() -> None:
+    asked = replace(deep(), properties=(stated("never", "#30/s2 and #29/s1 and #28/s1"),))
+    report = check_model(asked, PATH, limit=1000)
+    assert [each.verdict for each in report.properties] == [Verdict.UNDECIDED]
+    diagnostics = Diagnostics()
+    report_model(report, diagnostics)
+    (found,) = [each for each in diagnostics if each.code == "W611"]
+    assert "a higher `limit`" in found.notes[0].message
 
 
 def alone(made: Document, index: int) -> Alone | None:
