@@ -25,6 +25,7 @@ PERIOD: Final = 0.02
 """Time between setpoints in s of the component's clock, unless that runs much faster than the wall's."""
 
 _LEAST_WALL_PERIOD: Final = 0.005  # s of wall time between setpoints, however fast a simulation runs
+_STILL: Final = 0.0005  # m between two setpoints
 _RETRY_PERIOD: Final = 0.2  # s of wall time between checks whether a lost server is back
 _LOST: Final = (ConnectionLostException, ObjectNotExistException, TimeoutException)
 
@@ -139,6 +140,7 @@ class Mover:
             self._hold(stop, stop.waypoint.dwell)
             if self._index + 1 == len(stops):
                 if not loop:
+                    self._rest(stop)
                     return
                 if len(stops) == 1:
                     self._hold(stop, math.inf)
@@ -184,6 +186,15 @@ class Mover:
         while self._clock.now() < end:
             self._tick()
             self._ball.command(stop.axes)
+
+    def _rest(self, stop: Stop) -> None:
+        """Hold the last stop's setpoint until the ball is still: what moves is stopped when its client ends."""
+        deadline = self._clock.now() + self._limit
+        before, place = None, self._ball.position().point
+        while (before is None or place.distance_to(before) > _STILL) and self._clock.now() < deadline:
+            self._tick()
+            self._ball.command(stop.axes)
+            before, place = place, self._ball.position().point
 
     def _tick(self) -> None:
         """Wait until the next setpoint is due; an overdue one is sent at once, missed ones are skipped."""

@@ -39,8 +39,10 @@ LASTING: Final = {
 """Commands that go on until Ctrl-C, each with the line that a reader waits for."""
 ENDED: Final = {r"python (-m behaviors\.|\w+\.py --(near|ros))(?!.*--seconds)": " --seconds 1"}
 """Commands that would go on for long, each with what ends them."""
-SERVERS: Final = r"naoserver-sim|python -m naoserver|nao router"
+SERVERS: Final = r"(naoserver-sim|python -m naoserver|nao router)(?!.*--(config|mode client))"
 """Commands that listen on the port to which all others connect."""
+STACK: Final = r"nao stack ros"
+"""What starts such a command, with its port."""
 PORT: Final = "tcp/127.0.0.1:7447"
 
 
@@ -141,7 +143,7 @@ class Reader:
         text = self._exchange(command.text.removesuffix(" &"))
         process = ComponentProcess(shlex.split(text), self._settings(text), self.folder)
         self._processes.append(process)
-        if re.match(SERVERS, text) and "--config" not in text:
+        if re.match(f"{SERVERS}|{STACK}", text):
             self._server.close()  # the page shows another way to start it
             self._server.enter_context(process)
         else:
