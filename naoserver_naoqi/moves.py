@@ -174,7 +174,8 @@ class NaoqiPostures:
         )
 
     def open(self, link: Link) -> None:
-        """Find out which postures the robot knows."""
+        """End an earlier way into a posture, and find out which postures the robot knows."""
+        call(link, "ALRobotPosture.stopMove")
         self.names = tuple(str(name) for name in call(link, "ALRobotPosture.getPostureList"))
 
     def go(self, name: str, fraction: float) -> None:

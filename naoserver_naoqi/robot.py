@@ -218,7 +218,7 @@ class NaoqiRobot:
     def _wire(self) -> None:
         """Register the parts at the connection."""
         connection, questions = self._connection, (*self.walker.questions, self.postures.question)
-        opened = (self._state, self.walker, self._lifecycle, self._cameras, self.senses, self.postures)
+        opened = (self._state, self.walker, self.postures, self._lifecycle, self._cameras, self.senses)
         ticking = (self._state, *questions, self.postures, self.voice, self._calls)
         connection.on_open.extend(part.open for part in (*opened, *questions))
         connection.on_tick.extend(part.tick for part in ticking)

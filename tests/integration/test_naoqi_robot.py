@@ -101,6 +101,16 @@ def test_cameras_are_released_when_the_robot_is_closed(address, link):
     eventually(lambda: call(link, SUBSCRIBERS) == [])
 
 
+def test_a_way_into_a_posture_of_before_ends_at_the_start(address, link):
+    call(link, "ALMotion.angleInterpolation", "LShoulderPitch", 1.5, 0.2, True, timeout=CALL_LIMIT)
+    former = link.begin("ALRobotPosture.goToPosture", "StandZero", 0.05)  # it takes half a minute
+    eventually(lambda: call(link, "ALMotion.getAngles", "LShoulderPitch", False)[0] < 1.4999)
+    with closing(NaoqiRobot(lambda _: connect_patiently(address))) as robot:
+        robot.start()
+        assert former.result(CALL_LIMIT) is False
+        assert call(link, "ALMotion.getAngles", "LShoulderPitch", False)[0] > 0.5
+
+
 def test_it_walks_and_stops(robot):
     start = robot.walker.odometry().x
     robot.walker.command(WalkVelocity(forward=0.05))

@@ -7,7 +7,7 @@ from naoserver_naoqi.link import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
-SAY, GO = "ALTextToSpeech.say", "ALRobotPosture.goToPosture"
+SAY, GO, STOP = "ALTextToSpeech.say", "ALRobotPosture.goToPosture", "ALRobotPosture.stopMove"
 
 
 @pytest.fixture
@@ -74,7 +74,7 @@ def test_a_posture_that_is_not_reached_says_why(naoqi):
 def test_a_posture_that_was_stopped_says_so(naoqi):
     naoqi.held.add(GO)
     naoqi.answers[GO] = False
-    naoqi.answers["ALRobotPosture.stopMove"] = lambda: naoqi.let_go(GO)
+    naoqi.answers[STOP] = lambda: naoqi.let_go(GO)
     with naoqi.robot() as robot:
         robot.postures.go("Stand", 0.5)
         robot.postures.stop()
@@ -82,23 +82,43 @@ def test_a_posture_that_was_stopped_says_so(naoqi):
 
 
 def test_a_stop_that_does_not_end_the_way_into_a_posture_is_repeated(naoqi, caplog):
-    stop = "ALRobotPosture.stopMove"
-
     def end_at_the_third():
-        if len(naoqi.called(stop)) == 1:
+        if len(naoqi.called(STOP)) == 1:
             raise CallFailed("ALRobotPosture::stopMove: busy")
-        if len(naoqi.called(stop)) == 3:
+        if len(naoqi.called(STOP)) == 3:
             naoqi.let_go(GO)
 
     naoqi.held.add(GO)
     naoqi.answers[GO] = False
-    naoqi.answers[stop] = end_at_the_third
     with naoqi.robot() as robot:
+        naoqi.calls.clear()
+        naoqi.answers[STOP] = end_at_the_third
         robot.postures.go("Stand", 0.5)
         robot.postures.stop()
         eventually(lambda: robot.postures.progress().message == "it was stopped")
-    assert len(naoqi.called(stop)) == 3
+    assert len(naoqi.called(STOP)) == 3
     assert "goes on into a posture though it was stopped" in caplog.text
+
+
+def test_a_way_into_a_posture_of_before_is_ended_each_time_the_robot_is_found(naoqi):
+    naoqi.held.add(GO)
+    with naoqi.robot() as robot:
+        operations = [operation for operation, *_ in naoqi.calls]
+        assert operations.index(STOP) < operations.index("ALAutonomousLife.getState")
+        robot.postures.go("Stand", 0.5)
+        naoqi.lose()
+        eventually(lambda: "lost" in robot.postures.progress().message)
+        naoqi.reachable = True
+        eventually(lambda: len(naoqi.called(STOP)) == 2)
+
+
+def test_a_robot_that_does_not_end_a_way_of_before_is_not_served(naoqi):
+    def refuse():
+        raise CallFailed("ALRobotPosture::stopMove: busy")
+
+    naoqi.answers[STOP] = refuse
+    with pytest.raises(CallFailed, match="stopMove: busy"), naoqi.robot():
+        pass
 
 
 def flood(lights):
@@ -109,13 +129,14 @@ def flood(lights):
 def test_a_stop_waits_for_no_unanswered_call(naoqi):
     naoqi.held.update((GO, SAY, "ALLeds.fadeRGB"))
     with naoqi.robot() as robot:
+        naoqi.calls.clear()
         robot.postures.go("Stand", 0.5)
         robot.voice.say("one")
         with pytest.raises(CommandRefused, match="has not answered"):
             flood(robot.lights)
         robot.postures.stop()
         robot.voice.stop()
-        assert naoqi.called("ALRobotPosture.stopMove") == naoqi.called("ALTextToSpeech.stopAll") == [()]
+        assert naoqi.called(STOP) == naoqi.called("ALTextToSpeech.stopAll") == [()]
 
 
 @pytest.mark.parametrize(("reported", "posture"), [("Stand", "Stand"), ("Unknown", ""), ("Frog", "")])
