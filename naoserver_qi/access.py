@@ -87,7 +87,7 @@ class Access:
     def lose(self, client: Client) -> None:
         """End everything that a lost client commanded, and remove what it kept in the services."""
         with ExitStack() as steps:  # each whatever the others raise
-            steps.callback(client.close, wait=False)
+            steps.callback(client.close)
             for service in self._services.copy().values():
                 steps.callback(service._forget, client)
             steps.callback(self._drop_client, client.name)

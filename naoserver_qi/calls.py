@@ -28,13 +28,23 @@ from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.fake.robot import FakeSenses
 from naoserver_qi.arguments import chosen, constant, listed, number, number_within, text, texts
-from naoserver_qi.clients import Activity, Call, CallTable, Client, running
+from naoserver_qi.clients import (
+    MOST_WAITING,
+    MOST_WAITING_URGENT,
+    Activity,
+    Call,
+    CallTable,
+    Client,
+    running,
+)
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
 
 VERSION: Final = "2.8.6.23"
 """Version of the emulated NAOqi."""
+_ENDING: Final = 5.0
+"""Wall seconds in which calls that are stopped at the end have ended."""
 LOOK: Final = 0.05
 """Robot seconds between two checks of the condition that a call waits for."""
 
@@ -139,7 +149,8 @@ class _Tasks:
         operation = self._operations[chosen(method, "operation", self._operations)]
         for task in [task for task, future in self._tasks.copy().items() if future.isFinished()]:
             self._tasks.pop(task, None)
-        task, future = next(self._numbers), operation(self._calls.current.client, *arguments)
+        future = operation(self._calls.current.client, *arguments, awaited=False)
+        task = next(self._numbers)
         if isinstance(future, qi.Future):
             self._tasks[task] = future
         return task
@@ -201,25 +212,28 @@ class Calls:
         return make
 
     def close(self) -> None:
-        """Stop the running calls, begin no others, and wait for their end."""
+        """Stop the running calls, begin no others, and wait, with a limit, for their end."""
         with self._lock:
             self._closed = True
             clients = list(self._clients)
         with self._calls.stopping(lambda _call: True):
             pass
         for client in clients:
-            client.close(wait=True)
+            client.close()
+        if not self._calls.wait_for_end(_ENDING):
+            _logger.error("calls of programs did not end within %g s", _ENDING)
 
     def _invoke(self, name: str, operation: MethodType) -> _Invoke:
         form = _form(operation.__func__)
 
-        def invoke(client: Client, *arguments: object) -> object:
+        def invoke(client: Client, *arguments: object, awaited: bool = True) -> object:
             try:
                 form.signature.bind(*arguments)
             except TypeError as error:
                 return failed(f"{name}: {error}")
-            call = Call(self._clock, client, form.activities, arguments)
             delay = self._faults._delay(name)
+            long = form.long or delay > 0.0
+            call = Call(self._clock, client, form.activities, arguments, awaited=long and awaited)
 
             def work() -> object:
                 call.stopped.wait(delay)
@@ -227,7 +241,7 @@ class Calls:
                 with running(call):
                     return operation(call, *arguments) if form.long else operation(*arguments)
 
-            if form.long or delay:
+            if long:
                 return self._begin(name, call, work, urgent=form.urgent)
             try:
                 return self._do(call, work)
@@ -258,7 +272,7 @@ class Calls:
         """Do the work of a short call, registered if it begins something."""
         if not call.activities:
             return work()
-        self._calls.add(call, waits=False)
+        self._calls.add(call, math.inf)
         try:
             return work()
         finally:
@@ -295,7 +309,7 @@ class Calls:
                 return failed(f"{name}: the robot is shutting down")
             self._clients.add(client)
         try:
-            self._calls.add(call, waits=not urgent)
+            self._calls.add(call, MOST_WAITING_URGENT if urgent else MOST_WAITING)
             call.work = (client.urgent_threads if urgent else client.threads).submit(run)
         except InvalidCommand as error:
             return failed(f"{name}: {error}")

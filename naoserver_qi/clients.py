@@ -26,6 +26,8 @@ MOST_URGENT: Final = 2
 """Maximum long calls of a client that stop something and run at the same time, besides `MOST_RUNNING`."""
 MOST_WAITING: Final = 1000
 """Maximum long calls of a client that run or wait; further ones are refused."""
+MOST_WAITING_URGENT: Final = MOST_WAITING + 16
+"""The same where the further one stops something."""
 
 
 class Activity(Enum):
@@ -69,17 +71,17 @@ class Client:
         """The client in the eyes of the guards. It holds no lease."""
         self.gone = False
         """Whether it is lost: its calls begin nothing any more."""
-        self.long_calls = 0
-        """How many of its long calls run or wait; they are answered at their end."""
-        self.on_long_call: Callable[[], object] = lambda: None
+        self.awaited_calls = 0
+        """How many of its calls are `awaited`."""
+        self.on_awaited_call: Callable[[], object] = lambda: None
         """Called when there is one more."""
         self.threads: Final = ThreadPoolExecutor(MOST_RUNNING, thread_name_prefix="qi call")
         self.urgent_threads: Final = ThreadPoolExecutor(MOST_URGENT, thread_name_prefix="qi stop")
 
-    def close(self, *, wait: bool) -> None:
-        """Take no further calls, and end the threads after the present ones; `wait` for that if asked to."""
+    def close(self) -> None:
+        """Take no further calls, and let the threads end after the present ones."""
         for threads in (self.threads, self.urgent_threads):
-            threads.shutdown(wait=wait)
+            threads.shutdown(wait=False)
 
 
 SERVER: Final = Client("NAOqi")
@@ -98,12 +100,16 @@ class Call:
         client: Client = SERVER,
         activities: frozenset[Activity] = frozenset(),
         arguments: tuple[object, ...] = (),
+        *,
+        awaited: bool = False,
     ) -> None:
         self.stopped: Final = threading.Event()
         """Set when it is to end: by its caller, by another call that stops it, or with its client."""
         self.client: Final = client
         self.activities: Final = activities
         self.arguments: Final = arguments
+        self.awaited: Final = awaited
+        """Whether it is a long call whose end its program awaits; it does not await that of a task."""
         self.work: Future[None] | None = None
         """Its place in the queue of its client's threads."""
         self.refusal = ""
@@ -139,6 +145,7 @@ class CallTable:
 
     def __init__(self, clock: Clock) -> None:
         self._lock = threading.RLock()
+        self._fewer = threading.Condition(self._lock)
         self._calls: dict[Client, set[Call]] = {}
         self._own = Call(clock)
 
@@ -147,29 +154,36 @@ class CallTable:
         """The call that runs in this thread; one of the server itself where no client called."""
         return _current.get() or self._own
 
-    def add(self, call: Call, *, waits: bool = True) -> None:
+    def add(self, call: Call, most: float = MOST_WAITING) -> None:
         """Register a call at its arrival; that of a lost client is stopped.
 
-        Raises InvalidCommand when it may have to wait (`waits`), and too many calls of its client do.
+        Raises InvalidCommand when `most` calls of its client are registered already.
         """
         with self._lock:
             own = self._calls.setdefault(call.client, set())
-            if waits and len(own) >= MOST_WAITING:
-                raise InvalidCommand("call", f"{MOST_WAITING} calls of this program run or wait already")
+            if len(own) >= most:
+                raise InvalidCommand("call", f"{most} calls of this program run or wait already")
             own.add(call)
-            call.client.long_calls = len(own)
+            call.client.awaited_calls += call.awaited
             if call.client.gone:
                 call.stop()
-        call.client.on_long_call()
+        if call.awaited:
+            call.client.on_awaited_call()
 
     def remove(self, call: Call) -> None:
         """Remove a call at its end."""
-        with self._lock:
+        with self._fewer:
             own = self._calls[call.client]
             own.discard(call)
-            call.client.long_calls = len(own)
+            call.client.awaited_calls -= call.awaited
             if not own:
                 del self._calls[call.client]
+            self._fewer.notify_all()
+
+    def wait_for_end(self, seconds: float) -> bool:
+        """Wait until every call has ended; return whether they have within some wall seconds."""
+        with self._fewer:
+            return self._fewer.wait_for(lambda: not self._calls, seconds)
 
     @contextmanager
     def beginning(self, call: Call | None = None) -> Iterator[bool]:

@@ -35,7 +35,9 @@ MOST_CONNECTIONS: Final = 500
 MOST_PROGRAMS: Final = 64
 """Maximum connections that use services."""
 MOST_SHORT: Final = 4
-"""Maximum short calls of a program that libqi has not answered; what follows them waits in the connection."""
+"""Maximum short calls and posts of a program in libqi; what follows them waits in the connection."""
+_ENDING: Final = 5.0
+"""Wall seconds in which every client is dealt with as lost at the end."""
 _ANSWERING: Final = 0.05
 """Wall seconds in which the client that requests an interruption gets its answer."""
 _PATIENCE: Final = 10.0
@@ -47,10 +49,12 @@ _HEADER: Final = struct.Struct("<IIIHBBIII")
 _MAGIC: Final = 0x42ADDE42
 _NUMBER: Final = struct.Struct("<I")
 _ADDRESS: Final = struct.Struct("<II")
-_CALL, _REPLY, _ERROR, _CANCELED = 1, 2, 3, 8
+_CALL, _REPLY, _ERROR, _POST, _CANCELED = 1, 2, 3, 4, 8
 """Types of messages."""
 _DIRECTORY, _MAIN = 1, 1
 """The service that knows the others, and the object of a service itself."""
+_QUESTION: Final = 80
+"""The number of `isStatsEnabled`, an operation of every object, without arguments."""
 _FIRST_METHOD: Final = 100
 """The number of the first method of an object."""
 _UID: Final = 20
@@ -106,7 +110,9 @@ class Connections:
         self._changed = asyncio.Event()
         self._closing = False
         self._pause = 0.0
-        self._thread = threading.Thread(target=self._run, args=(listening,), name="NAOqi connections")
+        self._thread = threading.Thread(
+            target=self._run, args=(listening,), name="NAOqi connections", daemon=True
+        )
         self._thread.start()
 
     def interrupt(self, seconds: float) -> None:
@@ -119,14 +125,17 @@ class Connections:
         self._loop.call_soon_threadsafe(self._loop.call_later, _ANSWERING, begin)
 
     def close(self) -> None:
-        """Close every connection, and wait until each client is dealt with as lost."""
+        """Close every connection, and wait, with a limit, until each client is dealt with as lost."""
 
         def begin() -> None:
             self._closing = True
             self._changed.set()
 
-        self._loop.call_soon_threadsafe(begin)
-        self._thread.join()
+        with suppress(RuntimeError):  # the loop has ended, since it could not listen again
+            self._loop.call_soon_threadsafe(begin)
+        self._thread.join(_ENDING)
+        if self._thread.is_alive():
+            _logger.error("%s did not end within %g s", self._thread.name, _ENDING)
 
     def _bind(self, port: int) -> socket.socket:
         family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
@@ -176,9 +185,19 @@ class Connections:
         try:
             await program.pass_messages()
         finally:
-            if program.client is not None:
-                await asyncio.to_thread(self._lose, program.client)
-            del self._open[task]
+            try:
+                if program.client is not None:
+                    await self._lose_on_a_thread(program.client)
+            finally:
+                del self._open[task]
+
+    async def _lose_on_a_thread(self, client: Client) -> None:
+        try:
+            lost = self._loop.run_in_executor(None, self._lose, client)
+        except RuntimeError:  # no thread can start: better that all wait than that the robot goes on
+            self._lose(client)
+        else:
+            await lost
 
     def _admit(self) -> Client:
         """Return a new client. Raises _Refused when there are too many."""
@@ -211,7 +230,9 @@ class _Program:
         self._lent: dict[int, tuple[int, int]] = {}  # addresses of lent objects by service
         self._origins: dict[tuple[int, int], int] = {}  # and the reverse
         self._borrowing: asyncio.Future[tuple[int, bytes]] | None = None
-        self._unanswered: set[int] = set()  # calls
+        self._unanswered: dict[
+            int, bool
+        ] = {}  # calls by their numbers, and whether the program wants answers
         self._fewer = asyncio.Event()  # whenever fewer short ones may be left
         self._own_calls = itertools.count(_OWN_CALLS)
 
@@ -247,27 +268,47 @@ class _Program:
     async def _pass_calls(self, header: _Header, libqi: asyncio.StreamWriter) -> None:
         """Pass messages of the program to libqi, the first of which begins with `header`."""
         while True:
+            calls = header.type in (_CALL, _POST)
+            if calls and header.id in self._unanswered:
+                raise ValueError("two calls have one number")
             try:
-                if header.size > LARGEST:
-                    await self._skip(header.size)
-                    raise _Refused(f"a message of {header.size} bytes is too large: {LARGEST} at most")
-                payload = await self._reader.readexactly(header.size)
-                if header.type == _CALL:
+                payload = await self._payload(header.size)
+                if calls:
                     await self._have_room()
-                    self._unanswered.add(header.id)
+                    self._unanswered[header.id] = header.type == _CALL
                 if header.service in self._offer.services and header.object == _MAIN:
                     service, lent = self._lent.get(header.service) or await self._borrow(
                         header.service, libqi
                     )
                     header = header._replace(service=service, object=lent)
             except _Refused as error:
-                self._unanswered.discard(header.id)
-                if header.type == _CALL:
+                if calls and self._unanswered.pop(header.id, header.type == _CALL):
                     name = self._offer.services.get(header.service, "NAOqi")
                     await _send(self._writer, *_error(header, f"{name}: {error}"))
             else:
+                if header.type == _POST:
+                    header, payload = await self._as_call(header, payload, libqi)
                 await _send(libqi, header, payload)
             header = await _header(self._reader)
+
+    async def _payload(self, size: int) -> bytes:
+        """Return the payload of a message. Raises _Refused when it is too large."""
+        if size <= LARGEST:
+            return await self._reader.readexactly(size)
+        left = size
+        while left:
+            left -= len(await self._reader.readexactly(min(left, LARGEST)))
+        raise _Refused(f"a message of {size} bytes is too large: {LARGEST} at most")
+
+    async def _as_call(
+        self, post: _Header, payload: bytes, libqi: asyncio.StreamWriter
+    ) -> tuple[_Header, bytes]:
+        """Return what stands for a post, so that libqi answers: it does not report the end of a post."""
+        call = post._replace(type=_CALL)
+        if (post.service, post.object) in self._origins:  # an object of a service has only operations
+            return call, payload
+        await _send(libqi, post, payload)  # perhaps to a signal, which cannot be called
+        return call._replace(action=_QUESTION, flags=0, size=0), b""
 
     async def _pass_answers(self, libqi: asyncio.StreamReader) -> None:
         """Pass messages of libqi to the program."""
@@ -279,8 +320,10 @@ class _Program:
                 self._borrowing = None
                 continue
             if header.type in (_REPLY, _ERROR, _CANCELED):
-                self._unanswered.discard(header.id)
+                wanted = self._unanswered.pop(header.id, True)
                 self._fewer.set()
+                if not wanted:
+                    continue
             if header.service == _DIRECTORY:  # services are where the program has found this one
                 payload = payload.replace(self._announced, self._reached)
             origin = self._origins.get((header.service, header.object))
@@ -290,7 +333,7 @@ class _Program:
 
     async def _have_room(self) -> None:
         """Wait while libqi is busy with the program: others' calls, such as a stop, queue behind few."""
-        while len(self._unanswered) - (self.client.long_calls if self.client else 0) >= MOST_SHORT:
+        while len(self._unanswered) - (self.client.awaited_calls if self.client else 0) >= MOST_SHORT:
             self._fewer.clear()
             await self._fewer.wait()
 
@@ -299,7 +342,7 @@ class _Program:
         if self.client is None:
             self.client = client = self._admit()
             loop = asyncio.get_running_loop()
-            client.on_long_call = lambda: loop.call_soon_threadsafe(self._fewer.set)
+            client.on_awaited_call = lambda: loop.call_soon_threadsafe(self._fewer.set)
             self._key = self._offer.key(self.client)
         door = self._offer.door
         argument = f"{self._key} {self._offer.services[service]}".encode()
@@ -317,10 +360,6 @@ class _Program:
                     self._origins[address] = service
                     return address
         raise _Refused("the robot is shutting down")
-
-    async def _skip(self, size: int) -> None:
-        while size:
-            size -= len(await self._reader.readexactly(min(size, LARGEST)))
 
 
 async def _header(reader: asyncio.StreamReader) -> _Header:
