@@ -154,7 +154,7 @@ class Entities:
         if subscriber is not None:
             subscriber.undeclare()
         if warns:
-            most = f"more than {self._most} exist; the others are not counted, and the ends of none noticed"
+            most = f"more than {self._most} exist; the others are not counted, and each counts as gone"
             _logger.warning("%s: %s, until fewer exist", self._what, most)
         if self._came is not None:
             for entity in came:
