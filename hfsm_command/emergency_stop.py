@@ -22,10 +22,23 @@ from zenoh_ice.proxy import Call
 from zenoh_ice.text import cut, encodable
 from zenoh_ice.transport import NoAnswer, Outcome, Target, decode_error
 
-__all__ = ["SAFETY", "begin_stop", "refusal", "reset", "stop_key", "stop_payload"]
+__all__ = [
+    "SAFETY",
+    "STILL",
+    "STILL_LIMIT",
+    "begin_stop",
+    "refusal",
+    "reset",
+    "stop_key",
+    "stop_payload",
+]
 
 SAFETY: Final = "Safety"
 """Identity of the servant that stops a robot."""
+STILL: Final = 0.1
+"""Speed in rad/s below which a joint counts as still."""
+STILL_LIMIT: Final = 2.0
+"""Seconds after a confirmed stop within which the joints must be still."""
 
 _STOP: Final = "emergencyStop"
 _WHAT: Final = f"{SAFETY}.{_STOP}"

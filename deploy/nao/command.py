@@ -197,6 +197,7 @@ def doctor(*, settings: Settings, json: _Json = False) -> None:
     "nao stop",
     'nao stop "it walks towards the stairs" --realm robot2',
     "nao stop --all --connect tls/robotlab.local:7448",
+    "nao stop --all --json | jq '.robots[] | select(.still | not)'",
     "nao stop --ready",
     "nao stop --reset",
 )
@@ -216,6 +217,7 @@ def stop(
     seconds: Annotated[
         float, typer.Option(min=0.1, callback=finite, help="Give up after this many seconds.")
     ] = 20.0,
+    json: _Json = False,
 ) -> None:
     """Stop the robot; it then refuses every command.
 
@@ -228,14 +230,16 @@ def stop(
 
     if ready + reset + everywhere > 1:
         raise typer.BadParameter("--all, --ready and --reset exclude each other")
+    if ready and json:
+        raise typer.BadParameter("--ready waits for a person, and prints no JSON")
     if reset:
-        commands.reset(settings)
+        commands.reset(settings, as_json=json)
     elif ready:
         commands.hold(settings, reason)
     elif everywhere:
-        commands.stop_all(settings, reason, seconds)
+        commands.stop_all(settings, reason, seconds, as_json=json)
     else:
-        commands.stop(settings, reason, seconds)
+        commands.stop(settings, reason, seconds, as_json=json)
 
 
 @_command("nao router", "nao router --config keys/router.toml", defaults=ROUTER_DEFAULTS)

@@ -20,7 +20,9 @@ import typer
 
 from deploy.nao import NaoError
 from deploy.nao.connection import wait_for_servant
+from deploy.nao.output import print_json
 from deploy.nao.stopping import Realm, Stopping
+from deploy.nao.values import Json
 from hfsm_command import emergency_stop
 from hfsm_command.emergency_stop import SAFETY, begin_stop
 from zenoh_ice import Communicator, ZenohIceError, initialize
@@ -37,7 +39,7 @@ _CTRL_C: Final = b"\x03"
 _LEAVE: Final = b"q"
 
 
-def stop(settings: Settings, reason: str, seconds: float) -> None:
+def stop(settings: Settings, reason: str, seconds: float, *, as_json: bool) -> None:
     """Stop the robot of a realm.
 
     Raises NaoError when it has not confirmed within some seconds that it has stopped, or goes on moving.
@@ -47,34 +49,64 @@ def stop(settings: Settings, reason: str, seconds: float) -> None:
     realm = stopping.realms[settings.realm]
     if not realm.stopped:
         _stop_by_a_call(settings, reason, stopping)
+    if as_json:
+        print_json(_result(stopping))
+    elif stopping.succeeded:
+        typer.echo(_outcome(realm))
+    if not realm.stopped:
+        raise NaoError(f"the robot was NOT stopped: {realm.trouble}")
     if realm.moving:
         raise NaoError(_outcome(realm))
-    typer.echo(_outcome(realm) if realm.stopped else f"stopped: {_STOPPED}")
 
 
-def stop_all(settings: Settings, reason: str, seconds: float) -> None:
+def stop_all(settings: Settings, reason: str, seconds: float, *, as_json: bool) -> None:
     """Stop the robots of all realms that can be reached, and list each with its result.
 
     Raises NaoError when one of them, or an endpoint, has not confirmed within some seconds.
     """
     stopping = Stopping(settings, reason, limit=seconds, every_realm=True)
     stopping.run(_report)
-    for realm in stopping.concerned:
-        typer.echo(f"{realm.name}: {_outcome(realm)}")
-    for route in stopping.unreached:
-        typer.echo(f"{route.name}: NOT reached: {route.trouble or _NO_LINK}")
+    if as_json:
+        print_json(_result(stopping))
+    else:
+        for realm in stopping.concerned:
+            typer.echo(f"{realm.name}: {_outcome(realm)}")
+        for route in stopping.unreached:
+            typer.echo(f"{route.name}: NOT reached: {route.trouble or _NO_LINK}")
     if not stopping.concerned and not stopping.unreached:
         raise NaoError("no robot was found, so none was stopped")
     if not stopping.succeeded:
         raise NaoError("not every robot was stopped: see above")
 
 
-def reset(settings: Settings) -> None:
+def reset(settings: Settings, *, as_json: bool) -> None:
     """Let the robot accept commands again; raises what a call raises."""
     with initialize(settings) as communicator:
         wait_for_servant(communicator, SAFETY)
         emergency_stop.reset(communicator)
-    typer.echo("reset: the robot accepts commands again")
+    if as_json:
+        print_json({"robots": [{"realm": settings.realm, "stopped": False}]})
+    else:
+        typer.echo("reset: the robot accepts commands again")
+
+
+def _result(stopping: Stopping) -> Json:
+    """Return for programs which robots have stopped, and which endpoints were not reached."""
+    return {
+        "robots": [
+            {
+                "realm": realm.name,
+                "stopped": realm.stopped,
+                "still": realm.stopped and not realm.moving,
+                "fastestJoint": realm.speed,
+                "trouble": "" if realm.stopped else realm.trouble,
+            }
+            for realm in stopping.concerned
+        ],
+        "unreached": [
+            {"endpoint": route.name, "trouble": route.trouble or _NO_LINK} for route in stopping.unreached
+        ],
+    }
 
 
 def _report(text: str) -> None:
@@ -92,19 +124,20 @@ def _outcome(realm: Realm) -> str:
 
 
 def _stop_by_a_call(settings: Settings, reason: str, stopping: Stopping) -> None:
-    """Try once more, in a way that finds out why nothing answers; raises NaoError that says it."""
-    why = stopping.realms[settings.realm].trouble
-    if not why and len(stopping.unreached) == len(stopping.routes):
-        why = "; ".join(route.trouble for route in stopping.unreached if route.trouble)
+    """Try once more, in a way that finds out why nothing answers; note the result."""
+    realm = stopping.realms[settings.realm]
+    if not realm.trouble and len(stopping.unreached) == len(stopping.routes):
+        realm.trouble = "; ".join(route.trouble for route in stopping.unreached if route.trouble)
+    if realm.trouble:
+        return
     try:
-        if not why:
-            with initialize(settings) as communicator:
-                wait_for_servant(communicator, SAFETY)
-                begin_stop(communicator, reason, settings.timeout).result()
+        with initialize(settings) as communicator:
+            wait_for_servant(communicator, SAFETY)
+            begin_stop(communicator, reason, settings.timeout).result()
     except ZenohIceError as error:
-        why = str(error)
-    if why:
-        raise NaoError(f"the robot was NOT stopped: {why}")
+        realm.trouble = str(error)
+    else:
+        realm.stopped_at = time.monotonic()
 
 
 def hold(settings: Settings, reason: str) -> None:

@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_command.emergency_stop import SAFETY, refusal, stop_key, stop_payload
+from hfsm_command.emergency_stop import SAFETY, STILL, STILL_LIMIT, refusal, stop_key, stop_payload
 from zenoh_ice import ConnectFailedException, ZenohIceError
 from zenoh_ice.messenger import Answer, Messenger
 from zenoh_ice.settings import Settings
@@ -35,8 +35,6 @@ _STATE_LIMIT: Final = 1.0  # s for the speeds of the joints
 _REPORT: Final = 3.0  # s between reports of what is missing
 _PAUSE: Final = 0.1  # s between messages that nobody serves, and between links
 _QUIET: Final = 0.6  # s without a further realm after which all of a link are known; gossip takes tenths
-_STILL: Final = 0.1  # rad/s below which a joint counts as still
-_STILL_LIMIT: Final = 2.0  # s after the stop within which the joints must be
 _LAST: Final = 0.1  # s for links that are still being made when the robots have stopped
 _LONGEST_TROUBLE: Final = 300  # characters
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
@@ -85,7 +83,7 @@ class Realm:
     @property
     def moving(self) -> bool:
         """Whether its joints still moved when it was last asked."""
-        return self.speed is not None and self.speed >= _STILL
+        return self.speed is not None and self.speed >= STILL
 
     def note(self, answers: list[Answer]) -> None:
         """Note the answers to a stop; without any, nothing is known."""
@@ -98,7 +96,7 @@ class Realm:
     def watch(self, speed: float | None) -> None:
         """Note the speed of its fastest joint after the stop; None if it did not say."""
         self.speed = self.speed if speed is None else speed
-        self.watched = not self.moving or self.stopped_for >= _STILL_LIMIT
+        self.watched = not self.moving or self.stopped_for >= STILL_LIMIT
 
 
 class Stopping:
@@ -261,7 +259,7 @@ class Stopping:
         with self._changed:
             for realm in stopped:
                 state = states[keys[realm.name]]
-                if state or realm.stopped_for >= _STILL_LIMIT:  # a busy robot may answer late
+                if state or realm.stopped_for >= STILL_LIMIT:  # a busy robot may answer late
                     realm.watch(_fastest(state))
 
 

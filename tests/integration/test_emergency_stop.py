@@ -1,12 +1,14 @@
-"""The emergency stop as one message that every release understands, and a command that repeats it."""
+"""The emergency stop as one message that every release understands; a command and the editor repeat it."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +16,11 @@ import msgspec
 import pytest
 import zenoh
 
-from hfsm_command.emergency_stop import begin_stop
+from hfsm_command.emergency_stop import SAFETY, begin_stop
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
-from tests.support.limits import CALL_LIMIT, FOREVER, RUN_LIMIT
+from naoserver.robot import JointReading
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.nao_command import Outcome, at, nao
 from tests.support.processes import free_endpoint
 from tests.support.relay import Relay
@@ -25,7 +28,9 @@ from tests.support.robot_server import RobotClient, served, served_to_client
 from tests.support.security import Keys, routing
 from tests.support.stranger import stranger
 from tests.support.waiting import until
-from zenoh_ice import Settings, initialize
+from visualhfsm.live import stopping as editor_stop
+from visualhfsm.live.stopping import StopReport
+from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice._wire import ERROR_ENCODING, encode_call_attachment
 from zenoh_ice.session import open_session
 
@@ -260,6 +265,44 @@ class TestRepetition:
         assert (outcome.code, "none.pem" in outcome.err) == (1, True)
 
 
+class TestJson:
+    def test_a_program_learns_which_robots_have_stopped_and_are_still(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        scripted.joints = [joints(0.0, 0.0)]
+        outcome = stop(endpoint, "--json")
+        nao_ = {"realm": "nao", "stopped": True, "still": True, "fastestJoint": 0.0, "trouble": ""}
+        assert (outcome.code, json.loads(outcome.out)) == (0, {"robots": [nao_], "unreached": []})
+
+    def test_a_robot_that_cannot_stop_is_in_it_too(self, endpoint: str, scripted: ScriptedRobot) -> None:
+        scripted.stops = [error("no motors")]
+        outcome = stop(endpoint, "--json", "--seconds", "0.5")
+        (robot,) = json.loads(outcome.out)["robots"]
+        assert (outcome.code, robot["stopped"], robot["still"]) == (1, False, False)
+        assert "no motors" in robot["trouble"]
+        assert "NOT stopped" in outcome.err
+
+    def test_joints_that_move_and_endpoints_that_are_not_reached_are_in_it(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        scripted.joints = [joints(-1.5)]
+        absent = free_endpoint()
+        found = nao("stop", "--all", "--json", "--connect", endpoint, "--connect", absent, "--seconds", "4")
+        result = json.loads(found.out)
+        assert [(each["stopped"], each["still"], each["fastestJoint"]) for each in result["robots"]] == [
+            (True, False, 1.5)
+        ]
+        assert [each["endpoint"] for each in result["unreached"]] == [absent]
+        assert found.code == 1
+
+    def test_a_reset_is_reported_and_a_person_at_a_terminal_gets_none(self, robot: RobotClient) -> None:
+        with at(robot.endpoint, robot.realm):
+            nao("stop", "--json")
+            reset = nao("stop", "--reset", "--json")
+        assert json.loads(reset.out) == {"robots": [{"realm": robot.realm, "stopped": False}]}
+        assert "prints no JSON" in nao("stop", "--ready", "--json").err
+
+
 class TestAllRobots:
     def test_every_realm_at_every_endpoint_is_stopped_and_listed(self, endpoint: str) -> None:
         with ExitStack() as opened:
@@ -332,3 +375,124 @@ class TestAllRobots:
         with listening(endpoint):
             outcome = nao("stop", "--all", "--connect", endpoint, "--seconds", "1")
         assert (outcome.code, "no robot was found" in outcome.err) == (1, True)
+
+
+class Coasting(FakeRobot):
+    """A robot one of whose joints moves as long as a test says."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.coasts = True
+        self.reads = 0
+
+    def read(self) -> JointReading:
+        self.reads += 1
+        reading = super().read()
+        return replace(reading, velocities=(1.5, *reading.velocities[1:])) if self.coasts else reading
+
+
+class TestEditor:
+    @pytest.fixture(autouse=True)
+    def patience(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Let a busy machine answer late."""
+        monkeypatch.setattr(editor_stop, "_ANSWER_LIMIT", CALL_LIMIT)
+        monkeypatch.setattr(editor_stop, "STILL_LIMIT", EVENT_LIMIT)
+
+    @pytest.fixture
+    def announced(self, endpoint: str) -> Iterator[ScriptedRobot]:
+        """A robot that others know."""
+        with listening(endpoint) as session:
+            yield ScriptedRobot(session, token=RELEASES["0.1.0"]["token"])
+
+    @contextmanager
+    def pressed(
+        self, endpoint: str, realm: str, *present: str, before: Callable[[], object] = lambda: None
+    ) -> Iterator[Future[StopReport]]:
+        """Stop a robot in the background, once some servants are known and something has happened `before`."""
+
+        async def press(communicator: Communicator) -> StopReport:
+            return await editor_stop.stop_robot(communicator, asyncio.get_running_loop().time())
+
+        with (
+            initialize(
+                realm=realm, connect=[endpoint], clock="wall", timeout=CALL_LIMIT, lease=CALL_LIMIT
+            ) as communicator,
+            ThreadPoolExecutor(1) as pool,
+        ):
+            until(lambda: {*present} <= {*communicator.identities()})
+            until(lambda: communicator.presence.linked)
+            before()
+            yield pool.submit(lambda: asyncio.run(press(communicator)))
+
+    def test_a_stop_that_fails_is_repeated_until_it_succeeds(
+        self, endpoint: str, announced: ScriptedRobot
+    ) -> None:
+        announced.stops = [error("the left arm does not answer"), error("again"), (True, STOPPED)]
+        with self.pressed(endpoint, "nao", SAFETY) as report:
+            assert report.result(RUN_LIMIT) == StopReport([SAFETY], {})
+        assert len(announced.sent) == 3
+
+    def test_a_stop_that_goes_on_failing_is_reported(
+        self, endpoint: str, announced: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(editor_stop, "_REPEATED", 0.3)
+        announced.stops = [error("the left arm does not answer")]
+        with self.pressed(endpoint, "nao", SAFETY) as report:
+            failed = "the left arm does not answer (STOP was repeated for 0.3 s)"
+            assert report.result(RUN_LIMIT) == StopReport([], {SAFETY: failed})
+        assert len(announced.sent) > 1
+
+    def test_a_robot_that_is_not_known_yet_is_reported_when_it_has_stopped(
+        self, endpoint: str, scripted: ScriptedRobot
+    ) -> None:
+        with self.pressed(endpoint, "nao") as report:
+            assert report.result(RUN_LIMIT) == StopReport([SAFETY], {})
+        assert len(scripted.sent) == 1
+
+    def test_without_a_robot_nothing_is_reported(self, endpoint: str) -> None:
+        with listening(endpoint), self.pressed(endpoint, "nao") as report:
+            assert report.result(RUN_LIMIT) == StopReport([], {})
+
+    def test_it_ends_when_the_joints_are_still(self) -> None:
+        robot = Coasting()
+        with served(robot) as server, server.client() as client:
+            safety = client.proxy(SafetyPrx, SAFETY)
+            with self.pressed(server.endpoint, server.realm, SAFETY, "Body") as report:
+                until(lambda: safety.getSafetyState().stopped)
+                since = robot.reads
+                until(lambda: robot.reads > since + 10)
+                assert not report.done()
+                robot.coasts = False
+                assert report.result(RUN_LIMIT).failed == {}
+
+    def test_joints_that_go_on_moving_are_reported(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(editor_stop, "STILL_LIMIT", 0.2)
+        with (
+            served(Coasting()) as server,
+            self.pressed(server.endpoint, server.realm, SAFETY, "Body") as report,
+        ):
+            found = report.result(RUN_LIMIT)
+        assert found.failed == {"Body": "its joints still move, the fastest at 1.5 rad/s: look at the robot"}
+        assert "Body" not in found.stopped
+
+    def test_it_is_repeated_while_the_network_is_silent(
+        self, robot: RobotClient, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        sent: list[str] = []
+
+        def send(communicator: Communicator, reason: str, timeout: float) -> Future[None]:
+            sent.append(reason)
+            return begin_stop(communicator, reason, timeout)
+
+        monkeypatch.setattr(editor_stop, "_ANSWER_LIMIT", 0.2)
+        monkeypatch.setattr(editor_stop, "_REPEATED", FOREVER)
+        monkeypatch.setattr(editor_stop, "begin_stop", send)
+        with Relay(robot.endpoint) as relay, ExitStack() as steps:
+            steps.callback(relay.resume)
+            pressed = self.pressed(relay.endpoint, robot.realm, SAFETY, before=relay.hold)
+            report = steps.enter_context(pressed)
+            until(lambda: len(sent) > 2)
+            assert not robot.proxy(SafetyPrx, SAFETY).getSafetyState().stopped
+            relay.resume()
+            assert report.result(RUN_LIMIT).failed == {}
+        assert robot.proxy(SafetyPrx, SAFETY).getSafetyState().stopped

@@ -35,6 +35,7 @@ from visualhfsm.services import (
     Source,
 )
 from visualhfsm.sessions.session import Change, DocumentSession
+from visualhfsm.web import workspace
 from visualhfsm.web.workspace import Limits, Services
 
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
@@ -478,6 +479,32 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         gate.set()
         assert window.answer(undoing)["name"] == "Add a state"
         assert window.answer(steering) == "pause"
+
+
+def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of_a_process(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workspace, "_COMPONENTS_END", 0.1)
+    let_go, still, ended = threading.Event(), threading.Event(), threading.Event()
+
+    class Repeated(NoService):
+        async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+            await asyncio.to_thread(let_go.wait, FOREVER)
+            still.set()
+            return action
+
+    class Running(NoService):
+        async def stop_all(self) -> None:
+            ended.set()
+
+    found = make_services(live=Repeated(), running=Running())
+    with editor(root, make_services=lambda _: found) as running, contextlib.ExitStack() as steps:
+        steps.callback(let_go.set)
+        with running.window() as window:
+            window.send("control", component="", action="emergencyStop")
+            assert ended.wait(EVENT_LIMIT)
+        let_go.set()
+        assert still.wait(EVENT_LIMIT)
 
 
 # ------------------------------------------------------------------------------------------ imports

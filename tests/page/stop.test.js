@@ -39,7 +39,8 @@ function press(fields) {
 
 const stops = () => socket.sent.filter(({action}) => action === "emergencyStop").length;
 
-test("the key stops once, also while it is held down, and nobody else gets it", () => {
+test("the key stops once, also while it is held down, and nobody else gets it", (t) => {
+  t.mock.timers.enable({apis: ["setTimeout"]}); // nobody answers
   assert.ok(!press({}));
   assert.ok(!press({repeat: true}));
   assert.ok(!press({repeat: true}));

@@ -21,7 +21,7 @@ from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm import robots
 from visualhfsm.generate import generate_component
-from visualhfsm.live import service
+from visualhfsm.live import service, stopping
 from visualhfsm.monitoring import follower
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
@@ -75,7 +75,8 @@ def patient_services() -> Iterator[None]:
         patch.setattr(follower, "_SILENT", EVENT_LIMIT)
         patch.setattr(robots, "_UNSEEN", START_LIMIT)
         patch.setattr(service, "_STOP_LIMIT", END_LIMIT)
-        patch.setattr(service, "_ANSWER_LIMIT", CALL_LIMIT)
+        patch.setattr(stopping, "_ANSWER_LIMIT", CALL_LIMIT)
+        patch.setattr(stopping, "STILL_LIMIT", EVENT_LIMIT)
         yield
 
 

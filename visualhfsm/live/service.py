@@ -7,7 +7,6 @@ import itertools
 import logging
 import math
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
-from concurrent.futures import Future
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -15,10 +14,10 @@ import msgspec
 from msgspec import Meta
 
 from codegen.hfsm.document import Document
-from hfsm_command.emergency_stop import SAFETY, begin_stop
+from hfsm_command.emergency_stop import SAFETY
 from interfaces.hfsm import HfsmMonitorPrx
-from interfaces.jderobot import InvalidValueException, MotorsPrx
-from interfaces.nao import GroundTruthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, ScenePrx
+from interfaces.jderobot import InvalidValueException
+from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silence
 from visualhfsm.monitoring.realm import (
@@ -42,16 +41,14 @@ from .poses import PoseStream
 from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
 from .ros_graph import read_ros_graph
+from .stopping import stop_once, stop_robot
 
 _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
 _STOP_LIMIT: Final = 2.0
 """Seconds to wait for a component to end before the robot is stopped again."""
-_ANSWER_LIMIT: Final = 1.0
-"""Wall seconds in which the robot has to answer to being stopped."""
 _SCENE: Final = "Scene"
-_REASON: Final = "STOP was pressed in the editor"
 
 _logger = logging.getLogger(__name__)
 
@@ -308,17 +305,18 @@ class Monitoring:
         return await _request(scene, getattr(ScenePrx, action), arguments, "the simulation")
 
     async def _emergency_stop(self) -> object:
-        """Stop the robot and all components at once, and the robot again when they have ended.
+        """Stop the robot and all components at once, and the robot until it is still when they have ended.
 
         A component may be in the middle of a cycle that commands the robot after the first stop.
         """
+        begun = asyncio.get_running_loop().time()
         names = components(self._communicator)
         if not names:
-            return await stop_robot(self._communicator)
+            return await stop_robot(self._communicator, begun)
         ending = asyncio.gather(*(self._stop_component(name) for name in names))
-        await stop_robot(self._communicator)
+        await stop_once(self._communicator)
         problems = dict(zip(names, await ending, strict=True))
-        report = await stop_robot(self._communicator)
+        report = await stop_robot(self._communicator, begun)
         report.stopped.extend(name for name in names if not problems[name])
         report.failed.update((name, problem) for name, problem in problems.items() if problem)
         return report
@@ -383,49 +381,6 @@ async def _request(
         raise VisualHfsmError(f"{whom} cannot be asked to {operation.name}: {error}") from error
     except ZenohIceError as error:
         raise VisualHfsmError(str(error)) from error
-
-
-class StopReport(msgspec.Struct, frozen=True, rename="camel"):
-    """The result of stopping the robot: the servants that have stopped, and why the others have not."""
-
-    stopped: list[str]
-    failed: dict[str, str]
-
-
-_STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
-    "Head": lambda proxy: PoseHeadPrx.uncheckedCast(proxy).stop.begin(),
-    "Body": lambda proxy: JointsPrx.uncheckedCast(proxy).stop.begin(),
-    "Motors": lambda proxy: MotorsPrx.uncheckedCast(proxy).stop.begin(),
-}
-
-
-async def stop_robot(communicator: Communicator) -> StopReport:
-    """Stop a robot within a second: by its emergency stop, the head, the joints and the walk, all at once.
-
-    Missing servants are skipped. A robot with an emergency stop refuses commands until `reset_robot`.
-    """
-    # The emergency stop is sent even if no robot is known: under a flood of tokens its own may be late.
-    emergency_stop = begin_stop(communicator, _REASON, communicator.settings.timeout)
-    calls: dict[str, asyncio.Future[Any]] = {}
-    failed: dict[str, str] = {}
-    present = set(communicator.identities())
-    if SAFETY in present:
-        calls[SAFETY] = asyncio.wrap_future(emergency_stop)
-    for identity in sorted(present & _STOPS.keys()):
-        try:
-            calls[identity] = asyncio.wrap_future(_STOPS[identity](communicator.stringToProxy(identity)))
-        except ZenohIceError as error:
-            failed[identity] = str(error)
-    if calls:
-        await asyncio.wait(calls.values(), timeout=_ANSWER_LIMIT)
-    for identity, answer in calls.items():
-        if not answer.done():
-            answer.cancel()
-            failed[identity] = f"it did not confirm within {_ANSWER_LIMIT:g} s that it has stopped"
-        elif (failure := answer.exception()) is not None:
-            failed[identity] = str(failure)
-    # As long as the emergency stop is latched, that is published with `RobotMonitor.stop_reason`.
-    return StopReport([name for name in calls if name not in failed and name != SAFETY], failed)
 
 
 async def reset_robot(communicator: Communicator) -> None:

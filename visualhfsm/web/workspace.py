@@ -7,7 +7,7 @@ import contextlib
 import logging
 import secrets
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -48,6 +48,7 @@ from .window import Window
 
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
+_COMPONENTS_END: Final = 4.0  # s in which components end at STOP before their processes are ended
 _ANY_PORT: Final = Settings().listen
 _LONGEST_TITLE: Final = 18  # characters before a number: the name of a component has at most 100, in ASCII
 _LEAVING_PERIOD: Final = 0.1  # s
@@ -177,7 +178,7 @@ class Workspace:
         self._published: WorkspacePush | None = None
         self._include = include
         self._tasks: list[asyncio.Task[None]] = []
-        self._stops: set[asyncio.Task[None]] = set()
+        self._stops: set[asyncio.Task[object]] = set()
 
     async def __aenter__(self) -> Self:
         self._loop = asyncio.get_running_loop()
@@ -429,14 +430,23 @@ class Workspace:
         return result
 
     async def emergency_stop(self) -> object:
-        """Stop the robot and all components of its realm, then all processes of components started here."""
+        """Stop the robot and all components of its realm, then all processes of components started here.
+
+        The window that asked for it may close: it is repeated until the robot is still.
+        """
         self.services.running.announce_stop()
+        stopping = self._stop(self.services.live.control("", "emergencyStop", {}))
         try:
-            return await self.services.live.control("", "emergencyStop", {})
+            await asyncio.wait({stopping}, timeout=_COMPONENTS_END)
         finally:
-            stopping = asyncio.create_task(self.services.running.stop_all(), name="emergency stop")
-            self._stops.add(stopping)
-            stopping.add_done_callback(self._stops.discard)
+            self._stop(self.services.running.stop_all())
+        return await asyncio.shield(stopping)
+
+    def _stop(self, work: Coroutine[Any, Any, object]) -> asyncio.Task[object]:
+        stopping = asyncio.create_task(work, name="emergency stop")
+        self._stops.add(stopping)
+        stopping.add_done_callback(self._stops.discard)
+        return stopping
 
     async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
         """Open a recording, which is closed when the window leaves or detaches."""

@@ -6,8 +6,15 @@ import {monitor} from "./monitor.js";
 /** Three keys at once, among them the largest: easy to find, and not hit by accident while typing. */
 export const STOP_KEY = "Ctrl+Shift+Space";
 
+const LATE = 3000; // ms: by then the components have ended, and a robot nearby has confirmed
+
 /** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
+  let confirmed = () => {};
+  const late = setTimeout(() => {
+    const what = "STOP is not confirmed yet, and repeated. If the robot moves, use its own button.";
+    confirmed = notify(what, "error");
+  }, LATE);
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
     const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
@@ -18,6 +25,9 @@ export async function stopRobot() {
     if (problems.length) notify(`Not stopped. ${problems.join("; ")}`, "error");
   } catch (error) {
     notify(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`, "error");
+  } finally {
+    clearTimeout(late);
+    confirmed();
   }
 }
 
