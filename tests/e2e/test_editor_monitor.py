@@ -466,7 +466,8 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
       const entry = document.querySelector('script[src$="/app.js"]').src;
       const {monitor} = await import(entry.replace('app.js', 'monitor/monitor.js'));
       const {scrubbing} = await import(entry.replace('app.js', 'monitor/scrubbing.js'));
-      return scrubbing.time === monitor.looking?.component.time;
+      const {component} = await monitor.control('at', {time: scrubbing.time});
+      return component.time === monitor.looking?.component.time;
     }"""
 
     def shows_the_mark_a_step_later() -> bool:

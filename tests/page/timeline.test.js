@@ -112,6 +112,24 @@ test("a moment of the past is asked for, the latest only, and the end of a run i
   assert.equal(socket.sent.at(-1).arguments.time, 4);
   scrubbing.to(9.9);
   assert.equal(monitor.looking, undefined);
+  socket.push({re: socket.sent.at(-1).id, ok: at(4)});
+  await settled();
+  assert.equal(monitor.looking, undefined);
+});
+
+test("a step within what one moment lasts is a step, too", async () => {
+  monitor.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
+  const show = async (/** @type {number} */ time, /** @type {number} */ found) => {
+    scrubbing.to(time);
+    socket.push({re: socket.sent.at(-1).id, ok: {component: {time: found}}});
+    await settled();
+  };
+  await show(2, 1.95);
+  await show(scrubbing.time + 0.1, 1.95);
+  assert.equal(scrubbing.time, 2.1);
+  await show(4, 3.9);
+  scrubbing.toChange(1);
+  assert.equal(monitor.looking, undefined, "after the change at 4 there is none until the end");
 });
 
 test("the robot of the past is that of the moment that is looked at, and none while it is the present", () => {

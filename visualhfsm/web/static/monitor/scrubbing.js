@@ -15,6 +15,10 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
 
   /** The component time to request next. @type {number | undefined} */
   #wanted;
+  /** What was found last. @type {import("./monitor.js").Snapshot | undefined} */
+  #found;
+  /** The component time for which it was found: it lasts until the next snapshot, perhaps longer than a step. */
+  #asked = 0;
   #busy = false;
   #timer = 0;
 
@@ -25,7 +29,9 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
 
   /** The component time that is shown, s. */
   get time() {
-    return this.#wanted ?? monitor.snapshot?.component.time ?? 0;
+    if (this.#wanted !== undefined) return this.#wanted;
+    if (monitor.looking && monitor.looking === this.#found) return this.#asked;
+    return monitor.snapshot?.component.time ?? 0;
   }
 
   /** Show a moment; at the end of an ongoing run, the present. @param {number} time */
@@ -45,7 +51,11 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
         const asked = this.#wanted;
         const found = await monitor.control("at", {time: asked});
         if (this.#wanted === undefined) break; // back to the present
-        if (found) monitor.lookAt(found);
+        if (found) {
+          this.#found = found;
+          this.#asked = asked;
+          monitor.lookAt(found);
+        }
         if (this.#wanted === asked) this.#wanted = undefined;
       }
     } catch (error) {
