@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 import zenoh
 
-from ros2 import MessageError, Node, QoS, Types
+from ros2 import MessageError, Node, QoS, Sender, Types
 from ros2.graph import MOST_OF_A_NAME
-from ros2.wire import Attachment, key
+from ros2.wire import Attachment, EntityKind, key
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
 from tests.support.waiting import until
@@ -170,11 +170,13 @@ def watched() -> Iterator[tuple[Node, Node]]:
         yield nodes
 
 
-def tokens(session: zenoh.Session, count: int, topic: str, first: int = 0) -> list[Any]:
-    """Announce subscriptions that do not exist."""
+def tokens(
+    session: zenoh.Session, count: int, topic: str, first: int = 0, *, of: EntityKind = "MS"
+) -> list[Any]:
+    """Announce subscriptions, or others, that do not exist."""
     kind = f"std_msgs::msg::dds_::String_/RIHS01_{'0' * 64}/::,10:,:,:,,"
     return [
-        session.liveliness().declare_token(f"@ros2_lv/{DOMAIN}/f{number:x}/0/1/MS/%/%/n/%{topic}/{kind}")
+        session.liveliness().declare_token(f"@ros2_lv/{DOMAIN}/f{number:x}/0/1/{of}/%/%/n/%{topic}/{kind}")
         for number in range(first, first + count)
     ]
 
@@ -199,6 +201,27 @@ def test_tokens_beyond_the_most_are_counted_once_others_end(
             each.undeclare()
         until(lambda: publisher.subscribers == 0, EVENT_LIMIT)
     assert caplog.text.count("more than 256 exist") == 1
+
+
+def test_a_sender_counts_as_gone_while_there_are_too_many(
+    watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, tool = watched
+    monkeypatch.setattr("ros2.graph._AGAIN", 0.1)
+    senders: list[Sender] = []
+    robot.create_subscription(TEXT, "/a", lambda _, sender: senders.append(sender), with_sender=True)
+    publisher = tool.create_publisher(TEXT, "/a")
+    matched(robot, tool, "/a")
+    publisher.publish(data="once")
+    until(lambda: senders and not senders[0].gone)
+    with caplog.at_level(logging.WARNING):
+        flood = tokens(tool.session, MOST_OF_A_NAME + 1, "a", of="MP")
+        until(lambda: senders[0].gone)
+    what = "/a: its publishers: more than 256 exist; the others are not counted, and each counts as gone"
+    assert what in caplog.text
+    for each in flood:
+        each.undeclare()
+    until(lambda: not senders[0].gone)
 
 
 def test_tokens_of_other_names_reach_nobody(watched: tuple[Node, Node]) -> None:
