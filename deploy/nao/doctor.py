@@ -23,9 +23,12 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import msgspec
+
 from deploy.nao.connection import ask_processes, find_servant, listens, nobody, process_name, servants
 from deploy.nao.output import console, count_text, duration_text, print_json, wrapped
 from deploy.nao.values import Json
+from hfsm_command.directories import state_directory
 from zenoh_ice import (
     Communicator,
     EndpointInUseException,
@@ -39,7 +42,16 @@ from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings, host_and_port
 from zenoh_ice.status import ProcessStatus
 from zenoh_ice.text import few, printable
 
-__all__ = ["Finding", "Level", "check_installation", "check_machine", "check_network", "examine", "holder_of"]
+__all__ = [
+    "Finding",
+    "Level",
+    "check_installation",
+    "check_machine",
+    "check_network",
+    "check_robots",
+    "examine",
+    "holder_of",
+]
 
 
 class Level(StrEnum):
@@ -76,6 +88,7 @@ def examine(settings: Settings, *, as_json: bool) -> bool:
     checks: dict[str, Callable[[], Iterator[Finding]]] = {
         "installation": check_installation,
         "machine": check_machine,
+        "robots": check_robots,
         "network": partial(check_network, settings),
     }
     found: list[Json] = []
@@ -286,6 +299,41 @@ def _check_rendering() -> Finding:
     if done.returncode < 0:
         return _fail(f"GL: the driver ended the process by signal {-done.returncode}", _SOFTWARE_GL)
     return _fail(f"GL: the simulated cameras have no pictures: {last}", _GL_PACKAGES)
+
+
+# The robots that were served on this machine.
+
+_MOST_KEPT: Final = 20  # whose kept stops are listed
+
+
+class _Kept(msgspec.Struct):
+    running: bool = False
+    stop: str = ""
+
+
+def check_robots() -> Iterator[Finding]:
+    """Yield a note for each robot whose next server on this machine starts stopped, or may do so."""
+    try:
+        files = sorted((state_directory() / "robots").glob("*.json"))
+    except OSError as error:
+        yield _fail(f"no emergency stop can be kept: {error}", "set XDG_STATE_HOME to a folder")
+        return
+    for path in files[:_MOST_KEPT]:
+        realm = printable(path.stem.rpartition("-")[0])
+        try:
+            kept = msgspec.json.decode(path.read_bytes(), type=_Kept)
+        except (OSError, msgspec.MsgspecError):
+            kept = _Kept(stop="the record of its emergency stop cannot be read")
+        look = f"look at it, then: nao stop --reset --realm {realm}"
+        if kept.stop:
+            yield _note(f"a robot of realm {realm} is stopped: {printable(kept.stop)}", look)
+        elif kept.running:
+            text = f"a server of realm {realm} runs, or was killed: then the next one starts stopped"
+            yield _note(text, "look at the robot before you start its server again")
+    if len(files) > _MOST_KEPT:
+        yield _note(f"{len(files) - _MOST_KEPT} more in {files[0].parent}", "delete those of former robots")
+    if not files:
+        yield _ok("none is stopped")
 
 
 # The network.

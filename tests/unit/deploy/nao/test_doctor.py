@@ -19,9 +19,11 @@ from deploy.nao.doctor import (
     check_installation,
     check_machine,
     check_network,
+    check_robots,
     holder_of,
 )
-from zenoh_ice.settings import load_settings
+from naoserver.latch import Latch, latch_of
+from zenoh_ice.settings import Settings, load_settings
 
 
 def reported(findings: Iterator[Finding], level: Level) -> list[str]:
@@ -95,6 +97,29 @@ def test_a_process_that_cannot_render_is_reported_with_what_to_install(
 def test_a_process_that_can_render_takes_a_picture() -> None:
     (text,) = (each.text for each in check_machine() if each.text.startswith("GL"))
     assert text.startswith("GL renders a picture of 64x64 with ")
+
+
+def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert list(check_robots()) == [Finding(Level.OK, "none is stopped")]
+
+    def serving(realm: str) -> Latch:
+        latch = latch_of(Settings(realm=realm, listen=("tcp/127.0.0.1:7447",)))
+        assert isinstance(latch, Latch)
+        return latch
+
+    with serving("ended"):
+        pass
+    with serving("red") as red:
+        red.keep("a hand in the way", None)
+    serving("killed").__enter__()
+    killed, stopped = check_robots()
+    assert (killed.level, stopped.level) == (Level.NOTE, Level.NOTE)
+    assert killed.text == "a server of realm killed runs, or was killed: then the next one starts stopped"
+    assert stopped.text == "a robot of realm red is stopped: a hand in the way"
+    assert stopped.fix == "look at it, then: nao stop --reset --realm red"
+    (tmp_path / "visualhfsm" / "robots" / "nao-0.json").write_text("{")
+    assert "cannot be read" in next(each.text for each in check_robots() if "realm nao" in each.text)
 
 
 def test_who_holds_a_port_is_reported() -> None:
