@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver_qi import connections as connections_module
-from naoserver_qi.clients import Call, CallTable
+from naoserver_qi.clients import Call, CallTable, Client
 from naoserver_qi.connections import LARGEST, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.naoqi import connected
@@ -32,8 +32,8 @@ class PlayedLibqi:
     """A libqi that answers when the test makes it answer, behind `Connections`."""
 
     def __init__(self, steps: ExitStack) -> None:
-        self.clients = []
-        self.lost = []
+        self.clients: list[Client] = []
+        self.lost: list[Client] = []
         self.lose = self.lost.append
         self._steps = steps
         self._listening = steps.enter_context(socket.create_server(("127.0.0.1", 0)))

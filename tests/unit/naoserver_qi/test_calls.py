@@ -33,7 +33,7 @@ class Service:
         self.free = threading.Event()
 
     @begins(Activity.JOINTS)
-    def short(self) -> int:
+    def short(self):
         """Return how many calls the program awaits meanwhile."""
         return self.client.awaited_calls
 
