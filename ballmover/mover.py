@@ -188,7 +188,7 @@ class Mover:
             self._ball.command(stop.axes)
 
     def _rest(self, stop: Stop) -> None:
-        """Hold the last stop's setpoint until the ball is still: what moves is stopped when its client ends."""
+        """Hold the last stop's setpoint until the ball is still: robots stop what a former client moves."""
         deadline = self._clock.now() + self._limit
         before, place = None, self._ball.position().point
         while (before is None or place.distance_to(before) > _STILL) and self._clock.now() < deadline:

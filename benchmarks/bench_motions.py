@@ -45,7 +45,7 @@ def push(rig: MotionRig, degrees: float, force: float, seconds: float) -> None:
 
 
 def disturbed(posture: str, run: int) -> MotionRig:
-    """Return a robot that lies or sits in a posture, with an error of 0.1 rad (standard deviation) in each joint."""
+    """Return a robot in a posture, with an error of 0.1 rad (standard deviation) in each joint."""
     rig, noise = new_rig(run), np.random.default_rng(run)
     rig.go(posture)
     joints = rig.robot.joints
