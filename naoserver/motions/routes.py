@@ -7,8 +7,9 @@ failed attempt to get up is thus repeated, and the robot recovers from a fall on
 from __future__ import annotations
 
 import dataclasses
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterable, Mapping
+from operator import itemgetter
 from types import MappingProxyType
 from typing import Final, Protocol
 
@@ -85,20 +86,21 @@ class PostureRoute:
         return SafestPostureRoute(self._motions)
 
     def _first_bridge(self, begin: Stance, end: Stance) -> Motion | None:
-        """Return the first of the fewest motions that lead from a stance to another."""
-        paths: deque[tuple[Stance, Motion | None]] = deque([(begin, None)])
-        seen = {begin}
+        """Return the first of the motions that lead from a stance to another in the least time."""
+        paths: list[tuple[float, Stance, Motion | None]] = [(0.0, begin, None)]
+        seen: set[Stance] = set()
         while paths:
-            stance, first = paths.popleft()
+            paths.sort(key=itemgetter(0), reverse=True)
+            seconds, stance, first = paths.pop()
             if stance is end:
                 return first
-            for motion in self._motions:
-                if not motion.start or not motion.end or STANCES[motion.start] is not stance:
-                    continue
-                after = STANCES[motion.end]
-                if after not in seen:
-                    seen.add(after)
-                    paths.append((after, first or motion))
+            if stance not in seen:
+                seen.add(stance)
+                paths += (
+                    (seconds + motion.duration, STANCES[motion.end], first or motion)
+                    for motion in self._motions
+                    if motion.start and motion.end and STANCES[motion.start] is stance
+                )
         return None
 
 

@@ -247,7 +247,7 @@ def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
 def test_it_waves_and_the_motion_owns_its_joints_until_it_ends(nao, body):
     motions = nao.proxy(MotionsPrx, "Motions")
     facts = {motion.name: motion for motion in motions.getMotions()}
-    assert facts.keys() >= {"dance", "kick", "sit_down", "stand_up_from_back", "stand_up_from_belly", "wave"}
+    assert facts.keys() >= {"dance", "kick", "sit_down", "stand_up_from_sit", "stand_up_from_belly", "wave"}
     with pytest.raises(InvalidValueException) as refusal:
         motions.play("somersault", 1.0)
     assert refusal.value.field == "name"

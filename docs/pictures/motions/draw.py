@@ -28,9 +28,9 @@ from zenoh_ice import VirtualClock
 FOLDER: Final = Path(__file__).parent
 MOTIONS_SHOWN: Final = (
     "stand_up_from_belly",
-    "stand_up_from_back",
-    "sit_down",
+    "sit_up",
     "stand_up_from_sit",
+    "sit_down",
     "kick",
     "wave",
     "dance",
