@@ -21,7 +21,7 @@ from contextlib import contextmanager, suppress
 from typing import Final
 
 from interfaces.jderobot import MotorsPrx
-from interfaces.nao import JointsPrx, JointState, SafetyPrx
+from interfaces.nao import ActionStatus, JointsPrx, JointState, PosturesPrx, SafetyPrx
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import Communicator, ZenohIceError, initialize
 
@@ -78,6 +78,7 @@ class Robot:
     def __init__(self, communicator: Communicator) -> None:
         self.body = JointsPrx.uncheckedCast(communicator.stringToProxy("Body"))
         self.safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+        self.postures = PosturesPrx.uncheckedCast(communicator.stringToProxy("Postures"))
         self.walk = MotorsPrx.uncheckedCast(communicator.stringToProxy("Motors"))
 
     def answers(self) -> None:
@@ -107,7 +108,7 @@ class Robot:
     def rest(self) -> None:
         """Wait until nothing moves: the way of a lost commander into a posture goes on for a while."""
         end = time.monotonic() + LONG
-        while self.motion(SETTLED):
+        while self.motion(SETTLED) or self.postures.getPostureState().status is ActionStatus.Moving:
             if time.monotonic() > end:
                 raise AssertionError("the robot does not come to rest")
 
