@@ -230,9 +230,8 @@ class _Program:
         self._lent: dict[int, tuple[int, int]] = {}  # addresses of lent objects by service
         self._origins: dict[tuple[int, int], int] = {}  # and the reverse
         self._borrowing: asyncio.Future[tuple[int, bytes]] | None = None
-        self._unanswered: dict[
-            int, bool
-        ] = {}  # calls by their numbers, and whether the program wants answers
+        # Calls by their numbers, and whether the program wants answers.
+        self._unanswered: dict[int, bool] = {}
         self._fewer = asyncio.Event()  # whenever fewer short ones may be left
         self._own_calls = itertools.count(_OWN_CALLS)
 
