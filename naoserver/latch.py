@@ -16,34 +16,13 @@ from typing import Final, Self
 
 import msgspec
 
-from hfsm_command.directories import state_directory
+from hfsm_command.kept_stop import UNREADABLE, Kept, KeptLease, kept_directory, read_kept
 from naoserver.errors import RobotError
 from zenoh_ice.settings import Settings
 
 _logger = logging.getLogger(__name__)
 
 _UNCLEAN: Final = "its server ended without warning"
-_UNREADABLE: Final = "the record of its emergency stop cannot be read"
-_LARGEST: Final = 1 << 16
-"""Bytes of a file that can be ours."""
-
-
-class KeptLease(msgspec.Struct, frozen=True):
-    """A lease: who holds it, and until when in s since the epoch."""
-
-    client: str
-    holder: str
-    until: float
-
-
-class Kept(msgspec.Struct, frozen=True, kw_only=True):
-    """What a server keeps."""
-
-    running: bool = False
-    """Whether it has not ended: the next server that reads this knows that it ended without warning."""
-    stop: str = ""
-    """Why the robot is stopped; empty while it is not."""
-    lease: KeptLease | None = None
 
 
 class Latch:
@@ -89,13 +68,12 @@ class Latch:
 
     def _read(self) -> Kept:
         try:
-            with self.path.open("rb") as file:
-                kept = msgspec.json.decode(file.read(_LARGEST), type=Kept)
+            kept = read_kept(self.path)
         except FileNotFoundError:
             return Kept()
         except (OSError, msgspec.MsgspecError) as error:
             _logger.warning("%s: %s", self.path, error)
-            return Kept(stop=_UNREADABLE)
+            return Kept(stop=UNREADABLE)
         if not kept.running:
             return kept
         if not kept.stop:
@@ -130,10 +108,10 @@ def latch_of(settings: Settings) -> Latch | nullcontext[None]:
     if not endpoints:
         return nullcontext()
     try:
-        folder = state_directory()
+        folder = kept_directory()
     except OSError as error:
         raise RobotError(f"the emergency stop cannot be kept: {error}") from error
     # Machines may share the directory.
     place = " ".join((socket.gethostname(), *sorted(endpoints)))
     digest = hashlib.sha256(place.encode()).hexdigest()[:12]
-    return Latch(folder / "robots" / f"{settings.realm}-{digest}.json")
+    return Latch(folder / f"{settings.realm}-{digest}.json")

@@ -28,7 +28,7 @@ import msgspec
 from deploy.nao.connection import ask_processes, find_servant, listens, nobody, process_name, servants
 from deploy.nao.output import console, count_text, duration_text, print_json, wrapped
 from deploy.nao.values import Json
-from hfsm_command.directories import state_directory
+from hfsm_command.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
 from zenoh_ice import (
     Communicator,
     EndpointInUseException,
@@ -306,24 +306,19 @@ def _check_rendering() -> Finding:
 _MOST_KEPT: Final = 20  # whose kept stops are listed
 
 
-class _Kept(msgspec.Struct):
-    running: bool = False
-    stop: str = ""
-
-
 def check_robots() -> Iterator[Finding]:
     """Yield a note for each robot whose next server on this machine starts stopped, or may do so."""
     try:
-        files = sorted((state_directory() / "robots").glob("*.json"))
+        files = sorted(kept_directory().glob("*.json"))
     except OSError as error:
         yield _fail(f"no emergency stop can be kept: {error}", "set XDG_STATE_HOME to a folder")
         return
     for path in files[:_MOST_KEPT]:
         realm = printable(path.stem.rpartition("-")[0])
         try:
-            kept = msgspec.json.decode(path.read_bytes(), type=_Kept)
+            kept = read_kept(path)
         except (OSError, msgspec.MsgspecError):
-            kept = _Kept(stop="the record of its emergency stop cannot be read")
+            kept = Kept(stop=UNREADABLE)
         look = f"look at it, then: nao stop --reset --realm {realm}"
         if kept.stop:
             yield _note(f"a robot of realm {realm} is stopped: {printable(kept.stop)}", look)
