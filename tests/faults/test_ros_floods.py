@@ -217,8 +217,8 @@ def test_a_sender_counts_as_gone_while_there_are_too_many(
     with caplog.at_level(logging.WARNING):
         flood = tokens(tool.session, MOST_OF_A_NAME + 1, "a", of="MP")
         until(lambda: senders[0].gone)
-    what = "/a: its publishers: more than 256 exist; the others are not counted, and each counts as gone"
-    assert what in caplog.text
+        what = "/a: its publishers: more than 256 exist; the others are not counted, and each counts as gone"
+        until(lambda: what in caplog.text)
     for each in flood:
         each.undeclare()
     until(lambda: not senders[0].gone)

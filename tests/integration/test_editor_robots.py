@@ -13,7 +13,7 @@ import pytest
 
 from naoserver.fake import FakeRobot
 from tests.support.editor import DOCUMENT, Window, editor
-from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
@@ -42,6 +42,13 @@ class Page:
             return states[-1] if states and matches(states[-1]) else None
 
         return await self.pushes.until(find)
+
+    async def balls_are_moved(self) -> None:
+        """Wait for the processes that move the balls, of which the page need not be told."""
+        await self.until(lambda robot: robot.has_balls)
+        async with asyncio.timeout(START_LIMIT):
+            while len(children("ballmover")) != 2:
+                await asyncio.sleep(0.02)
 
 
 def opened(
@@ -82,7 +89,7 @@ def test_a_simulation_is_started_with_moving_balls_killed_started_again_and_ende
         robot = await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
         assert robot.simulation == Simulation(speed="2", balls=True, body="H21")
         assert children("naoserver_sim") == [simulation]
-        await page.until(lambda robot: robot.has_balls and len(children("ballmover")) == 2)
+        await page.balls_are_moved()
         await page.live.control("", "standRobot", {})
         await page.robots.move_balls(moving=False)
         assert not children("ballmover")
@@ -112,7 +119,7 @@ def test_a_client_of_a_router_starts_a_simulation_with_moving_balls_and_ends_it(
     async def go(page: Page) -> None:
         await page.robots.simulate(Simulation(balls=True))
         await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
-        await page.until(lambda robot: robot.has_balls and len(children("ballmover")) == 2)
+        await page.balls_are_moved()
         await page.live.control("", "emergencyStop", {})
         await page.until(lambda robot: robot.stopped)
         await page.robots.end()
