@@ -26,8 +26,9 @@ visualhfsm check --error-format github --no-model behaviors
 Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usage."""
 
 ASSUMPTIONS: Final = (
-    "Proofs hold as long as cycles end within their periods, code raises no errors, libraries use only what "
-    "code passes to them, and nobody pauses, forces, sets or reloads anything."
+    "Proofs hold as long as cycles begin and end within their periods, automata side by side change on time, "
+    "code raises no errors, libraries use only what code passes to them, and nobody pauses, forces, sets or "
+    "reloads anything."
 )
 """What the model checker assumes; the page has the same words."""
 

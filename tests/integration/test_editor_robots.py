@@ -44,7 +44,7 @@ class Page:
         return await self.pushes.until(find)
 
     async def balls_are_moved(self) -> None:
-        """Wait for the processes that move the balls, of which the page need not be told."""
+        """Wait for the processes that move the balls; the page shows them only as balls that may move."""
         await self.until(lambda robot: robot.has_balls)
         async with asyncio.timeout(START_LIMIT):
             while len(children("ballmover")) != 2:

@@ -801,7 +801,7 @@ def test_the_command_ends_cleanly_at_ctrl_c(shared: Robot) -> None:
 
 def test_the_command_waits_for_ros(shared: Robot) -> None:
     router = free_endpoint()
-    with command(shared.nao, "--name", "patient", "--ros", router) as process:
+    with command(shared.nao, "--name", "patient", "--ros", router, "--timeout", "2") as process:
         process.wait_for(f"waiting for ROS: start `nao router` or rmw_zenohd.*nothing answers at {router}")
         with routing(Settings(mode="router", connect=(), listen=(router,))):
             process.wait_for(r"^ready: /patient, ", START_LIMIT)
@@ -810,7 +810,7 @@ def test_the_command_waits_for_ros(shared: Robot) -> None:
 
 
 def test_the_command_ends_while_it_waits_for_ros(shared: Robot) -> None:
-    with command(shared.nao, "--ros", free_endpoint()) as process:
+    with command(shared.nao, "--ros", free_endpoint(), "--timeout", "2") as process:
         process.wait_for("waiting for ROS: ")
         process.process.send_signal(signal.SIGINT)
         assert process.wait(END_LIMIT) == 130

@@ -9,8 +9,9 @@ import {placeOf} from "./places.js";
 
 /** What the model checker assumes; `visualhfsm check` has the same words. */
 export const ASSUMPTIONS =
-  "Proofs hold as long as cycles end within their periods, code raises no errors, libraries use only what " +
-  "code passes to them, and nobody pauses, forces, sets or reloads anything.";
+  "Proofs hold as long as cycles begin and end within their periods, automata side by side change on time, " +
+  "code raises no errors, libraries use only what code passes to them, and nobody pauses, forces, sets or " +
+  "reloads anything.";
 
 /** @type {Record<string, Verdict>} */
 const BY_CODE = {
