@@ -31,7 +31,11 @@ def robot() -> Iterator[str]:
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return run_here(app, "ballmover", *arguments)
+    """Run the command, without what the robot logs in the meantime: it is served by this process, too."""
+    result = run_here(app, "ballmover", *arguments)
+    lines = result.stderr.splitlines(keepends=True)
+    result.stderr = "".join(line for line in lines if " naoserver." not in line)
+    return result
 
 
 def write(path: Path, *lines: str) -> str:
