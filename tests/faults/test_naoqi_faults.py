@@ -11,10 +11,10 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import RobotAddress, call
+from naoserver_naoqi.link import RobotAddress
 from naoserver_naoqi.robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
-from tests.support.naoqi import connect_patiently
+from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
 

@@ -13,8 +13,9 @@ import pytest
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import LinkLost, RobotAddress, call
+from naoserver_naoqi.link import LinkLost, RobotAddress
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
+from tests.support.naoqi import call
 from tests.support.processes import ComponentProcess, module
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl makes the certificate")

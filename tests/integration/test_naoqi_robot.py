@@ -12,10 +12,10 @@ from contextlib import closing
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress, call
+from naoserver_naoqi.link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress
 from naoserver_naoqi.robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
-from tests.support.naoqi import connect_patiently
+from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
 

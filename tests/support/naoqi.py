@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -11,11 +12,15 @@ from typing import Any
 import qi
 
 from naoserver.libqi import start_libqi
+from naoserver_naoqi import link
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import Link, Reply, RobotAddress
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 
-__all__ = ["connect_patiently", "connected", "eventually_near"]
+__all__ = ["call", "connect_patiently", "connected", "eventually_near"]
+
+call = functools.partial(link.call, timeout=CALL_LIMIT)
+"""Return what NAOqi answers, on a busy machine, too."""
 
 
 @contextmanager
