@@ -183,6 +183,7 @@ def look_around(page: str) -> str:
     )
 
 
+@pytest.mark.timeout(900)  # a page has many commands
 @pytest.mark.parametrize(
     "page",
     [

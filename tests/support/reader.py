@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.processes import ComponentProcess, free_endpoint
 
 __all__ = ["Command", "Reader", "commands_of", "matches"]
@@ -164,7 +164,7 @@ class Reader:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
-                timeout=RUN_LIMIT,
+                timeout=FOREVER,
                 check=False,
             )
             if not command.output:

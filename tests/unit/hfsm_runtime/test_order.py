@@ -177,8 +177,7 @@ def test_automata_side_by_side_do_not_wait_for_each_other() -> None:
     right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", children=(left, right))], period=0.02)
     with running_late(root, "left", FOREVER) as (runtime, _):
-        eventually(lambda: runtime.run(3).cycles > 5)
-        assert runtime.run(2).cycles <= 1
+        eventually(lambda: runtime.run(3).cycles > runtime.run(2).cycles + 5)
 
 
 def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late_parent() -> None:
