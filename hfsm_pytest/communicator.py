@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Mapping
-from enum import EnumType
 from functools import partial
 from typing import Any, Final
 
@@ -21,7 +20,6 @@ from zenoh_ice import (
     ConnectionLostException,
     Object,
     ObjectNotExistException,
-    ObjectPrx,
     Settings,
     SystemException,
 )
@@ -42,6 +40,7 @@ from zenoh_ice.transport import (
     outcome_of,
 )
 
+from .blank import blank
 from .clock import TaskClock
 from .errors import UnknownName
 from .journal import Journal
@@ -300,19 +299,6 @@ def _passing_on(what: str, operation: Operation[..., Any], below: Object | None)
 def _poll(answer: object, operation: Operation[..., Any]) -> Callable[[], object]:
     empty = blank(operation.arguments.struct)
     return lambda: _answer(answer, empty)
-
-
-def blank(struct: type[msgspec.Struct]) -> tuple[object, ...]:
-    """Return blank values for the fields of a struct: zeros, empty texts, no proxies."""
-    return tuple(_blank(field.type) for field in msgspec.structs.fields(struct))
-
-
-def _blank(kind: Any) -> object:  # noqa: ANN401 - any type
-    while hasattr(kind, "__origin__"):
-        kind = kind.__origin__
-    if isinstance(kind, EnumType):
-        return next(iter(kind))
-    return kind() if isinstance(kind, type) and not issubclass(kind, ObjectPrx) else None
 
 
 def _answer(answer: object, arguments: tuple[object, ...]) -> object:

@@ -20,7 +20,7 @@ from typing import Any, Final, NoReturn
 
 from hfsm_command.cli import run
 from hfsm_runtime.command import World, make_app
-from hfsm_runtime.component import Component, Proxy, proxies_of, ros_of
+from hfsm_runtime.component import Component, proxies_of, ros_of
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.errors import ComponentError, ValueTypeError
 from hfsm_runtime.loading import load_module
@@ -30,10 +30,12 @@ from hfsm_runtime.timeline import Timeline
 from naoserver.fake import FakeRobot
 from naoserver.jobs import Job, JobThreads, Periodic
 from naoserver.server import serve
-from zenoh_ice import Clock, Communicator, ObjectAdapter, Publisher, RobotClock, Settings
+from zenoh_ice import Clock, Communicator, ObjectAdapter, ObjectPrx, Publisher, RobotClock, Settings
 from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.interface import Interface
 
-from .communicator import blank, make_stub
+from .blank import blank
+from .communicator import make_stub
 
 _FASTEST: Final = 100.0
 _LOOK: Final = 0.01  # s between two checks of a condition
@@ -115,17 +117,16 @@ def trial() -> Iterator[World]:
 def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> None:
     """Connect a component's proxies; where a servant is missing or has another interface, to a stand-in."""
     network = adapter.getCommunicator()
-    jobs: list[Job] = []
+    stand_ins = _StandIns(adapter)
     if ros_of(component):
         _connect_ros(component, network.clock)
     for name, declared in proxies_of(component).items():
         served = adapter.find(declared.identity)
         if served is None or declared.type.ice_interface not in served.ice_interface.lineage:
-            adapter.removeAll([declared.identity])
-            jobs += _serve_stand_in(declared, adapter)
-            _logger.warning("self.%s is a stand-in, which answers with zeros and empty values", name)
-    if jobs:
-        stack.enter_context(JobThreads(jobs))
+            stand_ins.serve(declared.identity, declared.type.ice_interface)
+            _logger.warning("self.%s is a stand-in, which answers with zeros and empty texts", name)
+    if stand_ins.jobs:
+        stack.enter_context(JobThreads(stand_ins.jobs))
     connect(component, network)
 
 
@@ -151,18 +152,39 @@ def _wait(holds: Callable[[], bool], timeout: float) -> bool:
     return True
 
 
-def _serve_stand_in(declared: Proxy[Any], adapter: ObjectAdapter) -> Iterator[Job]:
-    """Serve a servant that accepts every call and returns blank values; yield the jobs of its streams."""
-    interface, clock = declared.type.ice_interface, adapter.getCommunicator().clock
-    answers: dict[str, object] = {}
-    for name, operation in interface.all_operations.items():
-        values = blank(operation.result.struct)
-        answers[name] = values[0] if len(values) == 1 else values or None
-    servant, _ = make_stub(declared.identity, interface, answers)
-    adapter.add(servant, declared.identity)
-    for name, operation in interface.all_operations.items():
-        if operation.streamed:
-            yield _publishing(servant.ice_publisher(operation), answers[name], clock)
+class _StandIns:
+    """Serves servants that accept every call and return blank values."""
+
+    def __init__(self, adapter: ObjectAdapter) -> None:
+        self._adapter: Final = adapter
+        self._returned: Final[set[Interface]] = set()
+        """Interfaces that have a stand-in because an operation returns a proxy of it."""
+        self.jobs: Final[list[Job]] = []
+        """The jobs of their streams."""
+
+    def serve(self, identity: str, interface: Interface) -> None:
+        """Serve a stand-in, in place of any earlier servant with this identity."""
+        operations = interface.all_operations
+        answers: dict[str, object] = {}
+        for name, operation in operations.items():
+            values = blank(operation.result.struct, self._proxy)
+            answers[name] = values[0] if len(values) == 1 else values or None
+        servant, _ = make_stub(identity, interface, answers)
+        self._adapter.removeAll([identity])
+        self._adapter.add(servant, identity)
+        clock = self._adapter.getCommunicator().clock
+        for name, operation in operations.items():
+            if operation.streamed:
+                self.jobs.append(_publishing(servant.ice_publisher(operation), answers[name], clock))
+
+    def _proxy(self, kind: type[ObjectPrx]) -> ObjectPrx:
+        """Return a proxy of another stand-in, which is named like its type."""
+        interface = kind.ice_interface
+        identity = interface.type_id.removeprefix("::").replace("::", ".")
+        if interface not in self._returned:
+            self._returned.add(interface)  # first: its operations may return proxies of it
+            self.serve(identity, interface)
+        return kind.uncheckedCast(self._adapter.getCommunicator().stringToProxy(identity))
 
 
 def _publishing(publisher: Publisher[Any], value: object, clock: Clock) -> Job:

@@ -80,12 +80,12 @@ def test_a_trial_needs_no_pytest() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, timeout=START_LIMIT)
 
 
-def test_what_the_robot_does_not_serve_answers_with_nothing_of_value() -> None:
+def test_what_the_robot_does_not_serve_answers_with_blank_values() -> None:
     tested = Nothing()
     with trial() as world:
         world.connect(tested)
         hand = tested.Hand
-        assert [hand.close(2.0), hand.text(3), hand.positions(), hand.stop()] == [0.0, "", [], None]
+        assert [hand.close(2.0), hand.text(3), hand.positions(), hand.stop()] == [0.0, "", [0.0], None]
         assert tested.OtherHead.getPose() == HeadPose()
 
 
