@@ -23,6 +23,7 @@ def structure_of(runtime: Runtime) -> hfsm.ComponentStructure:
             for name, p in parameters_of(runtime.component).items()
         ],
         automata=[_structure(run) for run in runtime.tree.runs],
+        events=sorted(runtime.component._hfsm_events),
     )
 
 

@@ -20,6 +20,7 @@ __all__ = [
     "ComponentStructure",
     "ErrorReport",
     "ErrorReportSeq",
+    "EventNameSeq",
     "Explanation",
     "GuardSnapshot",
     "GuardSnapshotSeq",
@@ -129,6 +130,8 @@ class ComponentStructure(ice.Struct):
     """How many times the component was reloaded."""
     parameters: ParameterStructureSeq = []
     automata: AutomatonStructureSeq = []
+    events: EventNameSeq = []
+    """The events that may come from outside, sorted: those that the document declares."""
 
 
 class TimerSnapshot(ice.Struct):
@@ -314,7 +317,7 @@ class ReloadRefused(ice.UserException, id="::hfsm::ReloadRefused"):
     reason: str = ""
 
 
-class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="49d9e57b0778ac5c"):
+class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="85899d6d3b956f10"):
     """Watch a component and steer it."""
 
     @ice.operation(idempotent=True)
@@ -416,6 +419,7 @@ StateStructureSeq = list[StateStructure]
 TransitionStructureSeq = list[TransitionStructure]
 AutomatonStructureSeq = list[AutomatonStructure]
 ParameterStructureSeq = list[ParameterStructure]
+EventNameSeq = list[str]
 TimerSnapshotSeq = list[TimerSnapshot]
 GuardSnapshotSeq = list[GuardSnapshot]
 VariableValues = dict[str, str]

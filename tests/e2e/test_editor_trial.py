@@ -32,6 +32,10 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
       <posx>200</posx><posy>90</posy><name>enough</name><origin>1</origin><destiny>2</destiny>
       <trans type="event">clap</trans>
     </transition>
+    <transition id="3">
+      <posx>200</posx><posy>250</posy><name>startled</name><origin>1</origin><destiny>2</destiny>
+      <trans type="event">bang</trans>
+    </transition>
     <transition id="2">
       <posx>400</posx><posy>90</posy><name>tired</name><origin>2</origin><destiny>3</destiny>
       <trans type="time">7200000</trans>
@@ -73,6 +77,9 @@ def test_a_behavior_is_tried_without_a_robot(shown: EditorPage) -> None:
     expect(page.locator("hfsm-live-variables")).to_contain_text("28.6°")  # 0.5 rad
     page.get_by_role("tab", name="Try it").click()
     assert shown.violations("header", ".side") == []
+    events = page.get_by_role("group", name="Events")
+    expect(events.get_by_role("button")).to_have_text(["clap"])  # the other is not declared
+    expect(events).to_contain_text("Only the behavior's own code may send bang: declare it in Data, Component")
     shown.button("clap").click()
     expect_current(shown, "rest")
     shown.button("20 x").click()

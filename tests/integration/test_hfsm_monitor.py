@@ -532,6 +532,7 @@ def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(pai
     waits = Transition("", 1, 2, id=1, event="go & see")
     root = Automaton(id=1, name="waiting", period=0.02, states=states, transitions=(waits,))
     with monitored(pair, root, Waiting()) as (runtime, proxy):
+        assert proxy.getStructure().events == ["go"]
         with pytest.raises(InvalidValue) as refused:
             proxy.sendEvent("go & see", "")
         assert "add <event><name>go &amp; see</name></event> to the <events> of waiting.xml" in str(

@@ -24,11 +24,8 @@ const onEnter = (act) => (/** @type {KeyboardEvent} */ event) => {
 
 /** Ask for an event, and send it. */
 export async function askEvent() {
-  /** @type {Set<string>} */
-  const known = new Set();
-  for (const {transitions} of monitor.structure?.automata ?? [])
-    for (const {event} of transitions) if (event) known.add(event);
-  const state = {name: [...known][0] ?? "", data: ""};
+  const {events = []} = monitor.structure ?? {};
+  const state = {name: events[0] ?? "", data: ""};
   const sent = await showDialog({
     title: "Send an event",
     content: (/** @type {import("../dialogs/dialog.js").Close<boolean>} */ close) =>
@@ -42,7 +39,8 @@ export async function askEvent() {
             .value=${state.name}
             @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.name = target.value)}
           />
-          <datalist id="event-names">${[...known].map((name) => html`<option value=${name}></option>`)}</datalist>
+          <datalist id="event-names">${events.map((name) => html`<option value=${name}></option>`)}</datalist>
+          ${events.length ? nothing : html`<p class="faint">The document declares none (<em>Data</em>, <em>Component</em>).</p>`}
         </div>
         <div class="field">
           <label for="event-data">Data, such as 3, "red" or [1, 2]; may be empty</label

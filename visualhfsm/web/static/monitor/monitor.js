@@ -14,7 +14,7 @@
  *   states: StateStructure[], transitions: TransitionStructure[]}} AutomatonStructure
  * @typedef {{name: string, type: string, description: string}} ParameterStructure
  * @typedef {{name: string, document: string, generation: number, parameters: ParameterStructure[],
- *   automata: AutomatonStructure[]}} ComponentStructure
+ *   automata: AutomatonStructure[], events: string[]}} ComponentStructure
  * @typedef {{id: number, state: number, ghost: boolean, finished: boolean, lastTransition: number, enteredAt: number,
  *   timers: {transition: number, remaining: number}[], guards: {transition: number, value: boolean}[],
  *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number,

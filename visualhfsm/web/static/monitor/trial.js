@@ -14,8 +14,11 @@ const SPEEDS = [0.2, 1, 5, 20]; // s of component time in a second
 class Trial extends MonitorElement {
   render() {
     const {speed, automata = []} = monitor.snapshot?.component ?? {};
-    /** Whether each event is waited for now. @type {Map<string, boolean>} */
-    const events = new Map();
+    const {events = []} = monitor.structure ?? {};
+    /** Events of transitions that only the behavior's own code may send. @type {Set<string>} */
+    const undeclared = new Set();
+    /** Events that a current state waits for. @type {Set<string>} */
+    const awaited = new Set();
     /** Transitions that may fire next, with their automaton. @type {[number, TransitionStructure][]} */
     const next = [];
     for (const {id, transitions} of monitor.structure?.automata ?? []) {
@@ -23,7 +26,8 @@ class Trial extends MonitorElement {
       for (const transition of transitions) {
         const {event, kind, origin} = transition;
         const leaves = now && !now.ghost && !now.finished && origin === now.state;
-        if (event) events.set(event, events.get(event) || Boolean(leaves));
+        if (event && leaves) awaited.add(event);
+        if (event && !events.includes(event)) undeclared.add(event);
         if (leaves && kind !== ON_EVENT) next.push([id, transition]);
       }
     }
@@ -36,10 +40,11 @@ class Trial extends MonitorElement {
       </section>
       <section role="group" aria-label="Events">
         <h3>Send an event</h3>
-        ${[...events].map(([name, awaited]) =>
-          this.#button(name, () => monitor.steer("sendEvent", {name, data: ""}), {awaited}),
+        ${events.map((name) =>
+          this.#button(name, () => monitor.steer("sendEvent", {name, data: ""}), {awaited: awaited.has(name)}),
         )}
-        ${events.size ? nothing : html`<p class="faint">No transition waits for an event.</p>`}
+        ${events.length || undeclared.size ? nothing : html`<p class="faint">No transition waits for an event.</p>`}
+        ${undeclared.size ? this.#undeclared([...undeclared]) : nothing}
       </section>
       <section role="group" aria-label="Transitions">
         <h3>Let a transition fire</h3>
@@ -53,6 +58,15 @@ class Trial extends MonitorElement {
         ${next.length ? nothing : html`<p class="faint">None leaves the current states.</p>`}
       </section>
     </div>`;
+  }
+
+  /** Say how events that nobody may send from here become ones that may. @param {string[]} names */
+  #undeclared(names) {
+    const them = names.length > 1 ? "them" : "it";
+    return html`<p class="faint">
+      Only the behavior's own code may send ${names.join(", ")}: declare ${them} in <em>Data</em>, <em>Component</em>,
+      <em>Events</em> and reload, to send ${them} from here.
+    </p>`;
   }
 
   /**
