@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hfsm_runtime import Component
-from hfsm_runtime.component import parameters_of, proxies_of, ros_of
+from hfsm_runtime.component import parameters_of, proxies_of, ros_of, source_of
 from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.errors import OnRefused
 from hfsm_runtime.recording.clocks import intercepted_time
 from hfsm_runtime.robot import Permission, stop_robot
+from hfsm_runtime.source_map import locate
 from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
@@ -109,10 +110,19 @@ class Behavior(ReloadableRun):
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included.
 
-        Raises BehaviorFailed when user code raises an exception and no `on_error` was given.
+        Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it calls
+        `sys.exit`.
         """
-        with self._virtual_time(self.component):
-            super().advance(seconds)
+        try:
+            with self._virtual_time(self.component):
+                super().advance(seconds)
+        except SystemExit as end:
+            location = locate(end, source_of(self.component))
+            raise BehaviorFailed(
+                f"sys.exit({end.code!r}) ends the component"
+                + (f"\n  at {location}" if location else "")
+                + f"\n{self.timeline}"
+            ) from end
         self._check()
 
     def run_until(self, condition: Condition, limit: float = 60.0) -> float:

@@ -22,6 +22,7 @@ from hfsm_command.cli import run
 from hfsm_runtime.command import World, make_app
 from hfsm_runtime.component import Component, proxies_of, ros_of
 from hfsm_runtime.debugger.reload import components_in
+from hfsm_runtime.ending import report_abrupt_ends
 from hfsm_runtime.errors import ComponentError, ValueTypeError
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.robot import connect
@@ -205,7 +206,11 @@ def main() -> NoReturn:
     file = Path(sys.argv[1]).resolve()
     sys.argv[:2] = [str(file)]
     sys.path.insert(0, str(file.parent))  # for handwritten code beside it
-    found = components_in(load_module(file.stem, file))
+    report_abrupt_ends(str(file))
+    try:
+        found = components_in(load_module(file.stem, file))
+    except ComponentError as error:
+        sys.exit(f"{file.name}: error: {error}")
     if len(found) != 1:
         sys.exit(f"{file.name} defines {len(found)} components, not one")
     run(make_app(found[0], trial), expected=(ComponentError,))

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .loading import add_to_path, load_extension, prepare_program
+from .loading import add_to_path, end_loading, load_extension, prepare_program, program_file
 
 prepare_program()  # before the slow imports
 
 from .automaton import Automaton, Event, Input, State, Transition  # noqa: E402
 from .component import Component, Parameter, Proxy, Ros  # noqa: E402
+from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
 from .virtual import VirtualRun, run  # noqa: E402
+
+if program_file():
+    report_abrupt_ends(program_file())  # before the document's libraries
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -44,6 +48,7 @@ __all__ = [
 
 def main(component: type[Component]) -> NoReturn:
     """Run a component from the command line, and exit: see `hfsm_runtime.command`."""
+    end_loading()
     from .command import main as run_command  # a component in a test needs neither Zenoh nor a command line
 
     run_command(component)

@@ -18,6 +18,7 @@ import msgspec
 import typer
 
 from hfsm_command import cli
+from hfsm_command.last_cycle import CycleFile
 from interfaces.hfsm import Breakpoint
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, Settings, initialize
@@ -25,6 +26,7 @@ from zenoh_ice import Communicator, Settings, initialize
 from .component import Component, Parameter, parameters_of, ros_of
 from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
+from .ending import CycleNotes
 from .errors import ComponentError, OnError, OnRefused
 from .robot import Permission, servers_present, stop_robot
 from .robot import connect as connect_proxies
@@ -155,8 +157,8 @@ _ROS_DEFAULTS: Final = {"ros": False, "ros_namespace": "/"}
 def main(component: type[Component]) -> NoReturn:
     """Run a component from the command line, and exit.
 
-    The exit code is 0 when it finishes or its monitor stops it, 1 after an error, 130 after Ctrl-C and 143
-    after SIGTERM; in each case the robot is stopped first.
+    The exit code is 0 when it finishes or its monitor stops it, 1 after an error, that of `sys.exit` when its
+    code calls that, 130 after Ctrl-C and 143 after SIGTERM; in each case the robot is stopped first.
     """
     cli.run(make_app(component), expected=(ComponentError,))
 
@@ -185,7 +187,7 @@ def make_app(
   {name} --on-error continue --log-level info
   {name} --record run.mcap --record-images{_example(component, name)}
 
-Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
+Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that of sys.exit in its code."""
 
     @app.command(help=inspect.getdoc(component), epilog=examples)
     @cli.with_settings()
@@ -241,13 +243,16 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
                 runtime = RecordedRuntime(made, clock, recorder, on_error, present, on_refused=on_refused)
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
                 stack.enter_context(recorded_surroundings(communicator, recorder))
+            if (kept := CycleFile.of_parent()) is not None:
+                stack.callback(kept.close)
+                runtime.tree.observers.append(CycleNotes(kept))
             if first is not None:
                 runtime.begin_at(*first)
             with Monitor(runtime, communicator, breakpoints, world.connect) as monitor, _shown(monitor, node):
                 safety = SafetyPrx.uncheckedCast(world.communicator.stringToProxy("Safety"))
                 _run(runtime, seconds, stop, safety, stay_halted=stay_halted)
             if runtime.failed and not stop.is_set():
-                raise typer.Exit(1)
+                raise typer.Exit(runtime.exit_code)
 
     return app
 

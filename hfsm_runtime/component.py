@@ -244,7 +244,7 @@ def make_automata(component: Component) -> Automaton:
     """Return the automata of a component; this runs the variables of its document.
 
     Raises DefinitionError, ZenohIceError when the variables need a server that is offline, and VariablesError
-    for any other exception in them.
+    for any other exception in them, `sys.exit` included.
     """
     sleep, send, mark = component._hfsm_sleep, component._hfsm_send, component._hfsm_mark
     component._hfsm_sleep = component._hfsm_send = _too_early
@@ -253,7 +253,7 @@ def make_automata(component: Component) -> Automaton:
         return component.automaton()
     except (ComponentError, ZenohIceError):
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         place = locate(error, source_of(component))
         message = f"the variables of the component failed: {type(error).__name__}: {error}"
         raise VariablesError(f"{message} at {place}" if place else message) from error

@@ -95,6 +95,13 @@ def describe(error: BaseException) -> str:
     return f"{type(error).__name__}: {text}"[:_LONGEST]
 
 
+def exit_code_of(end: SystemExit) -> int:
+    """Return the exit code for which `sys.exit` was called."""
+    if end.code is None:
+        return 0
+    return end.code & 0xFF if isinstance(end.code, int) else 1
+
+
 def part_of_component(error: BaseException, file: str) -> TracebackType | None:
     """Return the traceback of an exception from a component's own code on, without its callers."""
     found = error.__traceback__

@@ -20,6 +20,7 @@ from .errors import (
     ReloadRefusedError,
     UnknownElementError,
     ValueTypeError,
+    exit_code_of,
 )
 from .marks import Mark, Marks
 from .observer import Observer
@@ -66,8 +67,8 @@ class Runtime(Observer):
         self.reloads = 0
         """Number of reloads of the component."""
         self.ended = threading.Event()
-        self.failed = False
-        """Whether an error ended the component."""
+        self.exit_code = 0
+        """Why the component ended: 0 as it should, 1 by an error, or the code of `sys.exit` in user code."""
         self.refusal: Refusal | None = None
         """The refused command that pauses the component; None while it runs or is paused by a client."""
         self._asked: Refusal | None = None
@@ -112,6 +113,11 @@ class Runtime(Observer):
     def errors(self) -> tuple[ErrorReport, ...]:
         """The newest errors, oldest first."""
         return self._supervision.records
+
+    @property
+    def failed(self) -> bool:
+        """Whether an error ended the component."""
+        return self.exit_code != 0
 
     @property
     def in_cycle(self) -> bool:
@@ -323,14 +329,11 @@ class Runtime(Observer):
                 self.refusal = refusal
 
     def _halt(self) -> None:
-        self.failed = True
+        self.exit_code = self.exit_code or 1
         self.request_stop()
 
     def _crashed(self, run: Run, error: BaseException) -> None:
-        if isinstance(error, SystemExit):
-            self.failed = self.failed or error.code not in (None, 0)
-            self.component._hfsm_log.warning("the code of %s ends the component", run.automaton.name)
-        else:
-            self.failed = True
-            self.component._hfsm_log.critical("the thread of %s failed", run.automaton.name, exc_info=error)
+        self._supervision.crashed(run, error)
+        code = exit_code_of(error) if isinstance(error, SystemExit) else 1
+        self.exit_code = self.exit_code or code
         self.request_stop()

@@ -72,13 +72,19 @@ def locate(error: BaseException, file: str) -> str:
 
 def locate_frame(frame: FrameType, file: str) -> str:
     """Return which line of a component a thread executes, in the same form; `frame` is its innermost one."""
+    line, row = line_of_frame(frame, file)
+    return _place(line, row, file) if line else ""
+
+
+def line_of_frame(frame: FrameType, file: str) -> tuple[int, Row | None]:
+    """Return which line of a component a thread executes, and the row of its code, as `last_line` does."""
     outer: FrameType | None = frame
     while outer is not None:
         if outer.f_code.co_filename == file:
             line = outer.f_lineno
-            return _place(line, _row_of(line, outer.f_globals, file), file)
+            return line, _row_of(line, outer.f_globals, file)
         outer = outer.f_back
-    return ""
+    return 0, None
 
 
 def text_of_guard(guard: Callable[..., object]) -> str:

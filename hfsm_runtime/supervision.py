@@ -24,7 +24,8 @@ from zenoh_ice.exceptions import (
 from .automaton import Event
 from .component import Component, source_of
 from .cycle import CycleEnded
-from .errors import OnError, OnRefused, describe, part_of_component
+from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
+from .loading import how_to_install
 from .observer import Observer
 from .source_map import locate
 from .timeline import Timeline
@@ -147,6 +148,8 @@ class Supervision(Observer):
             raise CycleEnded from error  # the component has ended without this cycle
         location = locate(error, self._file)
         message = describe(error)[:_LONGEST_MESSAGE]
+        if isinstance(error, ModuleNotFoundError):
+            message = f"{message}: {how_to_install(error)}"
         if isinstance(error, UNAVAILABLE):
             self._wait(self._without_server, run, location, message, "waiting for the server")
             raise CycleEnded from error
@@ -165,6 +168,23 @@ class Supervision(Observer):
             self._log.error("the component halts; `onerror` continue would ignore the error")
             self._halt()
             raise CycleEnded from error
+
+    def crashed(self, run: Run, error: BaseException) -> None:
+        """Log and remember what ends the component, such as `sys.exit()` in the code of an automaton."""
+        location = locate(error, self._file)
+        place = f" at {location}" if location else ""
+        if not isinstance(error, SystemExit):
+            self._record(run, location, describe(error)[:_LONGEST_MESSAGE])
+            trace = type(error), error, part_of_component(error, self._file)
+            self._log.critical("%s: its thread failed%s", _place(run), place, exc_info=trace)
+        elif exit_code_of(error) == 0:
+            self._log.warning("%s: sys.exit() ends the component%s", _place(run), place)
+        else:
+            message = (
+                f"sys.exit({error.code!r}) ends the component; a final state would end it without an error"
+            )
+            self._record(run, location, message)
+            self._log.error("%s: %s%s", _place(run), message, place)
 
     def succeeded(self, run: Run) -> None:
         """End the outages that a completed cycle has recovered from."""

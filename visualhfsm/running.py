@@ -7,31 +7,30 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import re
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, Literal, NamedTuple
+from typing import Final, Literal
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import (
     component_path,
     extension_path,
     interface_directories,
-    read_document,
     write_document,
 )
 from codegen.hfsm.document import Document
-from codegen.hfsm.source_map import SourceMap, SourceRow
+from hfsm_command import last_cycle
 from visualhfsm.child import child_environment
-from visualhfsm.editing.places import Locator, Place, spots
+from visualhfsm.ending import LastWords, describe_end
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
+from visualhfsm.origins import Origin, Origins, read_origins
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source, complete
-from visualhfsm.watched import Lines, WatchedProcess, describe_exit
+from visualhfsm.watched import Lines, WatchedProcess
 from zenoh_ice import Settings
 
 _Status = Literal["generating", "starting", "running", "stopping", "ended"]
@@ -43,10 +42,6 @@ _CLOSE_PATIENCE: Final = (3.0, 2.0)
 
 _TRIAL: Final = "hfsm_pytest.trial"
 """The module that runs a component without a robot."""
-
-_FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
-_STATE: Final = frozenset({"entry", "code", "exit", "argument"})
-_TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 
 
 class RunningComponents:
@@ -154,6 +149,9 @@ class _Run:
         self._directory = _Directory(include)
         self._generated: _Generated | None = None
         self._process = WatchedProcess(self._take, self._end)
+        self._words = LastWords()
+        self._last_cycle: Path | None = None
+        """The file in which the component keeps what it executes."""
         self._busy = asyncio.Lock()
         self._stopping = False
         self.component = ""
@@ -218,8 +216,11 @@ class _Run:
         return self._generated
 
     async def _launch(self, command: Sequence[str]) -> None:
+        self._words = LastWords()
         try:
-            await self._process.start(command, {**child_environment(), **self._environment})
+            kept = self._last_cycle = self._directory.file_for_last_cycle()
+            environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
+            await self._process.start(command, environment)
         except OSError as error:
             raise VisualHfsmError(f"the component cannot be started: {error.strerror or error}") from error
 
@@ -229,9 +230,14 @@ class _Run:
             await self._process.stop(patience)
 
     def _end(self, code: int, stopped: bool) -> None:
-        self._report("ended", code, describe_exit(code, stopped=stopped or self._stopping))
+        kept = last_cycle.read(self._last_cycle) if self._last_cycle else None
+        origins = self._generated.origins if self._generated else None
+        stopped = stopped or self._stopping
+        self._report("ended", code, *describe_end(code, self._words, kept, origins, stopped=stopped))
 
-    def _report(self, status: _Status, exit_code: int | None = None, message: str = "") -> None:
+    def _report(
+        self, status: _Status, exit_code: int | None = None, message: str = "", origin: Origin | None = None
+    ) -> None:
         self._publish(
             RunPush(
                 tab=self._tab,
@@ -239,6 +245,8 @@ class _Run:
                 status=status,
                 exit_code=exit_code,
                 message=message,
+                place=origin.place if origin else None,
+                line=origin.line if origin else 0,
             )
         )
         if status == "ended":
@@ -251,6 +259,8 @@ class _Run:
     def _line(self, stream: Literal["out", "err"], text: str) -> OutputLine:
         origins = self._generated.origins if self._generated else None
         origin = origins.find(text) if origins else None
+        if stream == "err":
+            self._words.hear(text, origin)
         if origin is None:
             return OutputLine(text=text, stream=stream)
         return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)
@@ -267,6 +277,7 @@ class _Directory:
     def __init__(self, include: tuple[Path, ...]) -> None:
         self._include = include
         self._aside: TemporaryDirectory[str] | None = None
+        self._notes: TemporaryDirectory[str] | None = None
         self._target: Path | None = None
 
     def generate(self, source: Source, *, beside: bool = False) -> _Generated:
@@ -292,11 +303,20 @@ class _Directory:
         self._target = target
         return _Generated(component, read_origins(file, component), unsaved=file != path)
 
+    def file_for_last_cycle(self) -> Path:
+        """Make the file in which a component that starts keeps what it executes. Raises OSError."""
+        if self._notes is None:
+            self._notes = TemporaryDirectory(prefix="visualhfsm-run-", ignore_cleanup_errors=True)
+        path = Path(self._notes.name) / "last_cycle"
+        last_cycle.create(path)
+        return path
+
     def close(self) -> None:
         """Delete the temporary files."""
-        aside, self._aside, self._target = self._aside, None, None
-        if aside is not None:
-            aside.cleanup()
+        for directory in (self._aside, self._notes):
+            if directory is not None:
+                directory.cleanup()
+        self._aside = self._notes = self._target = None
 
     def _copy(self, document: Document, name: str) -> Path:
         try:
@@ -322,67 +342,3 @@ def _summary(diagnostics: Diagnostics) -> str:
     first = errors[0]
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     return f"nothing was generated: {first.message}{more}"
-
-
-class Origin(NamedTuple):
-    """A line, from 1, of a piece of code."""
-
-    place: Place
-    line: int
-
-
-class Origins:
-    """The origins of the lines of one generated component."""
-
-    def __init__(self, document: Document, name: str, component: Path, source_map: SourceMap) -> None:
-        self._document = document
-        self._locator = Locator(document)
-        self._name = name
-        self._component = component
-        self._source_map = source_map
-        self._logged = re.compile(rf"\({re.escape(name)}:(\d{{1,9}})\)")
-        """The pattern of a place in the component's own log: `follow_ball.py:57 (follow_ball.xml:31)`."""
-
-    def find(self, line: str, *, automaton: int = 0, state: int = 0) -> Origin | None:
-        """Return the piece of code that a line of output refers to; None for other documents'.
-
-        If pieces share a line of the document, that of the `automaton` and `state`, ids of a report of
-        the component, is preferred.
-        """
-        frame = _FRAME.match(line)
-        if frame is not None:
-            number = int(frame[2])
-            row = self._source_map.find(number) if Path(frame[1]).name == self._component.name else None
-            return self._written(row, row.line_of(number)) if row and row.file == self._name else None
-        logged = self._logged.search(line)
-        if logged is None:
-            return None
-        found = self._locator.find_code(int(logged[1]), automaton=automaton, state=state)
-        return Origin(found.place, found.line) if found else None
-
-    def _written(self, row: SourceRow, line: int) -> Origin | None:
-        """Return the place of a row of the source map; `line` is a line of the document."""
-        kind: Literal["automaton", "state", "transition"]
-        kind = "state" if row.part in _STATE else "transition" if row.part in _TRANSITION else "automaton"
-        for spot in spots(self._document):
-            place = spot.place
-            if (place.kind, place.automaton, place.id, place.part) != (kind, *row[4:], row.part):
-                continue
-            if spot.text is not None and 0 <= line - spot.line <= spot.text.count("\n"):
-                return Origin(place, line - spot.line + 1)
-        return None
-
-
-def read_origins(document: Path, component: Path) -> Origins | None:
-    """Return the source map of a component, or None without its document.
-
-    Without its file, only lines that name the document are found.
-    """
-    read = read_document(document, Diagnostics())
-    if read is None:
-        return None
-    try:
-        text = component.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        text = ""
-    return Origins(read, document.name, component, SourceMap.read(text))

@@ -114,7 +114,8 @@ class RunPush(Push, tag="run"):
     """The status of a component that was started here.
 
     `component` is its name, under which it is followed. The exit code is minus the number of the signal that
-    ended it, if one did.
+    ended it, if one did. An end that was not requested has the place in the document that led to it, and the
+    line there, if they are known.
     """
 
     tab: int
@@ -122,6 +123,8 @@ class RunPush(Push, tag="run"):
     status: Literal["generating", "starting", "running", "stopping", "ended"]
     exit_code: int | None = None
     message: str = ""
+    place: Place | None = None
+    line: int = 0
 
 
 class Simulation(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):

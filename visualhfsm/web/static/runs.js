@@ -49,20 +49,20 @@ class Runs {
     const former = this.of(run.tab)?.status; // undefined for the first status in a new window
     this.#runs.set(run.tab, run);
     if (run.status === "generating" && former !== "generating") outputLog.clear(run.tab);
-    if (run.status === "ended" && run.exitCode && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
+    const failed = run.exitCode || run.place;
+    if (run.status === "ended" && failed && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
   }
 
   /** @param {Run} run */
-  #tellEnd({tab, message}) {
+  #tellEnd({tab, message, place, line}) {
     const outcome = (message || "it has ended").replace(/^it /, "The component ");
-    const error = outputLog.lastError(tab);
-    const {text, place, line} = error ?? {};
+    const text = outputLog.lastError(tab, place);
     this.#notices.set(
       tab,
       notify(
         `${outcome}${text === undefined ? "." : `: ${text}`}`,
         "error",
-        place ? {label: `line ${line}`, run: () => showPlace(tab, place, line)} : undefined,
+        place ? {label: line ? `line ${line}` : "show it", run: () => showPlace(tab, place, line)} : undefined,
       ),
     );
   }

@@ -42,7 +42,7 @@
  *   speed: number, since: number, stopped: string, started: "" | "simulation" | "real", simulation: Simulation,
  *   hasBalls: boolean, trouble: string}} Robot
  * @typedef {{tab: number, component: string, status: "generating" | "starting" | "running" | "stopping" | "ended", message: string,
- *   exitCode?: number | null}} Run
+ *   exitCode?: number | null, place?: Place | null, line?: number}} Run
  * @typedef {{text: string, stream: "out" | "err", place: Place | null, line: number}} OutputLine
  * @typedef {{tab: number, lines: OutputLine[], dropped: number, whole: boolean}} Output
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean,

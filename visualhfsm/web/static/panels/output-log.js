@@ -1,11 +1,12 @@
 /** The last lines that the components of the open tabs wrote; they are kept while nothing shows them. */
 
 import {store} from "../store.js";
+import {keyOf} from "./places.js";
 
 const KEPT = 5000; // lines of a tab
 const LONGEST = 1_000_000; // characters of these lines
-/** The pattern of an error in the component's log: the text before the message, and the file and line after it. */
-const BEFORE = /^[\d-]+ [\d:.]+ ERROR +[^:]+: /;
+/** The pattern of an error of a component: the text before the message, and the file and line after it. */
+const BEFORE = /^([\d-]+ [\d:.]+ ERROR +[^:]+|[^ :]+: error: [^ :]+:\d+): /;
 const BEHIND = / at \S+:\d+ \(\S+:\d+\)$/;
 /** The line below a traceback. */
 const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
@@ -34,16 +35,19 @@ class OutputLog extends /** @type {new () => import("../store.js").Target<LogEve
   }
 
   /**
-   * The last error that the component of a tab reported, with its place in the code if it has one.
+   * The message of the last error that the component of a tab reported: the one at a place in its code, if that is
+   * known, or else one without a place.
    *
-   * @returns {Line | undefined}
+   * @returns {string | undefined}
    * @param {number} tab
+   * @param {import("../store.js").Place | null} [at]
    */
-  lastError(tab) {
+  lastError(tab, at) {
     const lines = this.of(tab);
-    const logged =
-      lines.findLast(({text, place}) => place && BEFORE.test(text)) ?? lines.findLast(({text}) => EXCEPTION.test(text));
-    return logged && {...logged, text: logged.text.replace(BEFORE, "").replace(BEHIND, "")};
+    const found =
+      lines.findLast(({text, place}) => place && BEFORE.test(text) && (!at || keyOf(place) === keyOf(at))) ??
+      lines.findLast(({text}) => EXCEPTION.test(text));
+    return found?.text.replace(BEFORE, "").replace(BEHIND, "");
   }
 
   /** @param {number} tab */

@@ -11,14 +11,15 @@ from codegen.diagnostics import Diagnostics
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.editing.places import Place
 from visualhfsm.generate import generate_component
-from visualhfsm.running import Origin, Origins, read_origins
+from visualhfsm.origins import Origin, Origins, read_origins
 
 TEXT = document(
     sub(
         1, 0, state(1, "go", "\nx += 1\nraise ValueError(x)\n", initial=True), state(2, "end"),
         transition(1, 1, 2, "x > 1", code="self.help()"),
         variables="x = 0", functions="def help(self):\n    return 1\n",
-    )
+    ),
+    libraries=("math", "json"),
 )  # fmt: skip
 
 
@@ -48,6 +49,7 @@ def line_of(text: str, content: str) -> int:
         ("raise ValueError", Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)),
         ("return 1", Origin(Place(kind="automaton", automaton=1, part="functions"), 2)),
         ("x = 0", Origin(Place(kind="automaton", automaton=1, part="variables"), 1)),
+        ("import json", Origin(Place(kind="document", part="libraries", index=1, name="name"), 1)),
     ],
 )
 def test_a_frame_of_a_traceback_is_led_back_to_its_piece_of_code(
@@ -60,6 +62,14 @@ def test_a_frame_of_a_traceback_is_led_back_to_its_piece_of_code(
 def test_a_line_of_the_log_is_led_back_too(origins: Origins) -> None:
     logged = f"ERROR walk: walk/go: ValueError: 2 at walk.py:9 (walk.xml:{line_of('raise ValueError', TEXT)})"
     assert origins.find(logged) == Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)
+
+
+def test_a_library_that_could_not_be_imported_is_led_back_to_its_entry(origins: Origins) -> None:
+    line = line_of("<lib>json", TEXT)
+    expected = Origin(Place(kind="document", part="libraries", index=1, name="name"), 1)
+    assert origins.find(f"walk.py: error: walk.xml:{line}: the library json is not installed") == expected
+    assert origins.find(f"os._exit(3) ends the process at walk.py:9 (walk.xml:{line})") == expected
+    assert origins.find(f"walk.py: error: other.xml:{line}: the library json is not installed") is None
 
 
 def test_what_the_line_says_before_does_not_matter(origins: Origins) -> None:

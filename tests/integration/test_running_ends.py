@@ -1,0 +1,181 @@
+"""However the code of a document ends its component, the end leads to the place in the drawing."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import signal
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from tests.support.documents import document, state, sub, transition
+from tests.support.limits import CALL_LIMIT
+from tests.support.processes import free_endpoint
+from tests.support.pushes import Pushes
+from visualhfsm.editing.places import Place
+from visualhfsm.running import RunningComponents
+from visualhfsm.services import Output, RunPush, Source
+from zenoh_ice import Settings
+
+CODE = Place(kind="state", automaton=2, id=5, part="code")
+GUARD = Place(kind="transition", automaton=2, id=3, part="trigger")
+FUNCTIONS = Place(kind="automaton", automaton=2, part="functions")
+VARIABLES = Place(kind="automaton", automaton=2, part="variables")
+LIBRARY = Place(kind="document", part="libraries", index=1, name="name")
+
+
+def text(
+    code: str = "", guard: str = "False", functions: str = "", variables: str = "", library: str = "json"
+) -> str:
+    """Return a document whose automaton 2 reaches its state 5, `deep`, after a cycle."""
+    below = sub(
+        2,
+        1,
+        state(4, "first", initial=True),
+        state(5, "deep", code),
+        state(6, "last"),
+        transition(2, 4, 5, "20", type="time"),
+        transition(3, 5, 6, guard),
+        functions=functions,
+        variables=variables,
+        period="20",
+    )
+    root = sub(1, 0, state(1, "here", initial=True, child=2), period="20")
+    return document(root, below, libraries=("math", library))
+
+
+def end_of(path: Path, content: str, *, trial: bool = False, kill: int = 0) -> tuple[RunPush, str]:
+    """Run a document, perhaps kill it when it prints its pid, and return how it ended, and its output."""
+    path.write_text(content)
+    found = read_document(path, Diagnostics())
+    assert found is not None
+
+    async def go() -> tuple[RunPush, str]:
+        pushes = Pushes()
+
+        def output() -> str:
+            return "\n".join(line.text for push in pushes.of(Output) for line in push.lines)
+
+        settings = Settings(realm="test-ends", connect=(free_endpoint(),), timeout=CALL_LIMIT)
+        service = RunningComponents(pushes, settings)
+        try:
+            await service.run(Source(1, 1, found, path, False), ["--clock", "wall"], trial=trial)
+            if kill:
+                pid = await pushes.until(lambda: re.search(r"pid (\d+)", output()))
+                os.kill(int(pid[1]), kill)
+            end = await pushes.next(RunPush, lambda push: push.status == "ended")
+        finally:
+            await service.close()
+        return end, output()
+
+    return asyncio.run(go())
+
+
+class End(NamedTuple):
+    """What a document does, and how it ends: the exit code, where, and what the output says."""
+
+    parts: dict[str, str]
+    code: int
+    place: Place
+    line: int
+    says: str
+
+
+ENDS = {
+    "sys.exit": End({"code": "import sys\nsys.exit(3)"}, 3, CODE, 2, r"deep: sys\.exit\(3\) ends the component"),
+    "exit in a guard": End({"guard": "exit('enough')"}, 1, GUARD, 1, r"deep: sys\.exit\('enough'\) ends"),
+    "os._exit in a function": End(
+        {"functions": "def f(self):\n    import os\n    os._exit(4)", "code": "self.f()"},
+        4, FUNCTIONS, 3, r"deep: os\._exit\(4\) ends the process .*; a final state ends it in order",
+    ),
+    "os._exit(0)": End({"code": "import os\nos._exit(0)"}, 0, CODE, 2, r"deep: os\._exit\(0\) ends the process"),
+    "abort": End({"code": "import os\nos.abort()"}, -signal.SIGABRT, CODE, 2, r"deep: os\.abort\(\) ends"),
+    "crash": End({"code": "import ctypes\nctypes.string_at(0)"}, -signal.SIGSEGV, CODE, 2, "Segmentation fault"),
+    "kills itself": End(
+        {"code": "import os\nos.kill(os.getpid(), 9)"}, -signal.SIGKILL, CODE, 2, r"deep: os\.kill\(\d+, 9\)"
+    ),
+    "import": End({"code": "x = 1\nimport no_such"}, 1, CODE, 2, "try `pip install no_such`"),
+    "variables": End({"variables": "import sys\nsys.exit(5)"}, 1, VARIABLES, 2, "the variables .* SystemExit: 5"),
+    "missing library": End({"library": "no_such"}, 1, LIBRARY, 1, "the library no_such is not installed: try `pip"),
+    "library that exits": End({"library": "exits"}, 6, LIBRARY, 1, r"a library ends the program .* by sys\.exit\(6\)"),
+    "library that dies": End({"library": "dies"}, 7, LIBRARY, 1, r"os\._exit\(7\) ends the process"),
+    "library that fails": End({"library": "fails"}, 1, LIBRARY, 1, "ValueError: of its own"),
+}  # fmt: skip
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """Return where a document belongs, beside libraries that end the program."""
+    (tmp_path / "exits.py").write_text("raise SystemExit(6)\n")
+    (tmp_path / "dies.py").write_text("import os\nos._exit(7)\n")
+    (tmp_path / "fails.py").write_text("raise ValueError('of its own')\n")
+    return tmp_path / "ends.xml"
+
+
+@pytest.mark.parametrize("expected", ENDS.values(), ids=ENDS)
+def test_what_ends_a_component_is_found_in_the_document(path: Path, expected: End) -> None:
+    end, output = end_of(path, text(**expected.parts))
+    assert re.search(expected.says, output), output
+    assert (end.exit_code, end.place, end.line) == (expected.code, expected.place, expected.line), output
+
+
+@pytest.mark.parametrize("name", ["sys.exit", "os._exit(0)", "missing library", "library that exits"])
+def test_what_ends_a_trial_is_found_there_too(path: Path, name: str) -> None:
+    expected = ENDS[name]
+    end, output = end_of(path, text(**expected.parts), trial=True)
+    assert re.search(expected.says, output), output
+    assert "Traceback" not in output
+    assert (end.place, end.line) == (expected.place, expected.line)
+
+
+@pytest.mark.parametrize(
+    ("code", "running"), [("import time\ntime.sleep(600)", "during"), ("", "after")], ids=["busy", "idle"]
+)
+def test_a_process_that_is_killed_leads_to_the_state_whose_cycle_was_the_last(
+    path: Path, code: str, running: str
+) -> None:
+    """Nothing in the process can report this."""
+    printing = "import os\nprint('pid', os.getpid(), flush=True)"
+    end, output = end_of(path, text(f"{printing}\n{code}"), kill=signal.SIGKILL)
+    assert end.exit_code == -signal.SIGKILL, output
+    if running == "during":
+        assert end.place == Place(kind="state", automaton=2, id=5)
+        assert end.message.endswith("because memory ran out, during a cycle in the state deep")
+    else:  # another automaton may be the last one
+        assert end.place in {Place(kind="state", automaton=2, id=5), Place(kind="state", automaton=1, id=1)}
+        assert "by SIGKILL, by somebody or because memory ran out" in end.message
+
+
+def test_code_that_a_transition_runs_leads_to_the_transition(path: Path) -> None:
+    code = "import os, time\nprint('pid', os.getpid(), flush=True)\ntime.sleep(600)"
+    content = text(guard="True").replace("<transcode></transcode>", f"<transcode>{code}</transcode>")
+    end, output = end_of(path, content, kill=signal.SIGKILL)
+    assert end.place == Place(kind="transition", automaton=2, id=2), output
+
+
+def test_an_orderly_end_leads_nowhere(path: Path) -> None:
+    end, output = end_of(path, text("import sys\nsys.exit()"))
+    assert (end.exit_code, end.place, end.message) == (0, None, "it has finished")
+    assert re.search(r"WARNING .*/deep: sys\.exit\(\) ends the component at ", output), output
+
+
+def test_a_process_that_user_code_forks_ends_as_it_likes(path: Path) -> None:
+    code = (
+        "import os, sys\nchild = os.fork()\nif not child:\n    os._exit(0)\nos.waitpid(child, 0)\nsys.exit()"
+    )
+    end, output = end_of(path, text(code))
+    assert (end.exit_code, end.place) == (0, None)
+    assert "os._exit" not in output
+
+
+def test_what_the_end_needs_leaves_no_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    temporary = path.with_name("temporary")
+    temporary.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
+    end_of(path, text("import sys\nsys.exit()"))
+    assert list(temporary.iterdir()) == []
