@@ -110,8 +110,8 @@ class Behavior(ReloadableRun):
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included.
 
-        Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it calls
-        `sys.exit`.
+        Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it
+        calls `sys.exit`.
         """
         try:
             with self._virtual_time(self.component):

@@ -49,14 +49,8 @@ def end_loading() -> None:
     builtins.__import__ = _import
 
 
-def _import_for(
-    program: dict[str, Any],
-    name: str,
-    globals: Any = None,
-    *rest: Any,
-    **named: Any,  # noqa: ANN401
-) -> ModuleType:
-    """Import a module, and report when one of the program's own imports ends it; takes what `__import__` does."""
+def _import_for(program: object, name: str, globals: Any = None, *rest: Any, **named: Any) -> ModuleType:  # noqa: ANN401
+    """Import a module as `__import__` does, and report when one of the program's own imports ends it."""
     own = globals is program
     watching = builtins.__import__
     if own:
@@ -64,7 +58,7 @@ def _import_for(
     try:
         return _import(name, globals, *rest, **named)
     except SystemExit as error:
-        line, row = line_of_frame(sys._getframe(1), program["__file__"])
+        line, row = line_of_frame(sys._getframe(1), program_file())
         if own and row is not None:
             _write(_failure(error, row.place_of(line)))
         raise
@@ -132,11 +126,13 @@ def _failure(error: ImportError | SystemExit, place: str) -> MissingLibraryError
 
 
 def _raised_in(error: BaseException) -> str:
-    """Return the file whose own line raised an error."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
+    """Return the file whose own line raised an error; one in this module imported for the file before it."""
+    trace, found = error.__traceback__, ""
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        found = found if file == __file__ else file
         trace = trace.tb_next
-    return trace.tb_frame.f_code.co_filename if trace else ""
+    return found
 
 
 def add_to_path(file: str, *directories: str) -> None:

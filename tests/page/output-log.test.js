@@ -29,7 +29,11 @@ test("without one in the log it is the last line of a traceback", () => {
 
 test("an error elsewhere is not why a component ended", () => {
   const place = {kind: "state", automaton: 1, id: 2, part: "code"};
-  write(6, {text: "2026-11-21 13:49:57.123 ERROR    walk: walk/go: ValueError: 1 at w.py:1 (w.xml:3)", stream: "err", place});
+  write(6, {
+    text: "2026-11-21 13:49:57.123 ERROR    walk: walk/go: ValueError: 1 at w.py:1 (w.xml:3)",
+    stream: "err",
+    place,
+  });
   assert.equal(outputLog.lastError(6, {...place, id: 3}), undefined);
 });
 

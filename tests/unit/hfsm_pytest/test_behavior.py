@@ -339,6 +339,12 @@ class TestErrors:
         assert halts.halted
         assert halts.variables("written")["n"] == 3
 
+    def test_its_code_cannot_end_the_test(self, behavior: MakeBehavior, tmp_path: Path) -> None:
+        b = behavior(write(tmp_path, sub(1, 0, state(1, "only", "import sys\nsys.exit(3)", initial=True))))
+        with pytest.raises(BehaviorFailed, match=r"sys\.exit\(3\) ends the component") as failure:
+            b.advance(1.0)
+        assert "(written.xml:4)" in str(failure.value)
+
     def test_it_ends_with_the_final_state(self, behavior: MakeBehavior, tmp_path: Path) -> None:
         final = state(2, "end").replace("<code>", "<final>true</final><code>")
         b = behavior(
