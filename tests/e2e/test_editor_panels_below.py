@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -175,12 +177,10 @@ def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_mean
     expect(page.get_by_label("Period")).to_have_value("50 ms")
 
 
-@pytest.mark.slow
-def test_a_traceback_leads_to_the_line_of_the_document(
-    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    code = "<code>count += 1\nif count &gt; 2:\n    missing()</code>"
-    path.write_text(DOCUMENT.replace("<code>count += 1</code>", code))
+@contextmanager
+def opened(browser: Browser, path: Path, code: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[EditorPage]:
+    """Open the document with other code in its state `wait`, in an editor that can run it."""
+    path.write_text(DOCUMENT.replace("<code>count += 1</code>", f"<code>{code}</code>"))
     monkeypatch.setenv("VISUALHFSM_CLOCK", "wall")  # so that the component does not wait for a robot's clock
     settings = Settings(connect=(free_endpoint(),), timeout=CALL_LIMIT)
     with (
@@ -192,6 +192,31 @@ def test_a_traceback_leads_to_the_line_of_the_document(
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()
+        yield shown
+
+
+@pytest.mark.slow
+def test_a_process_that_ends_at_once_leads_to_the_line_that_ended_it(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = "count += 1\nif count &gt; 2:\n    __import__('os')._exit(3)"
+    with opened(browser, path, code, monkeypatch) as shown:
+        shown.press("F5")
+        end = shown.page.get_by_role("alert").filter(
+            has_text="os._exit(3) ends the process before it stops the robot"
+        )
+        expect(end).to_contain_text("The component ended with exit code 3")
+        end.get_by_role("button", name="line 3").click()
+        field = shown.page.get_by_role("textbox", name="Code of the state wait")
+        expect(field.locator(".cm-activeLine")).to_have_text("    __import__('os')._exit(3)")
+
+
+@pytest.mark.slow
+def test_a_traceback_leads_to_the_line_of_the_document(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = "count += 1\nif count &gt; 2:\n    missing()"
+    with opened(browser, path, code, monkeypatch) as shown:
         shown.press("F5")
         log = shown.page.get_by_role("log", name="Output of the component")
         expect(log).to_contain_text("NameError: name 'missing' is not defined")
