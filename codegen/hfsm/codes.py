@@ -109,3 +109,4 @@ class Code(StrEnum):
     SCXML_FOREIGN = "N562"
     POSSIBLE_CONFLICT = "N603"
     UNCLEAR_CODE = "N606"
+    UNDECIDED = "N607"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, TypeVar
@@ -26,6 +27,7 @@ from .reachability import (
     state_results,
     transition_results,
 )
+from .solitary import Obstacle, remedy
 
 __all__ = ["DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model", "report_model"]
 
@@ -37,6 +39,9 @@ QUICK_LIMIT: Final = 30_000
 
 _SHOWN_STEPS: Final = 12
 """Steps of a counterexample that are shown of its beginning and of its end."""
+
+_SHOWN_OBSTACLES: Final = 3
+"""Obstacles to a decision that are shown."""
 
 _LONG_SEARCH: Final = (
     "the search ended at its limit: `within`, periods with a small common multiple, or a higher `limit` of "
@@ -62,6 +67,8 @@ class ModelReport:
     complete: bool
     doubtful: tuple[Note, ...] = ()
     """Code that cannot be followed and leaves something undecided."""
+    obstacles: tuple[tuple[int, Obstacle], ...] = ()
+    """What made searches necessary that ended at their limit, by the ids of automata."""
 
 
 def check_model(
@@ -112,6 +119,7 @@ def _check(model: Model, events: frozenset[str], uses: list[list[Use]], budget: 
         and all(conflict.certain for conflict in conflicts)
         and all(result.verdict is not Verdict.UNDECIDED for result in properties),
         doubtful=tuple(unclear),
+        obstacles=tuple((model.automata[index].source.id, why) for index, why in reached.obstacles.items()),
     )
 
 
@@ -178,6 +186,7 @@ def report_model(report: ModelReport, diagnostics: Diagnostics, *, quick: bool =
         for conflict in report.conflicts:
             reporter.conflict(conflict)
         reporter.never_left()
+        reporter.undecided()
         for found in report.doubtful:
             assert found.location is not None
             message = f"{found.message}: what depends on it is undecided"
@@ -251,6 +260,29 @@ class _Reporter:
                     note = Note("mark the state as final if the automaton has finished there")
                     self._report.note(Code.NEVER_LEFT, message, self._report.place(state.source), [note])
 
+    def undecided(self) -> None:
+        """Report what the searches left undecided, and what would decide it."""
+        obstacles = self._found.obstacles
+        what = " and ".join(
+            f"{count} {kind}{'' if count == 1 else 's'}"
+            for kind, count in (
+                ("state", _count_undecided(self._found.states)),
+                ("transition", _count_undecided(self._found.transitions)),
+            )
+            if count
+        )
+        if not what or not obstacles:
+            return
+        notes = []
+        for automaton, obstacle in obstacles[:_SHOWN_OBSTACLES]:
+            model = self._model.by_id[automaton]
+            notes.append(Note(remedy(self._model, model, obstacle), self._report.place(model.source)))
+        if len(obstacles) > len(notes):
+            notes.append(Note(f"so it is with {len(obstacles) - len(notes)} more automata"))
+        message = f"the search ended at its limit: it is undecided whether {what} can happen"
+        place = self._report.place(self._model.by_id[obstacles[0][0]].source)
+        self._report.note(Code.UNDECIDED, message, place, notes)
+
     def conflict(self, conflict: Conflict) -> None:
         paths = [
             self._model.state_path(use.automaton, use.state) for use in (conflict.first, conflict.second)
@@ -290,6 +322,10 @@ class _Reporter:
         elif result.problem:
             place = self._report.place(stated, stated.within)
             self._report.error(Code.BAD_PROPERTY, f"{name}: {result.problem}", place)
+
+
+def _count_undecided(results: Iterable[StateResult | TransitionResult]) -> int:
+    return sum(each.reachability is Reachability.UNDECIDED for each in results)
 
 
 def _is_timed_out(model: AutomatonModel, transition: TransitionModel, other: TransitionModel) -> bool:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
 from .exploration import Budget, Exploration, newness
 from .fireability import Fireability
 from .guards import satisfy
-from .model import AutomatonModel, StateModel, TransitionModel
-from .solitary import Solitary
+from .model import AutomatonModel, Model, StateModel, TransitionModel
+from .solitary import Obstacle, Solitary
 from .transition_system import TransitionSystem
 
 __all__ = [
@@ -80,6 +81,8 @@ class Reached:
     transitions: tuple[frozenset[int], ...]
     unknown: frozenset[int]
     """Automata in which more may be possible: their search was not complete."""
+    obstacles: Mapping[int, Obstacle]
+    """What about these automata, or some above them, kept them from being decided without a search."""
 
 
 def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
@@ -122,7 +125,22 @@ def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
         ),
         transitions=tuple(map(frozenset, transitions)),
         unknown=frozenset(unknown),
+        obstacles={
+            index: solitary.obstacles[index]
+            for index in sorted(_with_ancestors(model, unknown))
+            if index in solitary.obstacles
+        },
     )
+
+
+def _with_ancestors(model: Model, automata: Iterable[int]) -> set[int]:
+    found: set[int] = set()
+    for index in automata:
+        above = index
+        while above >= 0:
+            found.add(above)
+            above = model.automata[above].parent
+    return found
 
 
 def state_results(fireability: Fireability, reached: Reached) -> list[StateResult]:

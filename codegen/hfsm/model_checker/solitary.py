@@ -9,13 +9,15 @@ automaton may move for the first time after years.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Final
 
 from .exploration import Budget, Exploration
 from .fireability import Fireability
+from .model import AutomatonModel, Model
 from .transition_system import Node, TransitionSystem
 
-__all__ = ["Alone", "Solitary"]
+__all__ = ["Alone", "Obstacle", "Solitary", "remedy"]
 
 
 _MOST_NODES: Final = 2000
@@ -34,32 +36,63 @@ class Alone:
     lasting: frozenset[int]
 
 
+class Obstacle(StrEnum):
+    """Why looking at an automaton alone does not decide what it and those below it do."""
+
+    RESTART = "restart"
+    """The state above restarts it."""
+    PERIOD = "period"
+    """Its period does not divide that of the automaton above."""
+    LIMITED = "limited"
+    """The state above may last for a limited time only."""
+    FINISHED = "finished"
+    """It waits until automata below it have finished."""
+    SEARCH = "search"
+    """Its own timers, guards and events allow too much."""
+
+
 class Solitary:
     """Explores automata alone, each once."""
 
     def __init__(self, fireability: Fireability) -> None:
         self._fireability = fireability
         self._known: dict[int, Alone | None] = {}
+        self.obstacles: dict[int, Obstacle] = {}
+        """What about an automaton itself kept it from being decided alone."""
 
     def reached(self, index: int, budget: Budget) -> Alone | None:
         """Return what an automaton can do, or None if looking at it alone does not decide that."""
         if index not in self._known:
-            is_decided = self._is_only_interrupted(index, budget) and not self._waits(index)
-            self._known[index] = self._explore(index, budget) if is_decided else None
+            self._known[index] = self._decide(index, budget)
         return self._known[index]
 
-    def _is_only_interrupted(self, index: int, budget: Budget) -> bool:
-        """Return whether it always resumes, at the times of its cycles, and may be active for any time."""
+    def _decide(self, index: int, budget: Budget) -> Alone | None:
+        model = self._fireability.model
+        parent = model.automata[index].parent
+        above = None if parent < 0 else self.reached(parent, budget)
+        obstacle = self._obstacle(index, above)
+        found = None
+        if obstacle is None and (parent < 0 or above is not None):
+            found = self._explore(index, budget)
+            obstacle = Obstacle.SEARCH if found is None else None
+        if obstacle is not None:
+            self.obstacles[index] = obstacle
+        return found
+
+    def _obstacle(self, index: int, above: Alone | None) -> Obstacle | None:
+        """Return what may keep it from resuming at the times of its cycles, or from being active."""
         model = self._fireability.model
         automaton = model.automata[index]
-        if automaton.parent < 0:
-            return True
-        parent = model.automata[automaton.parent]
-        owner = parent.states[automaton.owner]
-        if owner.restart or parent.interval % automaton.interval:
-            return False
-        above = self.reached(parent.index, budget)
-        return above is not None and owner.index in above.lasting
+        if automaton.parent >= 0:
+            parent = model.automata[automaton.parent]
+            owner = parent.states[automaton.owner]
+            if owner.restart:
+                return Obstacle.RESTART
+            if parent.interval % automaton.interval:
+                return Obstacle.PERIOD
+            if above is not None and owner.index not in above.lasting:
+                return Obstacle.LIMITED
+        return Obstacle.FINISHED if self._waits(index) else None
 
     def _waits(self, index: int) -> bool:
         """Return whether it may wait until automata below it have finished."""
@@ -86,6 +119,24 @@ class Solitary:
         if not exploration.complete:
             return None
         return Alone(frozenset(states), frozenset(transitions), frozenset(resting | _recurring(following)))
+
+
+def remedy(model: Model, automaton: AutomatonModel, obstacle: Obstacle) -> str:
+    """Return what would let an automaton be decided alone."""
+    match obstacle:
+        case Obstacle.PERIOD:
+            above = model.automata[automaton.parent]
+            period, longer = (f"{each.interval / 1e6:g} ms" for each in (automaton, above))
+            change = f"its period of {period} divided that of automaton {above.source.id} above it, {longer}"
+        case Obstacle.RESTART:
+            change = "the state above it did not restart it"
+        case Obstacle.LIMITED:
+            change = "the automata above it could stay in its state, or come back to it"
+        case Obstacle.FINISHED:
+            change = "it did not wait until automata below it have finished"
+        case Obstacle.SEARCH:
+            change = "it had fewer guards beside long timers, or timers with a longer common step"
+    return f"automaton {automaton.source.id} would be decided if {change}"
 
 
 def _recurring(following: dict[Node, set[Node]]) -> set[int]:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
 
-from codegen.diagnostics import Diagnostics
-from codegen.hfsm.document import Document
+from codegen.diagnostics import Diagnostic, Diagnostics
+from codegen.hfsm.document import Document, Text
 from codegen.hfsm.model_checker import Reachability, Verdict, check_model, report_model
 from codegen.hfsm.model_checker.exploration import Budget
 from codegen.hfsm.model_checker.fireability import analyze
 from codegen.hfsm.model_checker.model import read_model
-from codegen.hfsm.model_checker.solitary import Alone, Solitary
+from codegen.hfsm.model_checker.solitary import Alone, Obstacle, Solitary
 from tests.support.model_documents import PATH, after, automaton, document, finished, state, stated, when
 
 DEPTH = 30
@@ -51,6 +52,49 @@ def test_what_cannot_happen_deep_below_is_impossible() -> None:
     found = [(each.automaton, each.state) for each in report.states if each.reachability != "possible"]
     assert found == [(20, 3)]
     assert report.complete
+
+
+def with_periods(*periods: float) -> Document:
+    """Return such a chain, whose automata have these periods in turn."""
+    made = deep()
+    automata = (
+        replace(each, iteration_time=Text(f"{periods[level % len(periods)]:g}"))
+        for level, each in enumerate(made.automata)
+    )
+    return replace(made, automata=tuple(automata))
+
+
+def undecided(made: Document) -> list[Diagnostic]:
+    """Return what is reported of searches that ended at their limit."""
+    report, diagnostics = check_model(made, PATH), Diagnostics()
+    report_model(report, diagnostics)
+    found = [each for each in diagnostics if each.code == "N607"]
+    assert bool(found) != report.complete
+    return found
+
+
+def test_timers_of_different_periods_on_30_levels_say_what_would_decide_them() -> None:
+    (found,) = undecided(with_periods(100, 40))
+    assert re.fullmatch(
+        r"the search ended at its limit: it is undecided whether \d+ states and \d+ transitions can happen",
+        found.message,
+    )
+    assert found.notes[0].message == (
+        "automaton 2 would be decided if its period of 40 ms divided that of automaton 1 above it, 100 ms"
+    )
+    assert found.notes[1].message == (
+        "automaton 3 would be decided if its period of 100 ms divided that of automaton 2 above it, 40 ms"
+    )
+    assert found.notes[-1].message == "so it is with 26 more automata"
+
+
+@pytest.mark.parametrize("periods", [(100, 40), (20, 50, 100, 200), (7, 11, 13, 17)])
+def test_what_would_decide_them_does(periods: tuple[float, ...]) -> None:
+    made = with_periods(*periods)
+    obstacles = dict(check_model(made, PATH).obstacles)
+    assert set(obstacles.values()) == {Obstacle.PERIOD}
+    equal = tuple(replace(each, iteration_time=made.automata[0].iteration_time) for each in made.automata)
+    assert undecided(replace(made, automata=equal)) == []
 
 
 def test_a_property_that_needs_too_long_a_search_says_what_may_decide_it() -> None:
