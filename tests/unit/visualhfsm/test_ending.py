@@ -1,0 +1,68 @@
+"""How and where a component ended, from what it wrote and what it executed."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+from codegen.hfsm.source_map import SourceMap
+from hfsm_command.last_cycle import LastCycle
+from tests.support.editing import tree
+from visualhfsm.editing.places import Place
+from visualhfsm.ending import LastWords, describe_end
+from visualhfsm.origins import Origin, Origins
+
+HERE = Origin(Place(kind="state", automaton=1, id=1, part="code"), 2)
+CALLED = Origin(Place(kind="automaton", automaton=1, part="functions"), 1)
+LOGGED = "2026-11-21 13:49:57.123"
+KILLED = -signal.SIGKILL
+SOMEWHERE = Path("walk.py")
+
+
+def words(*heard: tuple[str, Origin | None]) -> LastWords:
+    made = LastWords()
+    for line, origin in heard:
+        made.hear(line, origin)
+    return made
+
+
+def test_the_last_error_leads_to_its_place_and_what_is_no_error_does_not() -> None:
+    error = f"{LOGGED} ERROR    walk: walk/go: ValueError at walk.py:9 (walk.xml:4)", HERE
+    warning = f"{LOGGED} WARNING  walk: walk/go: is refused at walk.py:3 (walk.xml:2)", CALLED
+    assert describe_end(1, words(error, warning), None, None, stopped=False)[1] == HERE
+    assert describe_end(1, words(warning), None, None, stopped=False)[1] is None
+
+
+def test_a_crash_leads_to_its_innermost_frame() -> None:
+    crash = words(
+        ('  File "walk.py", line 3, in earlier', CALLED),
+        ("Fatal Python error: Aborted", None),
+        ('  File "walk.py", line 9 in state_go', HERE),
+        ('  File "walk.py", line 3 in help', CALLED),
+    )
+    assert describe_end(-6, crash, LastCycle(1, 1, 0, running=True), None, stopped=False)[1] == HERE
+
+
+def test_an_end_that_was_requested_or_in_order_leads_nowhere() -> None:
+    error = words((f"{LOGGED} ERROR    walk: at walk.py:9 (walk.xml:4)", HERE))
+    assert describe_end(130, error, None, None, stopped=True) == ("it was stopped", None)
+    assert describe_end(KILLED, error, LastCycle(1, 1, 0, running=True), None, stopped=True)[1] is None
+    assert describe_end(0, error, None, None, stopped=False) == ("it has finished", None)
+
+
+def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
+    document = tree()
+    automaton = document.automata[0]
+    state = automaton.states[0]
+    origins = Origins(document, "walk.xml", SOMEWHERE, SourceMap())
+    error = words((f"{LOGGED} ERROR    walk: at walk.py:9 (walk.xml:4)", CALLED))
+    cut_short = LastCycle(automaton.id, state.id, 0, running=True)
+    message, origin = describe_end(KILLED, error, cut_short, origins, stopped=False)
+    assert message.endswith(f"because memory ran out, during a cycle in the state {state.name}")
+    assert origin == Origin(Place(kind="state", automaton=automaton.id, id=state.id), 0)
+    message, _ = describe_end(0, error, cut_short, origins, stopped=False)
+    assert message.startswith("it ended at once, with exit code 0, during")
+    # An automaton of another file is not in this document.
+    assert describe_end(KILLED, error, LastCycle(999, 1, 0, running=True), origins, stopped=False) == (
+        "it was terminated by SIGKILL, by somebody or because memory ran out", None
+    )  # fmt: skip
