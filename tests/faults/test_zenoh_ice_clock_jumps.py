@@ -82,15 +82,17 @@ def test_a_jump_of_the_robots_time_wakes_sleepers(
     adapter.activate()
     clock = make_communicator(connect=[endpoint], clock="sim").clock
     assert listened(servant.getTimePublisher, EVENT_LIMIT)
-    awake = threading.Event()
+    assert clock.now() == 100.0  # the robot's time stands still
+    asleep, awake = threading.Event(), threading.Event()
 
     def sleep() -> None:
+        asleep.set()
         clock.sleep(800.0)
         awake.set()
 
     sleeper = threading.Thread(target=sleep)
     sleeper.start()
-    assert clock.now() == 100.0  # the robot's time stands still
+    assert asleep.wait(EVENT_LIMIT)
     assert not awake.is_set()
 
     def woken() -> bool:
