@@ -121,6 +121,10 @@ class Coupling:
     follower: str
 
 
+VOLTAGE: Final = 21.6
+"""Nominal voltage of the battery in V: six cells of 3.6 V."""
+
+
 class Body:
     """A humanoid body, as described by a facts file."""
 
@@ -146,6 +150,16 @@ class Body:
         """The head's cameras, the top one first."""
         self.touch_sensors: Final = tuple(facts["touch"])
         """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
+        motors = [joint.get("motor") for joint in facts["joints"]]
+        self._currents = [motor["no_load_speed_out"] / VOLTAGE if motor else 0.0 for motor in motors]
+
+    def motor_currents(self, torques: Sequence[float]) -> list[float]:
+        """Return the unsigned current in A with which each joint's motor gives a torque in N m.
+
+        A motor that turns at its no-load speed induces the voltage, so the ratio of both is that of the
+        torque to the current, too. It is 0 for a joint without facts of its motor.
+        """
+        return [abs(torque) * ratio for torque, ratio in zip(torques, self._currents, strict=True)]
 
     def without(self, name: str, joints: Collection[str], touch: Collection[str]) -> Body:
         """Return a copy called `name`: some joints are fixed at the angle 0, some touch sensors missing."""

@@ -67,6 +67,8 @@ class EventLog:
 
 HOT: Final = 75.0
 """Temperature in degrees Celsius above which a motor of a Nao gives less torque."""
+TOO_HOT: Final = 95.0
+"""Temperature in degrees Celsius at which a motor gives none; assumed."""
 COOL: Final = 70.0
 """Temperature below which a hot motor counts as cool again."""
 LOW: Final = 0.2

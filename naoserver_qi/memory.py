@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import logging
 import operator
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, Final, NamedTuple
 
 import qi
 
-from naoserver.capabilities import SenseReading
 from naoserver.errors import InvalidCommand
-from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
-from naoserver.robot import JointReading
 from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import chosen, keepable, text, texts
 from naoserver_qi.clients import Client
-from naoserver_qi.postures import ALRobotPosture
-from naoserver_qi.sensors import ALSonar, touch_part
+from naoserver_qi.readings import TOUCH, Part, parts_of
 
 _logger = logging.getLogger(__name__)
 
@@ -31,7 +27,9 @@ MOST_LEFT: Final = 1000
 MOST_CALLBACKS: Final = 100
 """Maximum callbacks of a client."""
 _RAISED: Final = (
+    "ALAnimatedSpeech/EndOfAnimatedSpeech",
     "ALTextToSpeech/CurrentSentence",
+    "ALTextToSpeech/Status",
     "ALTextToSpeech/TextDone",
     "ALTextToSpeech/TextStarted",
     "ALTracker/ColorBlobDetected",
@@ -41,112 +39,6 @@ _RAISED: Final = (
     "redBallDetected",
 )
 """The events that services raise; they take no room from the keys of clients."""
-
-
-# -- keys that the robot itself keeps ---------------------------------------------------------------------
-
-TOUCH: Final = "TouchChanged"
-"""The event of all touch sensors; its value is their states."""
-NOTHING_NEAR: Final = 5.0
-"""Distance in m of the sonar when nothing is in its range."""
-_FULL: Final = 0.99
-"""Charge of a battery that counts as full."""
-_STANDS: Final = 1.0
-"""Mass in kg on a foot that touches the ground."""
-_CONFIG: Final = {
-    "RobotConfig/Body/Type": "nao",
-    "RobotConfig/Body/BaseVersion": "V6.0",
-    "RobotConfig/Head/BaseVersion": "V6.0",
-}
-_FOOT_KEYS: Final = {
-    "FrontLeft": "front_left",
-    "FrontRight": "front_right",
-    "RearLeft": "rear_left",
-    "RearRight": "rear_right",
-    "TotalWeight": "total",
-}
-"""The part of a FootReading under each key of a foot."""
-
-Part = Callable[[], Mapping[str, Any]]
-"""Reads a part of the keys that the robot itself keeps, always the same ones, with their values."""
-
-
-def parts_of(access: Access) -> Iterator[Part]:
-    """Return the parts of the keys that the robot itself keeps."""
-    body, robot, postures = access.body, access.robot, access.service(ALRobotPosture)
-    keys = {part: [key.format(joint.name) for joint in body.joints] for part, key in JOINT_KEYS.items()}
-    yield lambda: {**_CONFIG, "robotHasFallen": robot.state().fallen}
-    yield lambda: {"PostureChanged": postures.getPosture()}
-    yield lambda: {"PostureFamilyChanged": postures.getPostureFamily()}
-    yield lambda: dict(_of_joints(keys, body.read()))
-    if (senses := robot.senses) is not None:
-        sonar = access.service(ALSonar)
-        yield lambda: dict(_of_senses(senses.touch_names, senses.read(), sonar._distances()))
-        if (walk := access.walk) is not None:
-            yield lambda: {f"{DEVICES}InertialSensor/AngleZ/Sensor/Value": walk.read().heading}
-
-
-def _of_joints(keys: Mapping[str, Sequence[str]], reading: JointReading) -> Iterator[tuple[str, object]]:
-    """Yield keys and values; `keys` are those of the joints by fields of the reading."""
-    for part, names in keys.items():
-        yield from zip(names, getattr(reading, part), strict=True)
-    yield "DCM/Time", round(reading.time * 1000)
-    yield "robotIsWakeUp", min(reading.stiffnesses) > 0.0
-
-
-def _of_senses(
-    touch_names: Sequence[str], reading: SenseReading, distances: tuple[float, float]
-) -> Iterator[tuple[str, object]]:
-    """Yield keys and values; `distances` are those of the sonar to the left and to the right in m."""
-    unit, inertial, battery = f"{DEVICES}InertialSensor/", reading.inertial, reading.battery
-    for axis, pull, turning in zip(AXES, inertial.acceleration, inertial.angular_velocity, strict=True):
-        # The short names are those of the NAO4 and older, the long ones were introduced with the NAO5.
-        for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z on a standing NAO6
-            yield f"{unit}{name}{axis}/Sensor/Value", -pull
-        for name in ("Gyr", "Gyroscope"):
-            yield f"{unit}{name}{axis}/Sensor/Value", turning
-    yield f"{unit}AngleX/Sensor/Value", inertial.roll
-    yield f"{unit}AngleY/Sensor/Value", inertial.pitch
-    masses = []
-    for side, foot in (("Left", reading.left_foot), ("Right", reading.right_foot)):
-        for name, part in _FOOT_KEYS.items():
-            yield f"{DEVICES}{side[0]}Foot/FSR/{name}/Sensor/Value", getattr(foot, part) / GRAVITY
-        mass = foot.total / GRAVITY
-        yield f"{side.lower()}FootTotalWeight", mass
-        yield f"{side.lower()}FootContact", float(mass > _STANDS)
-        masses.append(mass)
-    for name in ("footContact", "footContactChanged"):
-        yield name, float(max(masses) > _STANDS)
-    yield f"{DEVICES}US/Actuator/Value", 0.0
-    for side, distance in zip(("Left", "Right"), distances, strict=True):
-        yield f"{DEVICES}US/{side}/Sensor/Value", min(distance, NOTHING_NEAR)
-    for part in ("Charge", "Current", "Temperature"):
-        yield f"{DEVICES}Battery/{part}/Sensor/Value", getattr(battery, part.lower())
-    yield "BatteryChargeChanged", round(100 * battery.charge)
-    yield "BatteryPowerPluggedChanged", battery.plugged
-    yield "BatteryFullChargedFlagChanged", battery.charge >= _FULL
-    for name in touch_names:
-        yield touch_key(name), float(name in reading.touched)
-        if event := _touch_event(name):
-            yield event, float(name in reading.touched)
-    yield TOUCH, [[touch_part(name), name in reading.touched] for name in touch_names]
-    for side in ("Left", "Right"):
-        bumpers = [name for name in touch_names if name.startswith(f"{side[0]}FootBumper")]
-        yield f"{side}BumperPressed", float(not reading.touched.isdisjoint(bumpers))
-
-
-def _touch_event(name: str) -> str | None:
-    """Return the event of a touch sensor; None for a bumper, because both of a foot share one event."""
-    if name == "ChestButton":
-        return "ChestButtonPressed"
-    if name.startswith("Head"):
-        return f"{name.removeprefix('Head')}TactilTouched"
-    if name[1:].startswith("Hand"):
-        return f"Hand{'Left' if name[0] == 'L' else 'Right'}{name[5:]}Touched"
-    return None
-
-
-# -- the services -----------------------------------------------------------------------------------------
 
 
 def _call(found: qi.Future, method: str, event: str, value: object, message: str = "") -> None:

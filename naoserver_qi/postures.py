@@ -25,6 +25,14 @@ FAMILIES: Final[Mapping[str, str]] = {
 }
 """The family of each posture."""
 UNKNOWN: Final = "Unknown"
+POSES: Final[Mapping[str, str]] = {
+    "Crouch": "Crouch",
+    "LyingBack": "Back",
+    "LyingBelly": "Belly",
+    **dict.fromkeys(("Sit", "SitRelax"), "Sit"),
+    **dict.fromkeys(("Stand", "StandInit", "StandZero"), "Stand"),
+}
+"""What NAOqi 1 calls each posture."""
 
 
 class ALRobotPosture(Service):
@@ -72,6 +80,10 @@ class ALRobotPosture(Service):
         if self._robot.postures is not None:
             return self._robot.postures.current() or UNKNOWN
         return nearest_posture(self._access.player.situation()) or UNKNOWN
+
+    def _pose(self) -> str:
+        """Return what NAOqi 1 calls the current posture."""
+        return POSES.get(self.getPosture(), UNKNOWN)
 
     def getPostureFamily(self) -> str:
         """Return the family of the current posture, such as `Standing`."""

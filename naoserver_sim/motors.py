@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.event_log import HOT
+from naoserver.event_log import HOT, TOO_HOT
 
 Array = NDArray[np.float64]
 
@@ -68,8 +68,6 @@ AMBIENT: Final = 25.0
 """Temperature of the air, and of idle motors, in degrees Celsius."""
 _TIME_CONSTANT: Final = 300.0
 """Seconds in which a motor gets 63 % nearer to the temperature that its torque leads to; assumed."""
-TOO_HOT: Final = 95.0
-"""Temperature at which a motor gives no torque; assumed."""
 
 
 class Motors:

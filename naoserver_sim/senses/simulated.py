@@ -17,7 +17,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from naoserver.body import H25, Body
+from naoserver.body import H25, VOLTAGE, Body
 from naoserver.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import matrix_of
@@ -126,8 +126,6 @@ def _turned_to(direction: Array) -> Array:
     return np.array(((x, left_x, -z * left_y), (y, left_y, z * left_x), (z, 0.0, across)))
 
 
-VOLTAGE: Final = 21.6
-"""Nominal, in V: six cells of 3.6 V."""
 ENERGY: Final = 62.6 * 3600.0
 """Capacity in J: 2.9 Ah at 21.6 V, the battery of NAO6."""
 ELECTRONICS: Final = 40.0

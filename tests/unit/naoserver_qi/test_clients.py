@@ -9,11 +9,11 @@ pytest.importorskip("qi")
 from naoserver.errors import InvalidCommand
 from naoserver_qi import memory as memory_module
 from naoserver_qi.clients import Call, Client, running
-from naoserver_qi.expression import ALTextToSpeech
 from naoserver_qi.memory import MOST_CALLBACKS, MOST_KEYS
 from naoserver_qi.postures import ALBehaviorManager
 from naoserver_qi.sensors import ALSonar
 from naoserver_qi.sound import ALAudioPlayer, ALAudioRecorder
+from naoserver_qi.speech import ALTextToSpeech
 from naoserver_qi.video import MOST as MOST_SUBSCRIPTIONS
 from naoserver_qi.video import ALVideoDevice
 from naoserver_qi.vision import ALRedBallDetection, ALTracker

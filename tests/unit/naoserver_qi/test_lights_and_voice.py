@@ -6,8 +6,9 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver_qi.expression import ALAnimatedSpeech, ALLeds, ALTextToSpeech
+from naoserver_qi.leds import ALLeds
 from naoserver_qi.sensors import ALSonar, ALTouch
+from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 
 KEYS = {
     "InertialSensor/AccelerometerZ": -9.8,

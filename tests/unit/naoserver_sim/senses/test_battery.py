@@ -2,9 +2,9 @@
 
 import pytest
 
-from naoserver.body import H25
+from naoserver.body import H25, VOLTAGE
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.simulated import ELECTRONICS, ENERGY, VOLTAGE
+from naoserver_sim.senses.simulated import ELECTRONICS, ENERGY
 from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim

@@ -1,21 +1,17 @@
-"""ALLeds, ALTextToSpeech and ALAnimatedSpeech: lights and voice."""
+"""ALLeds: the lights."""
 
 from __future__ import annotations
 
-import re
-import threading
 from functools import partial
 from typing import Final
 
-from naoserver.capabilities import Color, Lights, Voice
+from naoserver.capabilities import Color, Lights
 from naoserver.errors import InvalidCommand
-from naoserver.expression import LONGEST_TEXT
 from naoserver.naoqi_names import LIGHT_GROUPS
 from naoserver_qi.access import Access, Service, needed
-from naoserver_qi.arguments import chosen, constant, kept, listed, number, number_within, one_of, text, within
-from naoserver_qi.calls import LOOK
-from naoserver_qi.clients import Activity, Call, begins, begins_any
-from naoserver_qi.memory import ALMemory
+from naoserver_qi.arguments import chosen, listed, number_within, text
+from naoserver_qi.clients import Call
+from naoserver_qi.lamps import COLORS, lights_of
 
 GROUPS: Final = {
     "AllLeds": tuple(LIGHT_GROUPS),
@@ -25,8 +21,7 @@ GROUPS: Final = {
     **{group: (light,) for light, group in LIGHT_GROUPS.items()},
 }
 """The lights of each of NAOqi's groups; createGroup combines these into further groups."""
-_PARTS: Final = ("Red", "Green", "Blue")
-_COLORS: Final = {
+_NAMED: Final = {
     "white": 0xFFFFFF,
     "red": 0xFF0000,
     "green": 0x00FF00,
@@ -35,19 +30,6 @@ _COLORS: Final = {
     "magenta": 0xFF00FF,
     "cyan": 0x00FFFF,
 }
-_LAMP: Final = re.compile(
-    r"(Left|Right)?(Face|Ear|Brain)Led\d{1,2}|(Face|Ears|Head|ChestBoard|[LR]Foot)/Led/\S{1,60}"
-)
-"""Names of single lamps. A group is one light here, so that a lamp means its whole group."""
-_PLACES: Final = {
-    "Face": "Eye",
-    "Ear": "Ear",
-    "Foot": "Foot",
-    "Brain": "Head",
-    "Head": "Head",
-    "ChestBoard": "Chest",
-}
-"""The light of each location of lamps, without its side."""
 _LONGEST: Final = 60.0
 _MOST: Final = 100
 _part: Final = partial(number_within, lower=0.0, upper=1.0)
@@ -132,13 +114,9 @@ class ALLeds(Service):
     def _members(self, name: object) -> tuple[tuple[str, ...], str]:
         """Return the lights of a group, and the only color component meant by `FaceLedsRed` and the like."""
         group = text(name, "name")
-        if _LAMP.fullmatch(group):
-            light = next(light for place, light in _PLACES.items() if place in group)
-            sides = ("Left", "Right") if f"Left{light}" in LIGHT_GROUPS else ("",)
-            meant = [side for side in sides if side in group or group.startswith(f"{side[:1]}Foot")]
-            part = next((part for part in _PARTS if part in group), "")
-            return tuple(f"{side}{light}" for side in meant or sides), part
-        part = next((part for part in _PARTS if group.endswith(f"Leds{part}")), "")
+        if (lamp := lights_of(group)) is not None:
+            return lamp
+        part = next((part for part in COLORS if group.endswith(f"Leds{part}")), "")
         groups = self._groups()
         return groups[chosen(group.removesuffix(part), "group of lights", groups)], part
 
@@ -155,7 +133,7 @@ class ALLeds(Service):
         shown = self._lights.colors()
         for light in members:
             red, green, blue = (
-                intensity if part in ("", name) else shown[light][i] for i, name in enumerate(_PARTS)
+                intensity if part in ("", name) else shown[light][i] for i, name in enumerate(COLORS)
             )
             self._lights.set(light, (red, green, blue), seconds)
 
@@ -165,97 +143,8 @@ def _color(values: tuple[object, ...]) -> Color:
     if len(values) == 3:
         return _part(values[0], "red"), _part(values[1], "green"), _part(values[2], "blue")
     (value,) = values
-    code = _COLORS.get(value) if isinstance(value, str) else value
+    code = _NAMED.get(value) if isinstance(value, str) else value
     if not isinstance(code, int) or not 0 <= code <= 0xFFFFFF:
-        known = ", ".join(_COLORS)
+        known = ", ".join(_NAMED)
         raise InvalidCommand("color", f"a colour is 0xRRGGBB or one of {known}, not {str(value)[:60]!r}")
     return (code >> 16) / 255, (code >> 8 & 0xFF) / 255, (code & 0xFF) / 255
-
-
-_TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
-"""NAOqi's tags for pauses, speed and pitch in a text."""
-_ANIMATION: Final = re.compile(r"\^\w+(\([^)^]*\))?")
-_VOICES: Final = {
-    "English": "naoenu",
-    "French": "naofrf",
-    "German": "naoged",
-    "Italian": "naoiti",
-    "Spanish": "naospe",
-}
-"""The voice of each language."""
-_LANGUAGE: Final = one_of("language", _VOICES)
-
-
-class ALTextToSpeech(Service):
-    """Say texts; tags for pauses and pitch are left out."""
-
-    setLanguage, getLanguage = kept("the language", "English", pLanguage=_LANGUAGE)
-    setVolume, getVolume = kept("the volume from 0 to 1", 0.7, volume=within(0.0, 1.0))
-    setParameter, getParameter = kept(
-        "a parameter of the voice, such as `speed`", 0.0, pEffectName=text, pEffectValue=number
-    )
-
-    def __init__(self, access: Access) -> None:
-        super().__init__(access)
-        self._speaking = threading.Lock()
-
-    getAvailableLanguages = constant("Return the languages that can be set.", list(_VOICES))
-    getAvailableVoices = constant("Return the names of the voices.", list(_VOICES.values()))
-
-    @begins(Activity.SPEECH)
-    def say(self, call: Call, stringToSay: object, language: object = None) -> None:
-        """Say a text after the earlier ones; return when it has been said."""
-        if language is not None:
-            _LANGUAGE(language, "language")
-        words = _TAG.sub(" ", text(stringToSay, "text")).strip()
-        if len(words) > LONGEST_TEXT:
-            raise InvalidCommand("text", f"the text has {len(words)} characters, more than {LONGEST_TEXT}")
-        voice, memory = self._voice(), self._access.service(ALMemory)
-        while not self._speaking.acquire(timeout=0.1):  # one text at a time
-            if call.stopped.is_set():
-                return
-        try:
-            with self._access.calls.beginning(call) as may:
-                if not words or not may:
-                    return
-                before = voice.utterance().count
-                voice.say(words)
-            memory.raiseEvent("ALTextToSpeech/CurrentSentence", words)
-            memory.raiseEvent("ALTextToSpeech/TextStarted", 1)
-            while (now := voice.utterance()).speaking or now.count == before:
-                if call.wait(LOOK):
-                    voice.stop()
-            memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
-            memory.raiseEvent("ALTextToSpeech/TextDone", 1)
-        finally:
-            self._speaking.release()
-
-    def stopAll(self) -> None:
-        """Stop speaking, and drop what has not been said yet."""
-        with self._access.calls.stopping(begins_any(Activity.SPEECH)):
-            self._voice().stop()
-
-    def getVoice(self) -> str:
-        """Return the voice, that of the language."""
-        return _VOICES[self.getLanguage()]
-
-    def setVoice(self, voiceID: object) -> None:
-        """Remember a voice, and its language."""
-        voice = chosen(voiceID, "voice", _VOICES.values())
-        self.setLanguage(next(language for language, name in _VOICES.items() if name == voice))
-
-    def resetSpeed(self) -> None:
-        """Reset the parameter `speed`."""
-        self.setParameter("speed", 0.0)
-
-    def _voice(self) -> Voice:
-        return needed(self._robot.voice, "has no voice")
-
-
-class ALAnimatedSpeech(Service):
-    """Say texts without the tags of animations."""
-
-    @begins(Activity.SPEECH)
-    def say(self, call: Call, text_: object, _configuration: object = None) -> None:
-        """Say a text; returns when it has been said."""
-        self._access.service(ALTextToSpeech).say(call, _ANIMATION.sub(" ", text(text_, "text")))
