@@ -12,12 +12,11 @@ import inspect
 import logging
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
-from itertools import count
 from types import MethodType
 from typing import Any, Final
 from weakref import WeakSet
@@ -27,7 +26,7 @@ import qi
 from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.fake.robot import FakeSenses
-from naoserver_qi.arguments import chosen, constant, listed, number, number_within, text, texts
+from naoserver_qi.arguments import number, number_within, text, texts
 from naoserver_qi.clients import (
     MOST_WAITING,
     MOST_WAITING_URGENT,
@@ -37,16 +36,13 @@ from naoserver_qi.clients import (
     Client,
     running,
 )
+from naoserver_qi.modules import Module, Operation
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
 
-VERSION: Final = "2.8.6.23"
-"""Version of the emulated NAOqi."""
 _ENDING: Final = 5.0
 """Wall seconds in which calls that are stopped at the end have ended."""
-LOOK: Final = 0.05
-"""Robot seconds between two checks of the condition that a call waits for."""
 
 
 class Faults:
@@ -129,53 +125,6 @@ class Faults:
         return not any(fnmatchcase(key, pattern) for pattern in self._forgotten.copy())
 
 
-_Invoke = Callable[..., Any]
-"""Performs an operation for a client, which precedes the arguments."""
-
-
-class _Tasks:
-    """The common operations of all services: calls that run in the background, as tasks with numbers."""
-
-    def __init__(self, calls: CallTable, clock: Clock, operations: Mapping[str, _Invoke]) -> None:
-        self._calls = calls
-        self._clock = clock
-        self._operations = operations
-        self._numbers = count(1)
-        self._tasks: dict[float, Any] = {}  # futures of those that may be running
-
-    def pCall(self, call_: object) -> int:
-        """Start a call, a list of the operation's name and its arguments; return the number of its task."""
-        method, *arguments = listed(call_, "call") or [""]
-        operation = self._operations[chosen(method, "operation", self._operations)]
-        for task in [task for task, future in self._tasks.copy().items() if future.isFinished()]:
-            self._tasks.pop(task, None)
-        future = operation(self._calls.current.client, *arguments, awaited=False)
-        task = next(self._numbers)
-        if isinstance(future, qi.Future):
-            self._tasks[task] = future
-        return task
-
-    def isRunning(self, task: object) -> bool:
-        """Return whether a task is running."""
-        future = self._tasks.get(number(task, "task"))
-        return future is not None and not future.isFinished()
-
-    def wait(self, call: Call, task: object, timeout: object) -> bool:
-        """Wait until a task has ended, or for some ms; 0 for no limit. Return whether it still runs."""
-        end = self._clock.now() + (number(timeout, "timeout") / 1000 or math.inf)
-        while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(LOOK):
-            pass
-        return running
-
-    def stop(self, task: object) -> None:
-        """Cancel a task."""
-        if (future := self._tasks.get(number(task, "task"))) is not None:
-            future.cancel()
-
-    ping = constant("Return True.", True)
-    version = constant("Return the version of NAOqi.", VERSION)
-
-
 class Calls:
     """Run the operations of services for libqi.
 
@@ -193,15 +142,18 @@ class Calls:
 
     def facade(self, name: str, parts: Sequence[object]) -> Callable[[Client], object]:
         """Return the factory of a client's object with only the public methods of some parts, as `name`."""
-        invokes: dict[str, _Invoke] = {}
-        operations: dict[str, Callable[..., Any]] = {}
-        for each in (_Tasks(self._calls, self._clock, invokes), *parts):  # the service's own win
+        operations: dict[str, Operation] = {}
+        methods: dict[str, Callable[..., Any]] = {}
+        description = (inspect.getdoc(type(parts[0])) or "").partition("\n\n")[0]
+        module = Module(name, description, operations, self._calls, self._clock)
+        for each in (module, *parts):  # the service's own win
             for method in dir(type(each)):
                 if not method.startswith("_") and inspect.isfunction(getattr(type(each), method)):
-                    operation: MethodType = getattr(each, method)
-                    invokes[method] = invoke = self._invoke(f"{name}::{method}", operation)
-                    operations[method] = self._described(invoke, operation)
-        made = qi.multiThreaded()(type(name, (), operations))
+                    called: MethodType = getattr(each, method)
+                    form, invoke = _form(called.__func__), self._invoke(f"{name}::{method}", called)
+                    operations[method] = Operation(invoke, form.signature, form.description)
+                    methods[method] = self._described(invoke, called)
+        made = qi.multiThreaded()(type(name, (), methods))
 
         def make(client: Client) -> object:
             facade = made()
@@ -223,7 +175,7 @@ class Calls:
         if not self._calls.wait_for_end(_ENDING):
             _logger.error("calls of programs did not end within %g s", _ENDING)
 
-    def _invoke(self, name: str, operation: MethodType) -> _Invoke:
+    def _invoke(self, name: str, operation: MethodType) -> Callable[..., Any]:
         form = _form(operation.__func__)
 
         def invoke(client: Client, *arguments: object, awaited: bool = True) -> object:
@@ -250,7 +202,7 @@ class Calls:
 
         return invoke
 
-    def _described(self, invoke: _Invoke, operation: MethodType) -> Callable[..., Any]:
+    def _described(self, invoke: Callable[..., Any], operation: MethodType) -> Callable[..., Any]:
         """Return the method of a facade with what libqi wants to know about it."""
 
         def called(facade: Any, *arguments: object) -> object:  # noqa: ANN401 - its class is made here
@@ -265,7 +217,7 @@ class Calls:
             result = f"+{result}"  # or no value, which only newer clients understand
         called.__qi_return_signature__ = result  # type: ignore[attr-defined]
         called.__qi_name__ = None  # type: ignore[attr-defined]
-        called.__doc__ = form.description
+        called.__doc__ = form.description or None
         return called
 
     def _do(self, call: Call, work: Callable[[], object]) -> object:
@@ -333,7 +285,7 @@ class _Form:
     """Whether a `call` precedes them."""
     urgent: bool
     activities: frozenset[Activity]
-    description: str | None
+    description: str
 
 
 @cache
@@ -346,7 +298,7 @@ def _form(method: Callable[..., Any]) -> _Form:
         long,
         getattr(method, "urgent", False),
         getattr(method, "begins", frozenset()),
-        inspect.getdoc(method),
+        inspect.getdoc(method) or "",
     )
 
 

@@ -31,8 +31,8 @@ from naoserver_qi.arguments import (
     texts,
     vector,
 )
-from naoserver_qi.calls import LOOK
 from naoserver_qi.clients import MOTION, Activity, Call, begins, begins_any, urgent
+from naoserver_qi.modules import LOOK
 from naoserver_qi.postures import ALRobotPosture
 from naoserver_qi.trajectory import JointTasks, Key, Trajectory, check_times, smooth_trajectory
 

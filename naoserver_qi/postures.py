@@ -12,8 +12,8 @@ from naoserver.motions.routes import MotionRoute
 from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import chosen, constant, fraction, kept, text, texts, within
-from naoserver_qi.calls import LOOK
 from naoserver_qi.clients import Activity, Call, Client, begins, begins_any
+from naoserver_qi.modules import LOOK
 
 FAMILIES: Final[Mapping[str, str]] = {
     "Crouch": "Crouching",

@@ -8,7 +8,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.naoqi_names import DEVICES, touch_key
 from naoserver_qi.access import Access, Service, needed
 from naoserver_qi.arguments import constant, text
-from naoserver_qi.calls import VERSION
+from naoserver_qi.modules import VERSION
 
 _MOST_SUBSCRIBERS: Final = 100
 """Of a client."""

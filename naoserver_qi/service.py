@@ -109,7 +109,8 @@ def _refused_service(name: str) -> object:
     def refuse(_self: object, *_arguments: object) -> None:
         raise HardwareFailure(f"{name} is not offered: {refused.reason}")
 
-    service: object = type(name, (), dict.fromkeys(refused.operations, refuse))()
+    reason = refuse.__doc__ = f"Refused: {refused.reason}."
+    service: object = type(name, (), {"__doc__": reason, **dict.fromkeys(refused.operations, refuse)})()
     return service
 
 

@@ -31,8 +31,8 @@ from naoserver_qi.arguments import (
     text,
     within,
 )
-from naoserver_qi.calls import LOOK
 from naoserver_qi.clients import SERVER, Activity, Belongings, Call, Client, begins, begins_any
+from naoserver_qi.modules import LOOK
 
 _logger = logging.getLogger(__name__)
 

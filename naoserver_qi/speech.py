@@ -12,9 +12,9 @@ from naoserver.errors import InvalidCommand
 from naoserver.expression import LONGEST_TEXT
 from naoserver_qi.access import Access, Service, needed
 from naoserver_qi.arguments import chosen, constant, kept, number, one_of, text, within
-from naoserver_qi.calls import LOOK
 from naoserver_qi.clients import Activity, Call, begins, begins_any
 from naoserver_qi.memory import ALMemory
+from naoserver_qi.modules import LOOK
 
 _TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
 """NAOqi's tags for pauses, speed and pitch in a text."""

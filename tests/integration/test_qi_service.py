@@ -263,6 +263,34 @@ def test_a_call_runs_in_the_background_as_a_task(session, motion):
         motion.pCall(["fly"])
 
 
+def test_every_service_describes_itself(session):
+    names = [each["name"] for each in session.services() if each["name"].startswith("AL")]
+    assert len(names) > 30
+    for name in names:
+        service = session.service(name)
+        methods = service.getMethodList()
+        assert {"getMethodList", "getMethodHelp", "ping", "version", "pCall", "wait"} <= set(methods)
+        assert all(hasattr(service, method) for method in methods)
+        assert service.getModuleHelp()[0] == name
+        assert service.getModuleHelp()[1]
+        assert service.getBrokerName()
+        assert service.ping() is True
+
+
+def test_the_help_of_an_operation_names_its_parameters(session, motion):
+    assert motion.getMethodHelp("setAngles") == [
+        "setAngles",
+        "Send joints to angles in rad at a fraction of their full speed; returns at once.",
+        [["names", ""], ["angles", ""], ["maxSpeedFraction", ""]],
+    ]
+    assert motion.getUsage("moveTo").startswith("moveTo(...): Walk by x, y, theta")
+    assert motion.getMethodHelp("angleInterpolation")[2][0] == ["names", ""], "no call, which only we see"
+    recorder = session.service("ALVideoRecorder")
+    assert "this robot records no video" in recorder.getMethodHelp("startRecording")[1]
+    with pytest.raises(RuntimeError, match="there is no operation 'fly'; there are"):
+        motion.getMethodHelp("fly")
+
+
 def test_a_sound_without_a_file_plays_shortly(session):
     player = session.service("ALAudioPlayer")
     sound = player.loadFile("/home/nao/song.mp3")
