@@ -55,6 +55,10 @@ class Walker(Protocol):
         """Return the newest command; all 0 once it has ended, also by a fall."""
 
     @property
+    def ended(self) -> str:
+        """Why the robot itself ended the newest walk, as text; empty if it did not, or does not say."""
+
+    @property
     def walking(self) -> bool:
         """Whether it moves the legs: from a command until it stands on both feet again."""
 

@@ -78,7 +78,9 @@ class WalkGuard:
         """
         limitations = []
         with self._lock:
-            if after is not None and self._walker.commanded() != after:
+            if after is not None and (commanded := self._walker.commanded()) != after:
+                if commanded == _STILL and self._walker.ended:
+                    raise InvalidCommand("walk", f"the robot ended the walk: {self._walker.ended}")
                 raise InvalidCommand("walk", "the walk was stopped, or walks by another command now")
             if any(velocities.values()):  # everybody may stop it
                 self._body.gate.require(client)
@@ -137,7 +139,8 @@ class WalkGuard:
             if not walking:
                 self._body.free(WALK)  # the legs are to stay where they are now
         if given_up:
-            message = "the robot ended the walk: it fell, its legs became limp, or it was moved"
+            reason = self._walker.ended or "it fell, its legs became limp, or it was moved"
+            message = f"the robot ended the walk: {reason}"
             self._events.add(Severity.Error, _SOURCE, message, "ended")
         return self._options.period if walking else None
 

@@ -46,7 +46,7 @@ class NaoqiWalker:
         self._lock = threading.Lock()
         self._reporter = reporter
         self._velocities: CoalescingQueue[WalkVelocity] = CoalescingQueue(
-            "walk", connection, reporter, _send, lambda velocity: velocity == _STILL
+            "walk", connection, reporter, self._send, lambda velocity: velocity == _STILL
         )
         self.limits = gait_limits(_USUAL)
         self._commanded = _STILL
@@ -54,6 +54,8 @@ class NaoqiWalker:
         self._sent = 0.0  # when the newest command was given
         self._still_since: float | None = None
         self._stopping = False  # the walk was stopped, and the robot has not come to a stand since
+        self.ended = ""
+        self._newest: Reply | None = None  # to the newest command that was sent
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
         self.questions: Final = (
             Poll(reporter, clock.now, self._period, self._take_position, _POSITION, True),
@@ -89,7 +91,7 @@ class NaoqiWalker:
                     return  # NAOqi itself continues the walk
             elif self._commanded == _STILL and not self.walking:
                 return
-            self._commanded = velocity
+            self._commanded, self.ended = velocity, ""
             self._sent, self._still_since = self._clock.now(), None
             self._stopping = velocity == _STILL
             self.walking = self.walking or velocity != _STILL
@@ -105,6 +107,8 @@ class NaoqiWalker:
         """Treat the walk as ended: the robot is lost, and stopped when it is found again."""
         with self._lock:
             self._velocities.forget()
+            if self._commanded != _STILL:
+                self.ended = "the robot was lost"
             self._commanded, self.walking, self._stopping = _STILL, False, False
 
     def _check(self) -> None:
@@ -136,20 +140,32 @@ class NaoqiWalker:
                 if self._still_since is None:
                     self._still_since = asked
                 elif asked - self._still_since >= _ENDED:
+                    if self._commanded != _STILL:
+                        self.ended = self._reason()
                     self._commanded, self.walking, self._stopping = _STILL, False, False
+
+    def _reason(self) -> str:
+        """Return why the robot does not walk, though it was commanded to."""
+        if self._newest is not None and self._newest.done:
+            try:
+                self._newest.result(0.0)
+            except HardwareFailure as error:
+                return f"it refused to walk: {error}"
+        return "it has fallen" if self._state.body().fallen else "NAOqi stopped it, and does not say why"
+
+    def _send(self, link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
+        velocity = commands["velocity"]
+        if velocity == _STILL:
+            self._newest = link.begin("ALMotion.stopMove")
+        else:
+            self._newest = link.begin("ALMotion.move", *astuple(velocity))
+        return [self._newest]
 
     def _stop_again(self, now: float) -> None:
         self._sent = now
         self._velocities.post({"velocity": _STILL})
         message = "the robot walks on though it was stopped: the stop is repeated until it stands"
         self._reporter.report(Severity.Error, message, "walks on")
-
-
-def _send(link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
-    velocity = commands["velocity"]
-    if velocity == _STILL:
-        return [link.begin("ALMotion.stopMove")]
-    return [link.begin("ALMotion.move", *astuple(velocity))]
 
 
 class NaoqiPostures:

@@ -146,6 +146,7 @@ class FakeWalker:
     """Move at the commanded velocity from the moment of the command. Implements Walker."""
 
     limits = LIMITS
+    ended = ""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

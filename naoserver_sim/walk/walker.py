@@ -157,6 +157,7 @@ class SimulatedWalker:
         self._controller = WalkController()
         self._odometer = Odometer(Legs())
         self._stage = _Stage.RESTING
+        self.ended = ""
         self._time = 0.0  # since the stage began
         self._start = np.zeros(len(LEG_MOTORS))
         self._rising = 0.0
@@ -173,6 +174,7 @@ class SimulatedWalker:
             hindrance = self._hindrance(snapshot.stiffnesses)
             if hindrance:
                 raise InvalidCommand("walk", f"the robot cannot walk: {hindrance}")
+            self.ended = ""
         self._newest = self._commanded = velocity
         self._simulator.order(lambda: self._take(velocity))
 
@@ -198,8 +200,8 @@ class SimulatedWalker:
         self._odometer.tick(seconds, joints, self._inertial, self._loads, resting=resting)
         if resting and self._velocity == _STILL:
             return
-        if self._hindrance(self._simulator.motors.stiffnesses):
-            self.abandon()
+        if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
+            self.abandon(hindrance)
             return
         self._trim.tick(seconds)
         if resting:
@@ -210,8 +212,9 @@ class SimulatedWalker:
         else:
             self._step(seconds)
 
-    def abandon(self) -> None:
+    def abandon(self, why: str = "the robot was moved") -> None:
         """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
+        self.ended = why
         self._controller.reset()
         self._odometer.lose_footing()
         self._commanded = self._velocity = _STILL

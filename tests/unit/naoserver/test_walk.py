@@ -25,6 +25,7 @@ class SlowWalker(FakeWalker):
 
     def __init__(self, clock):
         super().__init__(clock)
+        self.ended = ""
         self.ending = False
         self.hindrance = ""
 
@@ -248,6 +249,14 @@ def test_a_fall_is_reported_also_when_a_velocity_was_not_renewed_or_its_client_i
     assert [message for message in rig.reported() if "walk" in message][-1].startswith(
         "the robot ended the walk"
     )
+
+
+def test_the_end_of_a_walk_is_reported_with_the_reason_that_the_robot_gives(rig):
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walker.fall()
+    rig.walker.ended = "its knee is too hot"
+    assert rig.walk.watch() is None
+    assert rig.reported()[-1] == "the robot ended the walk: its knee is too hot"
 
 
 def test_once_closed_it_walks_no_more(rig):

@@ -2,12 +2,17 @@
 
 import pytest
 
+from interfaces.nao import ActionStatus
+from naoserver.assembly import Assembly
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.naoqi_names import gait_limits
+from naoserver.options import ServerOptions
+from naoserver.walk import Way
 from naoserver_naoqi.link import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
+from zenoh_ice import WallClock
 
 MOVE, STOP, ACTIVE = "ALMotion.move", "ALMotion.stopMove", "ALMotion.moveIsActive"
 STILL = WalkVelocity()
@@ -54,6 +59,76 @@ def test_a_walk_that_the_robot_ended_is_not_commanded_any_more(naoqi):
         naoqi.answers[ACTIVE] = False
         eventually(lambda: not robot.walker.walking)
         assert robot.walker.commanded() == STILL
+
+
+@pytest.fixture
+def walking(naoqi):
+    """Walk to a place with the server's parts; return the message at its end, and the reported events."""
+
+    def walk(change):
+        with naoqi.robot() as robot:
+            assembly = Assembly(robot, ServerOptions(), WallClock())
+            walk_to = assembly.walk_to
+            assert walk_to is not None
+            way = Way((1.0, 0.0, 0.0), robot.walker.odometry(), robot.walker.limits)
+            walk_to.begin(way, "anna")
+            change()
+
+            def ended():
+                walk_to.tick()
+                return not walk_to.busy
+
+            eventually(ended)
+            state = walk_to.state()
+            for watched in assembly.watched:
+                watched.watch()
+            assembly.close()
+        assert state.status is ActionStatus.Stopped
+        return state.message, [event.message for event in assembly.events.snapshot()[0]]
+
+    return walk
+
+
+def refuse(*_arguments):
+    raise CallFailed("ALMotion.move: the robot is in its pod")
+
+
+def test_a_walk_that_the_robot_refuses_says_why(naoqi, walking):
+    naoqi.answers[MOVE] = refuse
+    message, events = walking(lambda: None)
+    assert message == "the robot ended the walk: it refused to walk: ALMotion.move: the robot is in its pod"
+    assert message in events
+    assert not any("or it was moved" in event for event in events)
+
+
+@pytest.mark.parametrize(
+    ("angle", "reason"), [(1.5, "it has fallen"), (0.0, "NAOqi stopped it, and does not say why")]
+)
+def test_a_walk_that_the_robot_ended_says_what_is_known(naoqi, angle, reason):
+    naoqi.answers[ACTIVE] = True
+    with naoqi.robot() as robot:
+        robot.walker.command(WalkVelocity(forward=0.05))
+        naoqi.wait_for_call(MOVE)
+        naoqi.memory[f"{DEVICES}InertialSensor/AngleY/Sensor/Value"] = angle
+        eventually(lambda: robot.state().fallen == (angle > 1.0))
+        naoqi.answers[ACTIVE] = False
+        eventually(lambda: not robot.walker.walking)
+        assert robot.walker.ended == reason
+        naoqi.memory[f"{DEVICES}InertialSensor/AngleY/Sensor/Value"] = 0.0
+        eventually(lambda: not robot.state().fallen)
+        robot.walker.command(WalkVelocity(forward=0.05))
+        assert robot.walker.ended == ""
+
+
+def test_a_walk_of_a_lost_robot_says_so(naoqi, walking):
+    naoqi.answers[ACTIVE] = True
+
+    def lose():
+        naoqi.wait_for_call(MOVE)
+        naoqi.lose()
+
+    message, _ = walking(lose)
+    assert message == "the robot ended the walk: the robot was lost"
 
 
 def test_a_robot_that_is_closed_stands(naoqi):

@@ -234,6 +234,7 @@ def test_a_fall_ends_the_walk_and_one_that_lies_does_not_begin(rig):
     assert rig.robot.state().fallen
     assert not rig.walker.walking
     assert rig.walker.commanded() == STILL
+    assert rig.walker.ended.startswith("it lies, or it falls")
     with pytest.raises(InvalidCommand, match="it lies"):
         rig.walker.command(WalkVelocity(forward=0.2))
     rig.walker.command(STILL)
