@@ -49,6 +49,8 @@ _WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").re
 _MARKER: Final = re.compile(r"<!-- generated: ([a-z ]+) -->")
 _APPROXIMATED: Final = re.compile(r"[Rr]emember|Do nothing|no effect|hear nothing|silent")
 """How the docstring of an operation says that it does less than a robot's."""
+_REFUSED: Final = "Refused: "
+"""How that of an operation begins that always fails."""
 _FENCE: Final = re.compile(r"^(```\w+) .+$", re.M)
 """The opening of a code block with words for the tests after its language, such as `xml fragment`."""
 _LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
@@ -284,6 +286,8 @@ def naoqi() -> str:
             if not operation.startswith("_"):
                 does = (inspect.getdoc(function) or "").partition("\n\n")[0]
                 kind = "approximated" if _APPROXIMATED.search(does) else "works"
+                if does.startswith(_REFUSED):
+                    kind, does = "refused", does.removeprefix(_REFUSED)
                 rows.append((f"`{name}.{operation}`", kind, _plain(does)))
     return _table(("operation", "", "what it does"), rows)
 

@@ -189,6 +189,16 @@ def constant(does: str, value: object = None, **checks: Check) -> Operation:
     return _described(operation, does, checks)
 
 
+def refused(why: str) -> Operation:
+    """Return the operation that raises InvalidCommand, whatever its arguments."""
+
+    def operation(_self: object, *_arguments: object) -> None:
+        raise InvalidCommand("operation", why)
+
+    operation.__doc__ = f"Refused: {why}."
+    return operation
+
+
 def kept(
     what: str, initial: object, *, result: object = None, **checks: Check
 ) -> tuple[Operation, Operation]:

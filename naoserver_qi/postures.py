@@ -1,4 +1,4 @@
-"""ALRobotPosture and ALBehaviorManager: postures of the whole body, and the server's motions as behaviors."""
+"""ALRobotPosture, and ALRobotPose of NAOqi 1: postures of the whole body."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from typing import Final
 
 from interfaces.nao import ActionStatus
-from naoserver.motions.keyframes import Motion, load_motions
 from naoserver.motions.postures import nearest_posture
-from naoserver.motions.routes import MotionRoute
-from naoserver.servants.motions import MOTION, POSTURE
+from naoserver.servants.motions import POSTURE
 from naoserver_qi.access import Access, Service
-from naoserver_qi.arguments import chosen, constant, fraction, kept, text, texts, within
-from naoserver_qi.clients import Activity, Call, Client, begins, begins_any
+from naoserver_qi.arguments import chosen, constant, fraction, within
+from naoserver_qi.clients import Activity, Call, begins, begins_any
 from naoserver_qi.modules import LOOK
 
 FAMILIES: Final[Mapping[str, str]] = {
@@ -98,85 +96,21 @@ class ALRobotPosture(Service):
         return sorted({FAMILIES[name] for name in self._access.postures.names})
 
 
-class ALBehaviorManager(Service):
-    """Run motions such as `wave`."""
+class ALRobotPose(Service):
+    """The current posture under its name in NAOqi 1."""
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._player = access.player
+        self._postures = access.service(ALRobotPosture)
+        self._newest = UNKNOWN, self._robot.clock.now()
 
-    setDefaultBehaviors, getDefaultBehaviors = kept(
-        "the behaviors that a robot runs when it starts", [], behaviors=texts
-    )
+    def getActualPoseAndTime(self) -> list[object]:
+        """Return the current posture, and the seconds since it was first seen here."""
+        pose, now = self._postures._pose(), self._robot.clock.now()
+        if pose != self._newest[0]:
+            self._newest = pose, now
+        return [pose, now - self._newest[1]]
 
-    @begins(Activity.BEHAVIOR)
-    def runBehavior(self, call: Call, name: object) -> None:
-        """Run a behavior; returns at its end. Whatever else moves the body is stopped first."""
-        motion = self._motion(name)
-        self._access.free(call)
-        with self._access.calls.beginning(call) as may:
-            if not may:
-                return
-            count = self._start(motion, call.client)
-        while motion.name in self.getRunningBehaviors() and self._player.progress(MOTION).count == count:
-            if call.wait(LOOK):
-                if not call.client.gone and self._player.progress(MOTION).count == count:
-                    self._player.stop(MOTION)
-                return
-
-    @begins(Activity.BEHAVIOR)
-    def startBehavior(self, name: object) -> None:
-        """Start a behavior; returns at once."""
-        motion, calls = self._motion(name), self._access.calls
-        with calls.beginning() as may:
-            if may:
-                self._start(motion, calls.current.client)
-
-    def stopBehavior(self, name: object) -> None:
-        """Stop a behavior."""
-        motion = self._motion(name)
-        chosen = begins_any(Activity.BEHAVIOR)
-        with self._access.calls.stopping(lambda call: chosen(call) and call.arguments[:1] == (name,)):
-            if motion.name in self.getRunningBehaviors():
-                self._player.stop(MOTION)
-
-    def stopAllBehaviors(self) -> None:
-        """Stop the running behavior, and those that are about to start."""
-        with self._access.calls.stopping(begins_any(Activity.BEHAVIOR)):
-            self._player.stop(MOTION)
-
-    def getInstalledBehaviors(self) -> list[str]:
-        """Return the names of the behaviors."""
-        return list(load_motions())
-
-    def getRunningBehaviors(self) -> list[str]:
-        """Return the name of the behavior that runs; one at most does."""
-        progress = self._player.progress(MOTION)
-        return [progress.name] if progress.status is ActionStatus.Moving else []
-
-    def addDefaultBehavior(self, behavior: object) -> None:
-        """Add a default behavior, which has no effect."""
-        self.setDefaultBehaviors([*dict.fromkeys((*self.getDefaultBehaviors(), text(behavior, "behavior")))])
-
-    def removeDefaultBehavior(self, behavior: object) -> None:
-        """Remove a default behavior."""
-        name = text(behavior, "behavior")
-        self.setDefaultBehaviors([each for each in self.getDefaultBehaviors() if each != name])
-
-    def isBehaviorInstalled(self, name: object) -> bool:
-        """Return whether there is a behavior of a name."""
-        return text(name, "name") in load_motions()
-
-    def isBehaviorRunning(self, name: object) -> bool:
-        """Return whether a behavior runs."""
-        return text(name, "name") in self.getRunningBehaviors()
-
-    def _start(self, motion: Motion, client: Client) -> int:
-        """Start a behavior; return the count of the player."""
-        route = MotionRoute(motion, load_motions().values())
-        self._player.begin(MOTION, motion.name, route, client=client.name)
-        return self._player.progress(MOTION).count
-
-    def _motion(self, name: object) -> Motion:
-        motions = load_motions()
-        return motions[chosen(name, "behavior", motions)]
+    def getPoseNames(self) -> list[str]:
+        """Return the names of the postures."""
+        return [*dict.fromkeys(POSES.values()), UNKNOWN]

@@ -24,7 +24,7 @@ from naoserver.errors import HardwareFailure
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
-from naoserver_qi import leds, memory, motion, postures, sensors, sound, speech, video, vision
+from naoserver_qi import behaviors, leds, memory, motion, postures, sensors, sound, speech, video, vision
 from naoserver_qi.access import RENEWAL, Access, Service
 from naoserver_qi.calls import Calls
 from naoserver_qi.clients import Client
@@ -32,7 +32,7 @@ from naoserver_qi.connections import Connections, Offer
 from naoserver_qi.effectors import EffectorMotion
 from zenoh_ice import WallClock
 
-_MODULES: Final = (leds, memory, motion, postures, sensors, sound, speech, video, vision)
+_MODULES: Final = (behaviors, leds, memory, motion, postures, sensors, sound, speech, video, vision)
 SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
     **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
     "ALMotion": (motion.ALMotion, EffectorMotion),

@@ -8,9 +8,9 @@ pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
 from naoserver_qi import memory as memory_module
+from naoserver_qi.behaviors import ALBehaviorManager
 from naoserver_qi.clients import Call, Client, running
 from naoserver_qi.memory import MOST_CALLBACKS, MOST_KEYS
-from naoserver_qi.postures import ALBehaviorManager
 from naoserver_qi.sensors import ALSonar
 from naoserver_qi.sound import ALAudioPlayer, ALAudioRecorder
 from naoserver_qi.speech import ALTextToSpeech

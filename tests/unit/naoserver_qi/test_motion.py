@@ -9,8 +9,8 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver_qi.behaviors import ALBehaviorManager
 from naoserver_qi.effectors import EffectorMotion
-from naoserver_qi.postures import ALBehaviorManager
 from tests.support.qi_service import LongCall
 from tests.support.robot_server import eventually
 
