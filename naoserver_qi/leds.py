@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import random
 from functools import partial
 from typing import Final
 
@@ -11,7 +13,7 @@ from naoserver.naoqi_names import LIGHT_GROUPS
 from naoserver_qi.access import Access, Service, needed
 from naoserver_qi.arguments import chosen, listed, number_within, text
 from naoserver_qi.clients import Call
-from naoserver_qi.lamps import COLORS, lights_of
+from naoserver_qi.lamps import COLORS, LAMPS, lights_of
 
 GROUPS: Final = {
     "AllLeds": tuple(LIGHT_GROUPS),
@@ -30,6 +32,9 @@ _NAMED: Final = {
     "magenta": 0xFF00FF,
     "cyan": 0x00FFFF,
 }
+_DARK: Final = (0.0, 0.0, 0.0)
+_STEP: Final = 0.4
+"""Robot seconds of a step of an effect."""
 _LONGEST: Final = 60.0
 _MOST: Final = 100
 _part: Final = partial(number_within, lower=0.0, upper=1.0)
@@ -96,6 +101,36 @@ class ALLeds(Service):
         colors = self._lights.colors()
         return [max(colors[light]) for light in members]
 
+    def rasta(self, call: Call, duration: object) -> None:
+        """Show green, yellow and red in turn on all lights, for some seconds."""
+        end = self._robot.clock.now() + _seconds(duration)
+        for name in itertools.cycle(("green", "yellow", "red")):
+            self._fade("AllLeds", _color((name,)), _STEP)
+            if self._pause(call, end):
+                return
+
+    def rotateEyes(self, call: Call, rgb: object, timeForRotation: object, totalDuration: object) -> None:
+        """Let both eyes swell and fade in a colour, once a rotation, for some seconds."""
+        color, end = _color((rgb,)), self._robot.clock.now() + _seconds(totalDuration)
+        half = number_within(timeForRotation, "time of a rotation", 0.1, _LONGEST) / 2.0
+        for shown in itertools.cycle((color, _DARK)):
+            self._fade("FaceLeds", shown, half)
+            if self._pause(call, end, half):
+                return
+
+    def randomEyes(self, call: Call, duration: object) -> None:
+        """Show changing random colours in the eyes for some seconds."""
+        end = self._robot.clock.now() + _seconds(duration)
+        while True:
+            for light in GROUPS["FaceLeds"]:
+                self._lights.set(light, (random.random(), random.random(), random.random()), _STEP)
+            if self._pause(call, end):
+                return
+
+    def listLEDs(self) -> list[str]:
+        """Return the names of the single lamps; each means the whole light that it is a part of."""
+        return list(LAMPS)
+
     def listGroups(self) -> list[str]:
         """Return the names of the groups."""
         return list(self._groups())
@@ -127,6 +162,11 @@ class ALLeds(Service):
     def _fade(self, name: object, color: Color, seconds: float) -> None:
         for light in self._members(name)[0]:
             self._lights.set(light, color, seconds)
+
+    def _pause(self, call: Call, end: float, seconds: float = _STEP) -> bool:
+        """Wait for the next step of an effect; return whether it is at its end in robot time, or stopped."""
+        left = end - self._robot.clock.now()
+        return call.wait(max(0.0, min(left, seconds))) or left <= seconds
 
     def _dim(self, name: object, intensity: float, seconds: float) -> None:
         members, part = self._members(name)

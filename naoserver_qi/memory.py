@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import operator
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -12,14 +13,16 @@ import qi
 
 from naoserver.errors import InvalidCommand
 from naoserver_qi.access import Access, Service
-from naoserver_qi.arguments import chosen, keepable, text, texts
-from naoserver_qi.clients import Client
+from naoserver_qi.arguments import chosen, keepable, kept, number_within, one_of, switch, text, texts
+from naoserver_qi.clients import Call, Client
 from naoserver_qi.readings import TOUCH, Part, parts_of
 
 _logger = logging.getLogger(__name__)
 
 NOTIFYING: Final = 0.02
 """Wall seconds between two checks for changes."""
+_LONGEST_CHANGE: Final = 3600.0
+"""Maximum robot seconds for which a program waits for a change, unless it waits without a limit."""
 MOST_KEYS: Final = 250
 """Maximum keys of a client, and maximum keys to which it listens."""
 MOST_LEFT: Final = 1000
@@ -95,6 +98,15 @@ class ALMemory(Service):
         """Return the values of keys at one moment; None where there is none."""
         read = cache(operator.call)  # each part once
         return [self._look(key, read)[1] for key in texts(keys, "keys")]
+
+    def getDataOnChange(self, call: Call, key: object, timeOut: object = 0) -> Any:  # noqa: ANN401
+        """Return the value of a key once it has changed, or after some seconds; 0 for no limit."""
+        limit = number_within(timeOut, "time-out", 0.0, _LONGEST_CHANGE) or math.inf
+        before, end = self.getData(key), self._robot.clock.now() + limit
+        while (value := self.getData(key)) == before and self._robot.clock.now() < end:
+            if call.wait(NOTIFYING):
+                break
+        return value
 
     def insertData(self, key: object, value: object) -> None:
         """Write a value under a key without a signal; measured values stay."""
@@ -233,8 +245,18 @@ class ALMemory(Service):
 _STATES: Final = ("disabled", "solitary", "interactive", "safeguard")
 
 
+_ABILITY: Final = one_of(
+    "ability",
+    ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement"),
+)
+
+
 class ALAutonomousLife(Service):
     """Remember the state of a life that the robot does not have: nothing moves by itself in any state."""
+
+    setAutonomousAbilityEnabled, getAutonomousAbilityEnabled = kept(
+        "whether an autonomous ability is enabled", True, autonomousAbility=_ABILITY, enabled=switch
+    )
 
     _state = _STATES[0]
 

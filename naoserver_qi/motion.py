@@ -397,6 +397,11 @@ class ALMotion(Service):
     setExternalCollisionProtectionEnabled, getExternalCollisionProtectionEnabled = _reflex(
         "external collision protection", name=text
     )
+    isCollision = constant(
+        "Return `none`, since near collisions are not reported.",
+        "none",
+        pChainName=one_of("chain", ("Arms", "LArm", "RArm")),
+    )
     setBreathEnabled, getBreathEnabled = _reflex("breathing", False, chain=text)
     setIdlePostureEnabled, getIdlePostureEnabled = _reflex("the idle posture", False, chain=text)
     _set_arm, getMoveArmsEnabled = _reflex("the swing of an arm", arm=text)

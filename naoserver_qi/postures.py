@@ -9,7 +9,7 @@ from interfaces.nao import ActionStatus
 from naoserver.motions.postures import nearest_posture
 from naoserver.servants.motions import POSTURE
 from naoserver_qi.access import Access, Service
-from naoserver_qi.arguments import chosen, constant, fraction, within
+from naoserver_qi.arguments import chosen, constant, fraction, number, within
 from naoserver_qi.clients import Activity, Call, begins, begins_any
 from naoserver_qi.modules import LOOK
 
@@ -38,10 +38,13 @@ class ALRobotPosture(Service):
 
     @begins(Activity.POSTURE)
     def goToPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
-        """End a walk, and go to a posture at a fraction of full pace; returns whether it was reached."""
+        """End a walk, and go to a posture at a fraction of full pace; returns whether it was reached.
+
+        A fraction above 1 means full pace, as on a robot.
+        """
         postures = self._access.postures
         name = chosen(postureName, "posture", postures.names)
-        pace = fraction(maxSpeedFraction, "the fraction")
+        pace = fraction(min(number(maxSpeedFraction, "the fraction"), 1.0), "the fraction")
         self._access.free(call)
         with self._access.calls.beginning(call) as may:
             if not may:

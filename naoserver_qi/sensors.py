@@ -103,3 +103,7 @@ class ALSystem(Service):
     def robotName(self) -> str:
         """Return the name of the robot."""
         return self._robot.name
+
+    def systemInfo(self) -> list[list[str]]:
+        """Return names and values of facts about the system."""
+        return [["robotName", self.robotName()], ["version", VERSION], ["body", self._robot.body.name]]

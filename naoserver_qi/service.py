@@ -24,7 +24,20 @@ from naoserver.errors import HardwareFailure
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
-from naoserver_qi import behaviors, leds, memory, motion, postures, sensors, sound, speech, video, vision
+from naoserver_qi import (
+    behaviors,
+    leds,
+    memory,
+    motion,
+    photos,
+    postures,
+    sensors,
+    sound,
+    speech,
+    tracker,
+    video,
+    vision,
+)
 from naoserver_qi.access import RENEWAL, Access, Service
 from naoserver_qi.calls import Calls
 from naoserver_qi.clients import Client
@@ -32,7 +45,20 @@ from naoserver_qi.connections import Connections, Offer
 from naoserver_qi.effectors import EffectorMotion
 from zenoh_ice import WallClock
 
-_MODULES: Final = (behaviors, leds, memory, motion, postures, sensors, sound, speech, video, vision)
+_MODULES: Final = (
+    behaviors,
+    leds,
+    memory,
+    motion,
+    photos,
+    postures,
+    sensors,
+    sound,
+    speech,
+    tracker,
+    video,
+    vision,
+)
 SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
     **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
     "ALMotion": (motion.ALMotion, EffectorMotion),
@@ -83,7 +109,7 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
 
         connections = Connections(url, libqi.offer, lose)
         access.faults.interrupt = connections.interrupt
-        wall, walking, tracker = WallClock(), access.walking, access.service(vision.ALTracker)
+        wall, walking, follower = WallClock(), access.walking, access.service(tracker.ALTracker)
         detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
         sight = partial(Periodic, clock=robot.clock, period=lambda: vision.LOOKING, thread="NAOqi sight")
         notify = access.service(memory.ALMemory)._notify
@@ -91,12 +117,12 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
             Periodic("ALMemory", wall, lambda: memory.NOTIFYING, notify, thread="NAOqi"),
             Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
             *(sight(each.KEY, work=each._look, wanted=each._wanted) for each in detectors),
-            sight("ALTracker", work=tracker._follow, wanted=tracker.isActive),
+            sight("ALTracker", work=follower._follow, wanted=follower.isActive),
         ]
         steps.callback(walking.stop)
         steps.callback(connections.close)  # no client can walk any more
-        steps.callback(tracker.stopTracker)
         steps.callback(calls.close)
+        steps.callback(follower.stopTracker)
         steps.enter_context(JobThreads(jobs))
         yield connections.url
 

@@ -226,6 +226,23 @@ class ALVideoDevice(Service):
         parameter=within(0, 100),
         value=lambda value, what: round(number(value, what)),
     )
+
+    def openCamera(self, cameraIndex: object) -> bool:
+        """Return whether there is a camera of a number: cameras are always open."""
+        return self.hasCamera(cameraIndex)
+
+    closeCamera = isCameraOpen = openCamera
+
+    def setCameraParameter(self, handle: object, parameter: object, value: object) -> bool:
+        """Remember a parameter of the camera of a subscription, which has no effect."""
+        self.setParameter(self._get(handle).camera, parameter, value)
+        return True
+
+    def getCameraParameter(self, handle: object, parameter: object) -> int:
+        """Return a parameter of the camera of a subscription."""
+        result: int = self.getParameter(self._get(handle).camera, parameter)
+        return result
+
     getResolution, setResolution = _setting("resolution")
     getColorSpace, setColorSpace = _setting("color_space")
     getFrameRate, setFrameRate = _setting("rate")

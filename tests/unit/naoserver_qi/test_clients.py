@@ -14,9 +14,10 @@ from naoserver_qi.memory import MOST_CALLBACKS, MOST_KEYS
 from naoserver_qi.sensors import ALSonar
 from naoserver_qi.sound import ALAudioPlayer, ALAudioRecorder
 from naoserver_qi.speech import ALTextToSpeech
+from naoserver_qi.tracker import ALTracker
 from naoserver_qi.video import MOST as MOST_SUBSCRIPTIONS
 from naoserver_qi.video import ALVideoDevice
-from naoserver_qi.vision import ALRedBallDetection, ALTracker
+from naoserver_qi.vision import ALRedBallDetection
 from tests.support.qi_service import LongCall
 from tests.support.robot_server import eventually
 

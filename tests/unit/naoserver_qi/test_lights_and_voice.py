@@ -7,7 +7,8 @@ pytest.importorskip("qi")
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver_qi.leds import ALLeds
-from naoserver_qi.sensors import ALSonar, ALTouch
+from naoserver_qi.memory import ALAutonomousLife
+from naoserver_qi.sensors import ALSonar, ALSystem, ALTouch
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 
 KEYS = {
@@ -52,6 +53,9 @@ def test_one_part_of_a_colour(rig, leds):
     ("name", "lights"),
     [
         ("FaceLed3", ["LeftEye", "RightEye"]),
+        ("FaceLedLeft0", ["LeftEye"]),
+        ("FaceLedsRightTop", ["RightEye"]),
+        ("LeftEarLedsOdd", ["LeftEar"]),
         ("RightFaceLed1", ["RightEye"]),
         ("LeftEarLed10", ["LeftEar"]),
         ("BrainLed0", ["Head"]),
@@ -78,6 +82,41 @@ def test_groups_of_ones_own(rig, leds):
     rig.advance(0.1)
     assert leds.listGroup("Mine") == ["Chest", "LeftFoot", "RightFoot"]
     assert leds.getIntensity("Mine") == [1.0, 1.0, 1.0]
+
+
+def seen(rig, call, seconds):
+    """Return the colours that the left eye shows until a call ends."""
+    colors = set()
+    for _ in range(round(seconds / 0.02)):
+        rig.advance(0.02)
+        colors.add(tuple(round(part, 1) for part in rig.robot.lights.colors()["LeftEye"]))
+    call.join()
+    return colors
+
+
+@pytest.mark.parametrize(
+    ("effect", "arguments", "shown"),
+    [
+        ("rasta", (3.0,), {(0.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.0, 0.0, 0.0)}),
+        ("rotateEyes", (0xFF0000, 0.5, 2.0), {(1.0, 0.0, 0.0), (0.0, 0.0, 0.0)}),
+        ("randomEyes", (2.0,), set()),
+    ],
+)
+def test_an_effect_lasts_as_long_as_it_should(rig, leds, effect, arguments, shown):
+    start = rig.clock.now()
+    call = rig.begin(getattr(leds, effect), *arguments)
+    colors = seen(rig, call, arguments[-1] + 0.2)
+    assert shown <= colors
+    assert len(colors) > 5
+    assert rig.complete(getattr(leds, effect), *arguments) == pytest.approx(arguments[-1], abs=0.1)
+    assert rig.clock.now() - start < 3 * arguments[-1]
+
+
+def test_an_effect_can_be_stopped(rig, leds):
+    call = rig.begin(leds.randomEyes, 60.0)
+    call.call.stop()
+    rig.advance(0.1)
+    call.join()
 
 
 def test_lights_that_are_none(rig, leds):
@@ -194,6 +233,37 @@ def test_memory_of_what_is_not_there(memory):
     with pytest.raises(InvalidCommand, match="no data under 'Nose'"):
         memory.getData("Nose")
     assert memory.getListData(["Nose"]) == [None]
+
+
+def test_a_change_of_a_value_is_waited_for(rig, memory):
+    memory.insertData("Mine", 1)
+    call = rig.begin(memory.getDataOnChange, "Mine", 0)
+    rig.advance(1.0)
+    assert not call.ended
+    memory.insertData("Mine", 2)
+    rig.advance(0.1)
+    call.join()
+    assert call.result == 2
+    assert rig.complete(memory.getDataOnChange, "Mine", 3.0) == pytest.approx(3.0, abs=0.1)
+
+
+def test_abilities_of_autonomous_life_are_remembered(rig):
+    life = rig.access.service(ALAutonomousLife)
+    life.setAutonomousAbilityEnabled("BasicAwareness", False)
+    assert not life.getAutonomousAbilityEnabled("BasicAwareness")
+    assert life.getAutonomousAbilityEnabled("AutonomousBlinking")
+    with pytest.raises(InvalidCommand, match="no ability 'Flying'"):
+        life.setAutonomousAbilityEnabled("Flying", True)
+
+
+def test_the_mode_of_body_language_is_remembered(rig):
+    speech = rig.access.service(ALAnimatedSpeech)
+    speech.setBodyLanguageMode(0)
+    assert speech.getBodyLanguageMode() == 0
+
+
+def test_the_system_says_what_it_is(rig):
+    assert ["body", "H25"] in rig.access.service(ALSystem).systemInfo()
 
 
 def test_what_is_measured_cannot_be_overwritten(rig, memory):

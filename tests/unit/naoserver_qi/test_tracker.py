@@ -8,7 +8,8 @@ pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
 from naoserver.errors import InvalidCommand
-from naoserver_qi.vision import LOOKING, ALRedBallDetection, ALTracker
+from naoserver_qi.tracker import ALTracker
+from naoserver_qi.vision import LOOKING, ALRedBallDetection
 
 
 @pytest.fixture(autouse=True)
