@@ -12,6 +12,7 @@ from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
 from naoserver.gate import Gate
 from naoserver.guarded_device import GuardedDevice
+from naoserver.hearing import Hearing
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.latch import Latch
 from naoserver.motions.player import PERIOD, MotionPlayer
@@ -66,6 +67,8 @@ class Assembly:
         """Events of the health report."""
         self.gate: Final = Gate(self.events, latch)
         """Emergency stop and lease in front of every command of the robot."""
+        self.hearing: Final = Hearing()
+        """Passes on what is said to the robot, as text."""
 
         time = robot.clock.now
         self._clock = ClockI(robot.clock)
@@ -80,7 +83,7 @@ class Assembly:
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
-            scene = SceneI(robot.stage, self.gate, self.body.hold)
+            scene = SceneI(robot.stage, self.gate, self.body.hold, self.hearing.hear)
             self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)

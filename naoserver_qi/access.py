@@ -53,7 +53,7 @@ class Access:
         self.robot: Final = robot
         self.disk = disk.resolve()
         """The folder that represents its disk."""
-        self.faults: Final = Faults(robot.senses, enabled=faults)
+        self.faults: Final = Faults(robot.senses, assembly.hearing, enabled=faults)
         self.calls: Final = CallTable(robot.clock)
         """The calls of all clients."""
         self.body: Final = assembly.body
@@ -65,6 +65,8 @@ class Access:
         self.walk_to: Final = assembly.walk_to
         """Its walk to a place; None when it has none."""
         self.player: Final = assembly.player
+        self.hearing: Final = assembly.hearing
+        """Passes on what is said to it, as text."""
         postures = assembly.servants["Postures"]
         assert isinstance(postures, PosturesI)
         self.postures: Final = postures

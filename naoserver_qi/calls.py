@@ -26,6 +26,7 @@ import qi
 from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.fake.robot import FakeSenses
+from naoserver.hearing import Hearing
 from naoserver_qi.arguments import number, number_within, text, texts
 from naoserver_qi.clients import (
     MOST_WAITING,
@@ -52,13 +53,16 @@ class Faults:
     no faults unless requested.
     """
 
-    def __init__(self, senses: Senses | None = None, *, enabled: bool = False) -> None:
+    def __init__(
+        self, senses: Senses | None = None, hearing: Hearing | None = None, *, enabled: bool = False
+    ) -> None:
         """Serve a robot with some senses."""
         self.enabled: Final = enabled
         """Whether clients can reach this service."""
         self.interrupt: Callable[[float], None] = lambda _seconds: None
         """Close all connections for some wall seconds."""
         self._senses = senses
+        self._hearing = hearing or Hearing()
         self.clear()
 
     def clear(self) -> None:
@@ -95,6 +99,10 @@ class Faults:
     def near(self, left: object, right: object) -> None:
         """Put something in front of the sonar of a fake robot, at distances in m."""
         self._fake.feel(sonar=SonarReading(number(left, "left"), number(right, "right")))
+
+    def tell(self, sentence: object) -> str:
+        """Say something to the robot; return what ALSpeechRecognition recognized."""
+        return self._hearing.hear(text(sentence, "sentence"))
 
     def tilt(self, roll: object, pitch: object) -> None:
         """Tilt the torso of a fake robot, in rad, as its inertial unit feels it."""

@@ -39,6 +39,9 @@ _RAISED: Final = (
     "AutonomousLife/State",
     "FaceDetected",
     "LandmarkDetected",
+    "SpeechDetected",
+    "WordRecognized",
+    "WordRecognizedAndGrammar",
     "redBallDetected",
 )
 """The events that services raise; they take no room from the keys of clients."""

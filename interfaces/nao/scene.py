@@ -90,7 +90,7 @@ class WorldShape(ice.Struct):
     """From 0, clear, to 1."""
 
 
-class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="837d55c9ecc23e26"):
+class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="f0f4a76bde270849"):
     """Set the scene of a simulation."""
 
     @ice.operation()
@@ -127,6 +127,12 @@ class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="837d55c9ecc23e26")
     def pressSensor(self, name: str, seconds: float) -> None:
         """Press a touch sensor for some seconds: a name that Touch.getTouchNames gives."""
 
+    @ice.operation(throws=(InvalidValueException,))
+    def tellRobot(self, text: str) -> str:
+        """Tell the robot something, as somebody beside it would: a sentence of at most 500 characters. Return
+        what programs for NAOqi recognized in it, empty if nothing.
+        """
+
 
 class Scene(ice.Object, proxy=ScenePrx):
     """Servant of `ScenePrx`, which describes the operations."""
@@ -145,6 +151,8 @@ class Scene(ice.Object, proxy=ScenePrx):
     def pushRobot(self, force: Vector3, seconds: float, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def pressSensor(self, name: str, seconds: float, current: ice.Current) -> None: ...
+    @ice.abstractmethod
+    def tellRobot(self, text: str, current: ice.Current) -> str: ...
 
 
 Poses = dict[str, Pose]

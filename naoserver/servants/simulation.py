@@ -16,13 +16,16 @@ class SceneI(nao.Scene):
     """Set the scene of a simulation: this is no command of the robot, so no lease and no stop prevents it.
 
     Only a push counts as a command, and passes the gate. `end_motion` ends all motion of the robot, so that
-    it does not continue after being placed.
+    it does not continue after being placed; `hear` returns what was recognized in a sentence.
     """
 
-    def __init__(self, stage: Stage, gate: Gate, end_motion: Callable[[], None]) -> None:
+    def __init__(
+        self, stage: Stage, gate: Gate, end_motion: Callable[[], None], hear: Callable[[str], str]
+    ) -> None:
         self._stage: Final = stage
         self._gate: Final = gate
         self._end_motion: Final = end_motion
+        self._hear: Final = hear
 
     def reset(self, current: Current) -> None:
         self._end_motion()
@@ -64,6 +67,10 @@ class SceneI(nao.Scene):
         require_finite(seconds=seconds)
         with refusals_raised():
             self._stage.press(name, seconds)
+
+    def tellRobot(self, text: str, current: Current) -> str:
+        with refusals_raised():
+            return self._hear(text)
 
 
 class GroundTruthI(nao.GroundTruth):

@@ -89,7 +89,20 @@ def test_the_world_is_shown_and_recorded_and_a_ball_is_carried_in_it(
     page.mouse.up()
     comes_true(shown, f"async limit => (await ({BALL})())[3] < limit", start[1] - 0.1)
 
+    hint, sentence = page.locator(".robot-hint"), page.get_by_label("Say something to the robot")
+    expect(sentence).to_have_count(0)
+    page.locator(".view-tools").get_by_role("button", name="Tell").click()
+    sentence.fill("Go left")
+    sentence.press("Enter")
+    expect(hint).to_have_text("No program recognized that.")
+    robot.assembly.hearing.listen(str.lower)
+    sentence.fill("Go LEFT")
+    page.get_by_role("button", name="Tell it").click()
+    expect(hint).to_have_text("It understood: go left")
+    expect(sentence).to_have_value("")
+
     page.evaluate(LOOK_BACK, before)
+    expect(sentence).to_have_count(0)
     eventually(lambda: (page.evaluate(BALL) or [])[2:] == pytest.approx(start, abs=0.02))
     assert stage.truth().objects["Ball"].position[1] < start[1] - 0.1
     assert not page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled")

@@ -57,6 +57,15 @@ def test_a_push_and_a_press_reach_the_robot(nao, scene, truth):
     eventually(lambda: truth.getGroundTruth().torso.position.z < 0.25)
 
 
+def test_a_sentence_reaches_those_who_listen(nao, scene):
+    assert scene.tellRobot("hello") == ""
+    nao.assembly.hearing.listen(lambda sentence: sentence.upper())
+    assert scene.tellRobot("hello") == "HELLO"
+    with pytest.raises(InvalidValueException, match="there is nothing to hear") as caught:
+        scene.tellRobot(" ")
+    assert caught.value.field == "text"
+
+
 def test_the_world_is_reported_as_shapes(scene, truth):
     shapes = scene.getShapes()
     assert {shape.object for shape in shapes} - {""} == truth.getGroundTruth().objects.keys() == {"Ball"}

@@ -298,10 +298,22 @@ def test_a_sound_without_a_file_plays_shortly(session):
     assert player.getFileLength(sound) == 1.0
 
 
-def test_a_service_that_is_refused_says_why(session):
+def test_a_typed_word_is_recognized(session):
+    heard = qi.Promise()
     recognition = session.service("ALSpeechRecognition")
-    with pytest.raises(RuntimeError, match="ALSpeechRecognition is not offered: this robot hears nothing"):
-        recognition.setVocabulary(["yes", "no"], False)
+    recognition.setVocabulary(["yes", "no"], True)
+    subscriber = session.service("ALMemory").subscriber("WordRecognized")
+    subscriber.signal.connect(heard.setValue)
+    recognition.subscribe("test")
+    assert session.service("Faults").tell("Oh yes, please") == "yes"
+    assert heard.future().value(MILLISECONDS) == ["<...> yes <...>", 1.0]
+    recognition.unsubscribe("test")
+
+
+def test_a_service_that_is_refused_says_why(session):
+    sound = session.service("ALSoundLocalization")
+    with pytest.raises(RuntimeError, match="ALSoundLocalization is not offered: this robot hears nothing"):
+        sound.subscribe("test")
 
 
 def test_many_clients_at_once(url):

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx
+from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx, ScenePrx
 from naoserver.body import H21, H25
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -51,6 +51,15 @@ def test_both_see_where_the_head_is(session, proxy):
     body = proxy(JointsPrx, "Body")
     index = body.getJointNames().index("HeadYaw")
     eventually_near(lambda: body.getJointState().positions[index], 0.6, 0.02)
+
+
+def test_a_program_recognizes_what_the_scene_tells_the_robot(session, proxy):
+    recognition, memory = session.service("ALSpeechRecognition"), session.service("ALMemory")
+    recognition.setVocabulary(["yes", "no"], False)
+    recognition.subscribe("test")
+    assert proxy(ScenePrx, "Scene").tellRobot("Yes!") == "yes"
+    assert memory.getData("WordRecognized") == ["yes", 1.0]
+    recognition.unsubscribe("test")
 
 
 def test_the_safety_layer_limits_both(session, proxy):

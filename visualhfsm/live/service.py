@@ -78,8 +78,9 @@ class Monitoring:
     past by its component time), `series` (numbers over time), `picture` (the
     picture of a camera then), `facts` of the robot, `identities` in the realm, `emergencyStop`, the red
     button of the operator, which also ends all components, `resetEmergencyStop`, and of a simulation
-    `standRobot`, which puts the robot on its feet, `placeObject` and `pushRobot`. Those from `facts` on need
-    no component. The past of an open recording is requested by the name that `recording` returned.
+    `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and `tellRobot`. Those from
+    `facts` on need no component. The past of an open recording is requested by the name that `recording`
+    returned.
     """
 
     def __init__(
@@ -144,7 +145,7 @@ class Monitoring:
                 case "picture":
                     wanted = msgspec.convert(arguments, _Picture)
                     return await self._picture(component, wanted.camera, wanted.at)
-                case "placeObject" | "pushRobot":
+                case "placeObject" | "pushRobot" | "tellRobot":
                     return await self._set_scene(action, arguments)
                 case "timeline":
                     return self._log(component).timeline()

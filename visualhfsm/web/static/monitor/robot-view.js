@@ -30,7 +30,13 @@ const VIEWS = [
 class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
-  static properties = {problem: {state: true}, message: {state: true}, simulated: {state: true}, pushes: {state: true}};
+  static properties = {
+    problem: {state: true},
+    message: {state: true},
+    simulated: {state: true},
+    pushes: {state: true},
+    tells: {state: true},
+  };
 
   constructor() {
     super();
@@ -42,6 +48,8 @@ class RobotView extends MonitorElement {
     this.simulated = false;
     /** Whether dragging the robot pushes it. */
     this.pushes = false;
+    /** Whether there is a line for what the robot is to hear. */
+    this.tells = false;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
     /** @type {RobotDrawing | undefined} */
@@ -65,20 +73,59 @@ class RobotView extends MonitorElement {
         ${
           this.simulated && !monitor.looking
             ? html`<button
-                type="button"
-                class="push"
-                title="Drag the robot to push it"
-                aria-pressed=${this.pushes}
-                @click=${() => (this.pushes = !this.pushes)}
-              >
-                Push
-              </button>`
+                  type="button"
+                  class="push"
+                  title="Drag the robot to push it"
+                  aria-pressed=${this.pushes}
+                  @click=${() => (this.pushes = !this.pushes)}
+                >
+                  Push
+                </button>
+                <button
+                  type="button"
+                  class="tell"
+                  title="Say something to the robot, which programs for NAOqi recognize"
+                  aria-pressed=${this.tells}
+                  @click=${() => (this.tells = !this.tells)}
+                >
+                  Tell
+                </button>`
             : nothing
         }
       </div>
       <div class="stage"></div>
+      ${this.simulated && !monitor.looking && this.tells ? this.#sentence() : nothing}
       <p class="robot-hint faint" role="status">${problem ?? (this.message || this.#hint())}</p>
     </div>`;
+  }
+
+  /** The line in which somebody types what the robot is to hear. */
+  #sentence() {
+    return html`<form class="sentence" @submit=${this.#tell}>
+      <input
+        name="text"
+        maxlength="500"
+        required
+        autocomplete="off"
+        placeholder="Say something to the robot"
+        aria-label="Say something to the robot"
+      />
+      <button type="submit">Tell it</button>
+    </form>`;
+  }
+
+  /** @param {SubmitEvent} event */
+  async #tell(event) {
+    event.preventDefault();
+    const form = /** @type {HTMLFormElement} */ (event.target);
+    const text = String(new FormData(form).get("text"));
+    try {
+      const understood = await monitor.control("tellRobot", {text});
+      this.message = understood ? `It understood: ${understood}` : "No program recognized that.";
+      form.reset();
+    } catch (error) {
+      this.message = messageOf(error);
+    }
   }
 
   #hint() {

@@ -1,0 +1,23 @@
+"""Sentences for a robot that has no ears."""
+
+import pytest
+
+from naoserver.errors import InvalidCommand
+from naoserver.hearing import LONGEST_SENTENCE, Hearing
+
+
+def test_all_that_listen_hear_and_say_what_they_recognized():
+    hearing, heard = Hearing(), []
+    assert hearing.hear("hello") == ""
+    for answer in ("hello", "", "greeting"):
+        hearing.listen(lambda sentence, answer=answer: heard.append(sentence) or answer)
+    assert hearing.hear("Hello!") == "hello, greeting"
+    assert heard == ["Hello!"] * 3
+
+
+@pytest.mark.parametrize("sentence", ["", "  ", "a" * (LONGEST_SENTENCE + 1)])
+def test_what_is_no_sentence_reaches_nobody(sentence):
+    hearing = Hearing()
+    hearing.listen(lambda _sentence: pytest.fail("it was heard"))
+    with pytest.raises(InvalidCommand, match="text"):
+        hearing.hear(sentence)
