@@ -12,7 +12,7 @@ LONGEST_SENTENCE: Final = 500
 
 
 class Hearing:
-    """Pass sentences on to those who listen. Thread-safe once all of them do."""
+    """Pass sentences on to all listeners. Thread-safe once they are known."""
 
     def __init__(self) -> None:
         self._listeners: list[Callable[[str], str]] = []

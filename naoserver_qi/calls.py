@@ -100,7 +100,7 @@ class Faults:
         """Put something in front of the sonar of a fake robot, at distances in m."""
         self._fake.feel(sonar=SonarReading(number(left, "left"), number(right, "right")))
 
-    def tell(self, sentence: object) -> str:
+    def say(self, sentence: object) -> str:
         """Say something to the robot; return what ALSpeechRecognition recognized."""
         return self._hearing.hear(text(sentence, "sentence"))
 

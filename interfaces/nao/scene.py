@@ -90,7 +90,7 @@ class WorldShape(ice.Struct):
     """From 0, clear, to 1."""
 
 
-class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="f0f4a76bde270849"):
+class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="3feb65baa827b308"):
     """Set the scene of a simulation."""
 
     @ice.operation()
@@ -128,9 +128,9 @@ class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="f0f4a76bde270849")
         """Press a touch sensor for some seconds: a name that Touch.getTouchNames gives."""
 
     @ice.operation(throws=(InvalidValueException,))
-    def tellRobot(self, text: str) -> str:
-        """Tell the robot something, as somebody beside it would: a sentence of at most 500 characters. Return
-        what programs for NAOqi recognized in it, empty if nothing.
+    def sayToRobot(self, text: str) -> str:
+        """Say something to the robot, as somebody beside it would: a sentence of at most 500 characters.
+        Return what programs for NAOqi recognized in it, empty if nothing.
         """
 
 
@@ -152,7 +152,7 @@ class Scene(ice.Object, proxy=ScenePrx):
     @ice.abstractmethod
     def pressSensor(self, name: str, seconds: float, current: ice.Current) -> None: ...
     @ice.abstractmethod
-    def tellRobot(self, text: str, current: ice.Current) -> str: ...
+    def sayToRobot(self, text: str, current: ice.Current) -> str: ...
 
 
 Poses = dict[str, Pose]

@@ -68,7 +68,7 @@ class SceneI(nao.Scene):
         with refusals_raised():
             self._stage.press(name, seconds)
 
-    def tellRobot(self, text: str, current: Current) -> str:
+    def sayToRobot(self, text: str, current: Current) -> str:
         with refusals_raised():
             return self._hear(text)
 

@@ -91,13 +91,13 @@ def test_the_world_is_shown_and_recorded_and_a_ball_is_carried_in_it(
 
     hint, sentence = page.locator(".robot-hint"), page.get_by_label("Say something to the robot")
     expect(sentence).to_have_count(0)
-    page.locator(".view-tools").get_by_role("button", name="Tell").click()
+    page.locator(".view-tools").get_by_role("button", name="Say").click()
     sentence.fill("Go left")
     sentence.press("Enter")
     expect(hint).to_have_text("No program recognized that.")
     robot.assembly.hearing.listen(str.lower)
     sentence.fill("Go LEFT")
-    page.get_by_role("button", name="Tell it").click()
+    page.get_by_role("button", name="Say it").click()
     expect(hint).to_have_text("It understood: go left")
     expect(sentence).to_have_value("")
 

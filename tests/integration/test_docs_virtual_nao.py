@@ -1,6 +1,7 @@
 """docs/how-to/virtual-nao.md: its programs run, and what it names exists."""
 
 import ast
+import queue
 import re
 import subprocess
 import sys
@@ -11,7 +12,8 @@ pytest.importorskip("qi")
 
 from naoserver_qi import service
 from naoserver_qi.calls import Faults
-from tests.support.limits import RUN_LIMIT
+from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
+from tests.support.naoqi import connected
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, module
 
@@ -36,6 +38,21 @@ def test_the_program_says_what_the_page_says(tmp_path):
     assert result.returncode == 0, result.stderr
     own = [line for line in result.stdout.splitlines() if not line.startswith("[")]  # the others are libqi's
     assert own == said.splitlines()[1:]
+
+
+def test_typed_speech_is_recognized_as_the_page_says() -> None:
+    section = PAGE.partition("## Typed speech")[2].partition("## ")[0]
+    (example,) = blocks_of(section)
+    with (
+        ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as server,
+        connected(server.wait_for(r"^ready: (\S+)")[1]) as session,
+    ):
+        heard: queue.Queue[object] = queue.Queue()
+        names = {"session": session, "print": heard.put}  # they keep the subscriber
+        exec(compile(example.text, "virtual-nao.md", "exec"), names)
+        assert session.service("Faults").say("Please go left") == "go left"
+        value = heard.get(timeout=EVENT_LIMIT)
+    assert str(value).replace("'", '"') in section
 
 
 def test_every_service_is_in_the_table() -> None:

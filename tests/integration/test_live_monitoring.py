@@ -555,9 +555,9 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
             with pytest.raises(VisualHfsmError, match="the simulation cannot be asked to pushRobot"):
                 await change("pushRobot", **wrong)
 
-        await change("tellRobot", text="hello")
+        await change("sayToRobot", text="hello")
         with pytest.raises(VisualHfsmError, match="there is nothing to hear"):
-            await change("tellRobot", text=" ")
+            await change("sayToRobot", text=" ")
 
         push = {"force": {"x": 90.0, "y": 0.0, "z": 0.0}, "seconds": 0.3}
         await change("emergencyStop")

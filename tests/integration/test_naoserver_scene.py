@@ -58,11 +58,11 @@ def test_a_push_and_a_press_reach_the_robot(nao, scene, truth):
 
 
 def test_a_sentence_reaches_those_who_listen(nao, scene):
-    assert scene.tellRobot("hello") == ""
+    assert scene.sayToRobot("hello") == ""
     nao.assembly.hearing.listen(lambda sentence: sentence.upper())
-    assert scene.tellRobot("hello") == "HELLO"
+    assert scene.sayToRobot("hello") == "HELLO"
     with pytest.raises(InvalidValueException, match="there is nothing to hear") as caught:
-        scene.tellRobot(" ")
+        scene.sayToRobot(" ")
     assert caught.value.field == "text"
 
 

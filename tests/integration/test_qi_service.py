@@ -305,7 +305,7 @@ def test_a_typed_word_is_recognized(session):
     subscriber = session.service("ALMemory").subscriber("WordRecognized")
     subscriber.signal.connect(heard.setValue)
     recognition.subscribe("test")
-    assert session.service("Faults").tell("Oh yes, please") == "yes"
+    assert session.service("Faults").say("Oh yes, please") == "yes"
     assert heard.future().value(MILLISECONDS) == ["<...> yes <...>", 1.0]
     recognition.unsubscribe("test")
 

@@ -53,11 +53,11 @@ def test_both_see_where_the_head_is(session, proxy):
     eventually_near(lambda: body.getJointState().positions[index], 0.6, 0.02)
 
 
-def test_a_program_recognizes_what_the_scene_tells_the_robot(session, proxy):
+def test_a_program_recognizes_what_the_scene_says_to_the_robot(session, proxy):
     recognition, memory = session.service("ALSpeechRecognition"), session.service("ALMemory")
     recognition.setVocabulary(["yes", "no"], False)
     recognition.subscribe("test")
-    assert proxy(ScenePrx, "Scene").tellRobot("Yes!") == "yes"
+    assert proxy(ScenePrx, "Scene").sayToRobot("Yes!") == "yes"
     assert memory.getData("WordRecognized") == ["yes", 1.0]
     recognition.unsubscribe("test")
 

@@ -78,7 +78,7 @@ class Monitoring:
     past by its component time), `series` (numbers over time), `picture` (the
     picture of a camera then), `facts` of the robot, `identities` in the realm, `emergencyStop`, the red
     button of the operator, which also ends all components, `resetEmergencyStop`, and of a simulation
-    `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and `tellRobot`. Those from
+    `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and `sayToRobot`. Those from
     `facts` on need no component. The past of an open recording is requested by the name that `recording`
     returned.
     """
@@ -145,7 +145,7 @@ class Monitoring:
                 case "picture":
                     wanted = msgspec.convert(arguments, _Picture)
                     return await self._picture(component, wanted.camera, wanted.at)
-                case "placeObject" | "pushRobot" | "tellRobot":
+                case "placeObject" | "pushRobot" | "sayToRobot":
                     return await self._set_scene(action, arguments)
                 case "timeline":
                     return self._log(component).timeline()

@@ -321,13 +321,6 @@ def test_a_cancelled_posture_leaves_the_next_one_that_waits(rig):
     assert second.result
 
 
-def test_a_posture_at_more_than_full_pace_is_gone_to_at_full_pace(rig):
-    assert rig.complete(rig.postures.goToPosture, "Crouch", 1.5) > 0.0
-    assert rig.postures.getPosture() == "Crouch"
-    with pytest.raises(InvalidCommand, match="above 0"):
-        rig.complete(rig.postures.goToPosture, "Stand", -0.5)
-
-
 def test_joints_have_one_fraction_up_to_full_speed(rig):
     for fraction in (1.5, [0.1, 0.2]):
         with pytest.raises(InvalidCommand, match="the fraction is"):

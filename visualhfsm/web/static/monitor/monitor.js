@@ -37,7 +37,7 @@
  * @typedef {{state: number, ghost: boolean, transitions: TransitionExplanation[], summary: string}} Explanation
  * @typedef {{facts: Facts, at: Snapshot | null, explain: Explanation, pause: null, resume: null, step: null,
  *   series: {times: number[], values: Record<string, (number | null)[]>}, setBreakpoints: null, setVariable: null,
- *   forceTransition: null, sendEvent: null, setSpeed: null, stop: null, placeObject: null, pushRobot: null, tellRobot: string, picture: string | null,
+ *   forceTransition: null, sendEvent: null, setSpeed: null, stop: null, placeObject: null, pushRobot: null, sayToRobot: string, picture: string | null,
  *   reload: {generation: number, held: number, notKept: string[]},
  *   emergencyStop: {stopped: string[], failed: Record<string, string>}}} Controls what each action answers
  * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],

@@ -35,7 +35,7 @@ class RobotView extends MonitorElement {
     message: {state: true},
     simulated: {state: true},
     pushes: {state: true},
-    tells: {state: true},
+    says: {state: true},
   };
 
   constructor() {
@@ -49,7 +49,7 @@ class RobotView extends MonitorElement {
     /** Whether dragging the robot pushes it. */
     this.pushes = false;
     /** Whether there is a line for what the robot is to hear. */
-    this.tells = false;
+    this.says = false;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
     /** @type {RobotDrawing | undefined} */
@@ -83,25 +83,25 @@ class RobotView extends MonitorElement {
                 </button>
                 <button
                   type="button"
-                  class="tell"
+                  class="say"
                   title="Say something to the robot, which programs for NAOqi recognize"
-                  aria-pressed=${this.tells}
-                  @click=${() => (this.tells = !this.tells)}
+                  aria-pressed=${this.says}
+                  @click=${() => (this.says = !this.says)}
                 >
-                  Tell
+                  Say
                 </button>`
             : nothing
         }
       </div>
       <div class="stage"></div>
-      ${this.simulated && !monitor.looking && this.tells ? this.#sentence() : nothing}
+      ${this.simulated && !monitor.looking && this.says ? this.#sentence() : nothing}
       <p class="robot-hint faint" role="status">${problem ?? (this.message || this.#hint())}</p>
     </div>`;
   }
 
   /** The line in which somebody types what the robot is to hear. */
   #sentence() {
-    return html`<form class="sentence" @submit=${this.#tell}>
+    return html`<form class="sentence" @submit=${this.#say}>
       <input
         name="text"
         maxlength="500"
@@ -110,17 +110,17 @@ class RobotView extends MonitorElement {
         placeholder="Say something to the robot"
         aria-label="Say something to the robot"
       />
-      <button type="submit">Tell it</button>
+      <button type="submit">Say it</button>
     </form>`;
   }
 
   /** @param {SubmitEvent} event */
-  async #tell(event) {
+  async #say(event) {
     event.preventDefault();
     const form = /** @type {HTMLFormElement} */ (event.target);
     const text = String(new FormData(form).get("text"));
     try {
-      const understood = await monitor.control("tellRobot", {text});
+      const understood = await monitor.control("sayToRobot", {text});
       this.message = understood ? `It understood: ${understood}` : "No program recognized that.";
       form.reset();
     } catch (error) {
