@@ -87,8 +87,11 @@ def says_it_in_every_language(service):
 
 
 @program
+@upright
 def says_it_with_gestures(service):
-    service("ALAnimatedSpeech").say("^start(animations/Stand/Gestures/Hey_1) Hello ^wait()")
+    hey = "animations/Stand/Gestures/Hey_1"
+    service("ALAnimatedSpeech").say(f"^start({hey}) Hello ^wait({hey})", {"bodyLanguageMode": "disabled"})
+    assert service("ALBehaviorManager").getRunningBehaviors() == []
 
 
 @program
@@ -152,10 +155,23 @@ def listens_how_loud_it_is(service):
 
 
 @program
-def asks_for_speech_recognition_and_goes_on_without(service):
-    recognition = service("ALSpeechRecognition")
-    with pytest.raises(RuntimeError, match="hears nothing"):
-        recognition.setVocabulary(["yes", "no"], False)
+def asks_for_a_dialogue_and_goes_on_without(service):
+    with pytest.raises(RuntimeError, match="holds no dialogues"):
+        service("ALDialog").loadTopic("/home/nao/greeting.top")
+
+
+@program
+def waits_for_a_word(service):
+    recognition, memory = service("ALSpeechRecognition"), service("ALMemory")
+    recognition.setLanguage("English")
+    recognition.setVocabulary(["yes", "no"], False)
+    recognition.subscribe("program")
+    word, _ = memory.getData("WordRecognized")
+    assert word == ""
+    service("Faults").say("Yes.")
+    word, confidence = memory.getData("WordRecognized")
+    assert (word, confidence > 0.5) == ("yes", True)
+    recognition.unsubscribe("program")
 
 
 # -- joints --------------------------------------------------------------------------------------------------
@@ -294,6 +310,15 @@ def runs_a_behavior(service):
     if manager.isBehaviorInstalled("wave") and not manager.isBehaviorRunning("wave"):
         manager.runBehavior("wave")
     assert manager.getRunningBehaviors() == []
+
+
+@program
+@upright
+def runs_an_animation(service):
+    animations = [each for each in service("ALBehaviorManager").getInstalledBehaviors() if "Yes" in each]
+    service("ALAnimationPlayer").run(animations[0])
+    future = service("ALAnimationPlayer").run("animations/Stand/Gestures/Explain_10", _async=True)
+    future.cancel()
 
 
 @program
@@ -579,6 +604,17 @@ def takes_a_picture(service):
 
 
 @program
+def takes_photos(service):
+    photos = service("ALPhotoCapture")
+    photos.setResolution(2)
+    photos.setPictureFormat("jpg")
+    photos.setCaptureInterval(10)
+    assert photos.takePictures(3, "/home/nao/recordings/cameras/", "image") == [
+        [f"/home/nao/recordings/cameras/image_{i}.jpg" for i in range(3)]
+    ]
+
+
+@program
 def switches_between_its_cameras(service):
     video = service("ALVideoDevice")
     handle = video.subscribe("old", 1, 13, 10)
@@ -626,6 +662,27 @@ def looks_for_faces_and_landmarks(service):
 
 
 # -- the robot itself ------------------------------------------------------------------------------------------------
+
+
+@program
+def tracks_a_red_ball_as_naoqi_1_does(service):
+    tracker = service("ALRedBallTracker")
+    tracker.startTracker()
+    assert tracker.isActive()
+    tracker.stopTracker()
+
+
+@program
+def feels_whether_it_holds_something(service):
+    current = service("ALMemory").getData(f"{DEVICES}RHand/ElectricCurrent/Sensor/Value")
+    assert current >= 0.0
+
+
+@program
+def lists_what_a_service_can_do(service):
+    motion = service("ALMotion")
+    for name in motion.getMethodList()[:5]:
+        assert motion.getMethodHelp(name)[0] == name
 
 
 @program
