@@ -11,7 +11,6 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from itertools import count, pairwise
 from typing import Final
 
@@ -217,7 +216,25 @@ class JointTasks:
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
         self._body.gate.require("")  # even when nothing is left to move
-        step = partial(self._move, task, trajectories, self._clock.now())
+        begin, end = self._clock.now(), max(each.duration for each in trajectories.values())
+        sent = done = 0.0  # times of the newest setpoints, and at which those of the end were sent
+
+        def step() -> bool:
+            """Send the setpoints to where they are to be now; return whether the task continues."""
+            nonlocal sent, done
+            if task.call.stopped.is_set():
+                return False
+            time = self._clock.now() - begin
+            if time < end - _RESOLUTION or sent < end:  # those of the end, however late the thread is
+                sent, done = min(time + PERIOD, end), time
+                with self._access.calls.beginning(task.call) as may:  # no step follows a stop
+                    if may:
+                        self._step(task, trajectories, sent)
+                return True
+            # Wait until the setpoints have arrived; full speed where they are late.
+            late = (self._late(joint, trajectories[joint].at(end)) for joint in self._own(task, trajectories))
+            return time < max(end, done) + _SETTLING and any(late)
+
         if self._loop is None:
             while step() and not task.call.wait(PERIOD):
                 pass
@@ -225,21 +242,6 @@ class JointTasks:
             _Steps(task.name, self._clock, step).take_in(self._loop, task.call)
         if task.call.stopped.is_set():
             self._body.gate.require("")  # an emergency stop is reported
-
-    def _move(self, task: Task, trajectories: Mapping[str, Trajectory], begin: float) -> bool:
-        """Send the setpoints to where they are to be now; return whether the task continues."""
-        if task.call.stopped.is_set():
-            return False
-        end = max(trajectory.duration for trajectory in trajectories.values())
-        time = self._clock.now() - begin
-        if time < end - _RESOLUTION:
-            with self._access.calls.beginning(task.call) as may:  # no step follows a stop
-                if may:
-                    self._step(task, trajectories, min(time + PERIOD, end))
-            return True
-        # Wait until the setpoints have arrived; full speed where they are late.
-        own = self._own(task, trajectories)
-        return time < end + _SETTLING and any(self._late(joint, trajectories[joint].at(end)) for joint in own)
 
     def _own(self, task: Task, joints: Iterable[str]) -> list[str]:
         """Return the joints that no other command has taken from a task."""

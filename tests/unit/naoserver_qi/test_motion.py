@@ -11,8 +11,10 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver_qi.behaviors import ALBehaviorManager
 from naoserver_qi.effectors import EffectorMotion
-from tests.support.qi_service import LongCall
+from tests.support.limits import EVENT_LIMIT
+from tests.support.qi_service import LongCall, Rig
 from tests.support.robot_server import eventually
+from tests.support.stepped_clock import SteppedClock
 
 
 def test_set_angles_moves_at_the_fraction_of_full_speed(rig):
@@ -67,6 +69,20 @@ def test_bezier_as_choregraphe_exports_it(rig):
     seconds = rig.complete(rig.motion.angleInterpolationBezier, ["HeadYaw"], [[0.6, 1.2]], points)
     assert seconds == pytest.approx(1.2, abs=0.1)
     assert rig.motion.getAngles("HeadYaw", False) == pytest.approx([0.1], abs=1e-6)
+
+
+class LateClock(SteppedClock):
+    """A clock on which a thread that waits for its next step is two seconds late."""
+
+    def wait(self, event, timeout):
+        return super().wait(event, timeout if timeout > 0.1 else 2.0)
+
+
+def test_an_interpolation_whose_thread_is_late_still_arrives():
+    rig = Rig(clock=LateClock(limit=EVENT_LIMIT))
+    rig.complete(rig.motion.angleInterpolation, "HeadYaw", 0.5, 1.0, True)
+    assert rig.motion.getAngles("HeadYaw", False) == pytest.approx([0.5])
+    rig.close()
 
 
 def test_of_two_interpolations_of_a_joint_the_later_waits(rig):
