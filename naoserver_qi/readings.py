@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
@@ -86,7 +87,7 @@ class _JointKeys:
         for part, names in self._keys.items():
             yield from zip(names, getattr(reading, part), strict=True)
         yield from zip(self._currents, self._body.motor_currents(reading.torques), strict=True)
-        statuses = (sum(limit <= temperature for limit in _STEPS) for temperature in reading.temperatures)
+        statuses = (bisect_right(_STEPS, temperature) for temperature in reading.temperatures)
         yield from zip(self._statuses, statuses, strict=True)
         yield "DCM/Time", round(reading.time * 1000)
         yield "robotIsWakeUp", min(reading.stiffnesses) > 0.0
