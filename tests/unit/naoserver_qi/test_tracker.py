@@ -84,6 +84,37 @@ def test_stopped_it_follows_nothing(rig, tracker, detector):
     assert not detector._wanted()
 
 
+@pytest.mark.parametrize(
+    "stop",
+    [
+        lambda rig: rig.motion.killAll(),
+        lambda rig: rig.motion.killTasksUsingResources(["HeadYaw"]),
+        lambda rig: rig.assembly.gate.stop("test"),
+    ],
+    ids=["killAll", "resources", "emergency stop"],
+)
+def test_what_stops_the_head_ends_the_tracker_for_good(rig, tracker, detector, stop):
+    tracker.track("RedBall")
+    run(rig, tracker, detector, 0.1)
+    assert tracker.isActive()
+    stop(rig)
+    before = rig.motion.getAngles("HeadYaw", True)
+    run(rig, tracker, detector, 1.0)
+    assert not tracker.isActive()
+    assert rig.motion.getAngles("HeadYaw", True) == pytest.approx(before, abs=0.02)
+
+
+def test_stop_move_ends_a_tracker_that_walks(rig, tracker, detector):
+    tracker.setMode("Move")
+    tracker.track("RedBall")
+    run(rig, tracker, detector, 1.0)
+    assert rig.walking.active
+    rig.motion.stopMove()
+    run(rig, tracker, detector, 1.0)
+    assert not rig.walking.active
+    assert not tracker.isActive()
+
+
 @pytest.mark.parametrize("rest", [(2, 0.5, False), (0.5, False), ()], ids=["frame", "no frame", "alone"])
 def test_it_looks_at_a_point(rig, tracker, rest):
     tracker.lookAt([1.0, 0.5, 0.1], *rest)
