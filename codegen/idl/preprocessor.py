@@ -1,7 +1,6 @@
-"""Read a file with everything that it includes into one list of tokens.
+"""Read a file with everything that it includes into one list of tokens, as the C preprocessor does.
 
-Slice files use only includes and guards of the C preprocessor. Supported are `#include`, `#define` without a
-value, `#ifdef`, `#ifndef`, `#else`, `#endif` and `#pragma once`. Anything else is an error.
+The reference compiler uses mcpp. Not supported are `#` and `##` in macros; `#line` is ignored.
 """
 
 from __future__ import annotations
@@ -17,7 +16,9 @@ from pathlib import Path
 from codegen.diagnostics import Diagnostics, Location, Note
 
 from .codes import Code
+from .conditions import ConditionError
 from .lexer import Kind, Source, Token
+from .macros import MacroError, MacroGrowthError, Macros
 
 EXTENSIONS = (".idl", ".ice")
 
@@ -27,14 +28,12 @@ _DEEPEST_INCLUDE = 64
 _MOST_INCLUDES = 10_000
 _MOST_TOKENS = 2_000_000
 
-# The reference compiler also defines these: files can have parts for one language.
-_PREDEFINED = ("ICE_VERSION", "__SLICE2PY__")
 _FOLDERS_OF_ICE = frozenset({"Glacier2", "Ice", "IceBox", "IceGrid", "IcePatch2", "IceSSL", "IceStorm"})
 
 _DIRECTIVE = re.compile(r"#\s*(?P<name>\w*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
+_STRING_OR_COMMENT = re.compile(r'("(?:[^"\\]|\\.)*")|//.*|/\*.*?\*/', re.DOTALL)
 
 
 @dataclass(slots=True)
@@ -134,7 +133,7 @@ class _Condition:
     active: bool
     """Whether the current branch is active."""
     otherwise: bool
-    """Whether the branch after `#else` is active; with neither, all branches are skipped."""
+    """Whether a branch after `#elif` or `#else` may be active; with neither, all branches are skipped."""
     else_seen: bool = False
 
 
@@ -146,7 +145,7 @@ class _Reader:
         self._main = main
         self._preprocessor = preprocessor
         self._diagnostics = diagnostics
-        self._defined = set(_PREDEFINED)
+        self._macros = Macros()
         self._once: set[Source] = set()
         self._depth = 0
         self._includes = 0
@@ -157,17 +156,28 @@ class _Reader:
         conditions: list[_Condition] = []
         active = True
         output = self.result.tokens
-        for token in source.tokens:
+        macros = self._macros
+        tokens = source.tokens
+        end_of_use = 0
+        for index, token in enumerate(tokens):
+            if index < end_of_use:
+                continue
             kind = token.kind
             if kind is Kind.DIRECTIVE:
                 active = self._directive(token, conditions)
                 if self._stopped:
                     return
-            elif kind is Kind.UNTERMINATED or (active and kind is Kind.INVALID):
-                self._report_bad_token(
-                    token
-                )  # also a string without an end in a skipped branch, like slice2py
-            elif active and kind is not Kind.END:
+            elif kind is Kind.UNTERMINATED:
+                self._report_bad_token(token)  # also in a skipped branch, like slice2py
+            elif not active or kind is Kind.END:
+                continue
+            elif token.text in macros and not token.escaped:
+                end_of_use = self._replace(tokens, index)
+                if self._stopped:
+                    return
+            elif kind is Kind.INVALID:
+                self._report_bad_token(token)
+            else:
                 output.append(token)
         for condition in conditions:
             end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))
@@ -188,11 +198,27 @@ class _Reader:
         else:
             self._error(Code.UNEXPECTED_CHARACTER, f"unexpected {_cut(token.text)!r}", token)
 
+    def _replace(self, tokens: list[Token], index: int) -> int:
+        """Add what replaces the use of a macro at `index` to the result; return the index after the use."""
+        try:
+            replacement, end = self._macros.replace(tokens, index)
+        except MacroError as error:
+            self._incomplete(str(error), tokens[index])
+            self._stopped = isinstance(error, MacroGrowthError)
+            return index + 1
+        for token in replacement:
+            if token.kind is Kind.INVALID or token.kind is Kind.UNTERMINATED:
+                self._report_bad_token(token)
+            else:
+                self.result.tokens.append(token)
+        return end
+
     # Directives
 
     def _directive(self, token: Token, conditions: list[_Condition]) -> bool:
         """Execute a directive; return whether the following tokens are active."""
-        text = _COMMENT.sub(" ", token.text.replace("\\\n", " "))
+        spliced = token.text.replace("\\\n", " ")
+        text = _STRING_OR_COMMENT.sub(lambda match: match[1] or " ", spliced)
         if "/*" in text:
             self._error(Code.UNTERMINATED, "a comment that starts on this line has no end", token)
             text = text.partition("/*")[0]
@@ -200,77 +226,82 @@ class _Reader:
         name, rest = (match["name"], match["rest"].strip()) if match else ("", "")
         active = not conditions or conditions[-1].active
         match name:
-            case "ifdef" | "ifndef":
-                conditions.append(self._condition(name, rest, token, active))
-            case "if":
-                if active:
-                    self._unsupported(f"#{name}", token)
-                conditions.append(_Condition(token, active=False, otherwise=False))
+            case "if" | "ifdef" | "ifndef":
+                holds = active and self._holds(name, rest, token)
+                conditions.append(_Condition(token, active=holds, otherwise=active and not holds))
             case "elif" | "else" | "endif":
                 self._next_branch(name, rest, token, conditions)
             case "include" if active:
                 self._include(rest, token)
-            case "define" if active:
-                self._define(rest, token)
+            case "define" | "undef" if active:
+                self._define(name, rest, token)
             case "pragma" if active and rest == "once":
                 self._once.add(token.source)
+            case "error" if active:
+                self._incomplete(f"#error {rest}", token)
+            case "line" if active and rest[:1].isdigit():
+                pass  # places stay those of the file
             case _ if active and (name or rest):  # `#` alone does nothing
-                self._unsupported(f"#{name or rest} {rest if name == 'pragma' else ''}".strip(), token)
+                directive = f"#{name or rest} {rest if name == 'pragma' else ''}".strip()
+                self._incomplete(f"unknown directive `{_cut(directive)}`", token)
         return not conditions or conditions[-1].active
 
-    def _unsupported(self, directive: str, token: Token) -> None:
+    def _incomplete(self, message: str, token: Token) -> None:
+        """Report a part that cannot be read, so that names of the rest may be undefined."""
         self.result.complete = False
-        note = Note(
-            "supported are #include, #define without a value, #ifdef, #ifndef, #else, #endif, #pragma once"
-        )
-        self._error(Code.BAD_DIRECTIVE, f"`{_cut(directive)}` is not supported", token, note)
+        self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _nothing_behind(self, rest: str, name: str, token: Token) -> None:
         if rest.strip():
             message = f"only a comment can follow #{name}, not `{_cut(rest.strip())}`"
             self._error(Code.BAD_DIRECTIVE, message, token)
 
-    def _condition(self, name: str, rest: str, token: Token, active: bool) -> _Condition:
-        if not active:
-            return _Condition(token, active=False, otherwise=False)
+    def _holds(self, name: str, rest: str, token: Token) -> bool:
+        """Return whether the branch after `#if`, `#elif`, `#ifdef` or `#ifndef` is active."""
+        if name in {"if", "elif"}:
+            try:
+                return self._macros.holds(rest)
+            except (ConditionError, MacroError) as error:
+                self._incomplete(f"the condition of #{name} cannot be evaluated: {error}", token)
+                return False
         match = _NAME.match(rest)
         if match is None:
             self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
-            return _Condition(token, active=False, otherwise=True)
+            return False
         self._nothing_behind(rest[match.end() :], name, token)
-        holds = (match[0] in self._defined) == (name == "ifdef")
-        return _Condition(token, active=holds, otherwise=not holds)
+        return (match[0] in self._macros) == (name == "ifdef")
 
     def _next_branch(self, name: str, rest: str, token: Token, conditions: list[_Condition]) -> None:
         if not conditions:
-            self._error(Code.BAD_DIRECTIVE, f"#{name} without #ifdef or #ifndef", token)
+            self._error(Code.BAD_DIRECTIVE, f"#{name} without #if, #ifdef or #ifndef", token)
             return
         condition = conditions[-1]
-        if name == "elif":
-            if condition.active or condition.otherwise:
-                self._unsupported("#elif", token)
-            condition.active = condition.otherwise = False
-            return
-        self._nothing_behind(rest, name, token)
+        if name != "elif":
+            self._nothing_behind(rest, name, token)
         if name == "endif":
             conditions.pop()
             return
         if condition.else_seen:
             begin = Note("the condition starts here", condition.token.location)
-            self._error(Code.BAD_DIRECTIVE, "#else after #else", token, begin)
-        condition.active, condition.otherwise = condition.otherwise, False
-        condition.else_seen = True
+            self._error(Code.BAD_DIRECTIVE, f"#{name} after #else", token, begin)
+        condition.active = condition.otherwise and (name == "else" or self._holds(name, rest, token))
+        condition.otherwise = condition.otherwise and not condition.active
+        condition.else_seen = condition.else_seen or name == "else"
 
-    def _define(self, rest: str, token: Token) -> None:
+    def _define(self, name: str, rest: str, token: Token) -> None:
+        """Define or undefine a macro."""
+        if name == "define":
+            try:
+                self._macros.define(rest)
+            except MacroError as error:
+                self._incomplete(str(error), token)
+            return
         match = _NAME.match(rest)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, "#define needs a name", token)
+            self._error(Code.BAD_DIRECTIVE, "#undef needs a name", token)
             return
-        self._defined.add(match[0])
-        if rest[match.end() :]:
-            self.result.complete = False  # its uses are unknown
-            message = f"`{match[0]}` cannot have a value: only names can be defined"
-            self._error(Code.BAD_DIRECTIVE, message, token)
+        self._nothing_behind(rest[match.end() :], name, token)
+        self._macros.undefine(match[0])
 
     def _include(self, rest: str, token: Token) -> None:
         match = _INCLUDE.match(rest)
