@@ -1,6 +1,6 @@
 """Print how often `codegen` agrees with slice2py on the test cases and on generated files.
 
-    python benchmarks/slice_agreement.py [--generated COUNT] [--seed NUMBER] [FILES.ice...]
+    python benchmarks/slice_agreement.py [--generated COUNT] [--seed NUMBER] [-I DIR] [FILES.ice...]
 
 The given files are compared separately. Differences are listed below the table.
 """
@@ -31,6 +31,15 @@ def main() -> None:
         help="number of files to generate from the grammar",
     )
     parser.add_argument("--seed", type=int, default=0, help="seed of the generated files")
+    parser.add_argument(
+        "-I",
+        dest="include",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="DIR",
+        help="directory that the further files include files from; can be repeated",
+    )
     parser.add_argument("files", nargs="*", type=Path, help="further files, with the extension .ice")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory:
@@ -41,14 +50,16 @@ def main() -> None:
         generated.mkdir()
         rows["generated"] = compare_generated(generated, arguments.generated, arguments.seed)
         if arguments.files:
-            rows["given files"] = compare(arguments.files, root / "out")
+            rows["given files"] = compare(arguments.files, root / "out", arguments.include)
     _print(rows)
 
 
 def _print(rows: dict[str, Agreement]) -> None:
-    print(f"{'':20} {'files':>6} {'accepted':>9} {'same verdict':>13} {'same first line':>16}")
+    titles = ("files", "accepted", "by ours, too", "by ours alone", "same first line")
+    print(f"{'':20}", *(f"{title:>15}" for title in titles))
     for name, row in rows.items():
-        print(f"{name:20} {row.files:6} {row.accepted:9} {row.verdicts:13.2%} {row.first_lines:16.2%}")
+        counts = f"{row.files:15} {row.accepted:15} {row.acceptance:15.2%} {row.wrongly_accepted:15}"
+        print(f"{name:20} {counts} {row.first_lines:15.2%}")
     for row in rows.values():
         for difference in row.differences:
             print(difference)

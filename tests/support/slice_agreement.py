@@ -19,7 +19,8 @@ class Agreement:
 
     files: int = 0
     accepted: int = 0
-    same_verdict: int = 0
+    """Files that the reference accepts."""
+    accepted_by_both: int = 0
     refused_by_both: int = 0
     same_line: int = 0
     differences: list[str] = field(default_factory=list)
@@ -27,7 +28,17 @@ class Agreement:
     @property
     def verdicts(self) -> float:
         """The share of files that both accept or both reject."""
-        return self.same_verdict / self.files if self.files else 1.0
+        return (self.accepted_by_both + self.refused_by_both) / self.files if self.files else 1.0
+
+    @property
+    def acceptance(self) -> float:
+        """The share of files that ours accepts, of those that the reference accepts."""
+        return self.accepted_by_both / self.accepted if self.accepted else 1.0
+
+    @property
+    def wrongly_accepted(self) -> int:
+        """The number of files that only ours accepts."""
+        return self.files - self.accepted - self.refused_by_both
 
     @property
     def first_lines(self) -> float:
@@ -39,17 +50,18 @@ class Agreement:
         return "\n".join(self.differences[:20])
 
 
-def compare(paths: Sequence[Path], directory: Path) -> Agreement:
+def compare(paths: Sequence[Path], directory: Path, include_directories: Sequence[Path] = ()) -> Agreement:
     """Read files with both compilers; a file on which the reference crashes does not count."""
     agreement = Agreement()
-    for path, reference in zip(paths, reference_verdicts(paths, directory), strict=True):
+    included = [f"-I{path.resolve()}" for path in include_directories]
+    for path, reference in zip(paths, reference_verdicts(paths, directory, included), strict=True):
         if reference is None:
             continue
-        diagnostics = checked(path)
+        diagnostics = checked(path, include_directories)
         ours = first_error(diagnostics)
         agreement.files += 1
         agreement.accepted += reference.accepted
-        agreement.same_verdict += ours.accepted == reference.accepted
+        agreement.accepted_by_both += ours.accepted and reference.accepted
         if not ours.accepted and not reference.accepted:
             agreement.refused_by_both += 1
             agreement.same_line += ours == reference

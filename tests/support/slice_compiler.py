@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import importlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
@@ -40,10 +40,10 @@ def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation
     return compile_interfaces([main], [], None, diagnostics), diagnostics
 
 
-def checked(path: Path) -> Diagnostics:
+def checked(path: Path, include_directories: Sequence[Path] = ()) -> Diagnostics:
     """Return the diagnostics of parsing and checking a file."""
     diagnostics = Diagnostics()
-    units = Units([], diagnostics)
+    units = Units(include_directories, diagnostics)
     source = units.load(path)
     if source is not None:
         units.read(source, diagnostics)

@@ -55,14 +55,17 @@ class Verdict:
 
 
 def reference_verdicts(
-    paths: Sequence[Path], directory: Path, options: Sequence[str] = ("--underscore", "--ice")
+    paths: Sequence[Path], directory: Path, options: Sequence[str] = ()
 ) -> list[Verdict | None]:
     """Return the verdicts of slice2py on files with the extension .ice; its output goes to `directory`.
+
+    It allows underscores and names that begin with `ice`, as files in use have them.
 
     None stands for a file on which it crashed.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    request = json.dumps([[str(path.resolve()) for path in paths], list(options), str(directory)])
+    options = ["--underscore", "--ice", *options]
+    request = json.dumps([[str(path.resolve()) for path in paths], options, str(directory)])
     command = [sys.executable, "-c", _WORKER]
     worker = subprocess.run(
         command, input=request, text=True, check=True, capture_output=True, timeout=RUN_LIMIT
