@@ -16,7 +16,10 @@ BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "str
 
 @dataclass(slots=True, eq=False)
 class BuiltinType:
-    """A built-in type: `int`, `string`, ...; `Object` and `Value` mean any class."""
+    """A built-in type: `int`, `string`, ...; `Object` and `Value` mean any class.
+
+    `LocalObject` means any local class or interface.
+    """
 
     name: str
     token: Token
@@ -49,6 +52,16 @@ class ProxyType:
 Type = BuiltinType | NamedType | ProxyType
 
 
+def is_local(kind: Type) -> bool:
+    """Return whether values of a type are never sent: `LocalObject`, and types that are marked `local`."""
+    match kind:
+        case BuiltinType(name=name):
+            return name == "LocalObject"
+        case NamedType(definition=Definition(local=local)):
+            return local
+    return False
+
+
 @dataclass(slots=True, eq=False)
 class Metadata:
     """A directive in brackets: `["stream"]`."""
@@ -68,6 +81,8 @@ class Definition:
     metadata: list[Metadata] = field(default_factory=list)
     scoped: str = ""
     """The name from the root, `::jderobot::Time`; set by the checker."""
+    local: bool = False
+    """Whether it is marked `local`: it exists in one process only, and is never sent."""
 
     kind: ClassVar[str] = "definition"
 
@@ -289,3 +304,10 @@ class Module(Definition):
 
     definitions: list[Definition] = field(default_factory=list)
     kind: ClassVar[str] = "module"
+
+    def walk(self) -> Iterator[tuple[Module, Definition]]:
+        """Yield every definition in it, at any depth, with the module around it."""
+        for definition in self.definitions:
+            yield self, definition
+            if isinstance(definition, Module):
+                yield from definition.walk()

@@ -7,6 +7,7 @@ of the reference compiler, slice2py of Ice 3.7.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
@@ -70,7 +71,9 @@ class _Checker:
                 self._items(definition, definition.members, self._body(definition, scope), {})
             case ast.ExceptionType():
                 if definition.base is not None:
-                    self._resolver.exception(definition.base, scope, Code.WRONG_KIND)
+                    base = self._resolver.exception(definition.base, scope, Code.WRONG_KIND)
+                    if not definition.local:
+                        self._never_local(base, definition.base)
                 inherited = _names_in(definition.ancestors())
                 self._items(definition, definition.members, self._body(definition, scope), inherited)
             case ast.Class():
@@ -84,13 +87,13 @@ class _Checker:
                     self._resolver.declare_inside(enumerator, body)
                 self._constants.number_enumerators(definition)
             case ast.Sequence():
-                self._resolver.data_type(definition.element, scope)
+                self._resolver.data_type(definition.element, replace(scope, local=definition.local))
                 self._resolver.declare(definition, scope)
                 self._resolver.warn_of_deprecated_type(definition.element)
             case ast.Dictionary():
                 self._dictionary(definition, scope)
             case ast.Constant():
-                if self._resolver.data_type(definition.type, scope):
+                if self._resolver.data_type(definition.type, replace(scope, local=True)):
                     what = f"constant `{definition.name}`"
                     self._constants.check_value(definition.literal, definition.type, what, scope)
                 self._resolver.declare(definition, scope)
@@ -99,8 +102,8 @@ class _Checker:
         """Declare a definition and return the scope of its body."""
         if self._resolver.declare(definition, scope):
             self._resolver.introduce(definition.name, scope, definition.token, definition)
-            return Scope(definition.scoped)
-        return Scope(f"{definition.scoped} (again)")
+            return Scope(definition.scoped, local=definition.local)
+        return Scope(f"{definition.scoped} (again)", local=definition.local)
 
     def _metadata(self, definition: ast.Definition) -> None:
         """Report metadata that is unknown or not allowed."""
@@ -193,7 +196,7 @@ class _Checker:
         body = self._body(definition, scope)
         self._items(definition, items, body, self._inherited(definition))
         self._unique_number(number, "compact id", self._compact_ids)
-        if definition.implements or definition.operations:
+        if not definition.local and (definition.implements or definition.operations):
             what = "operations" if definition.operations else "implemented interfaces"
             message = f"{what} of a class are deprecated and ignored; use an interface"
             self._warning(Code.DEPRECATED, message, definition.token)
@@ -201,8 +204,9 @@ class _Checker:
     # Dictionaries
 
     def _dictionary(self, dictionary: ast.Dictionary, scope: Scope) -> None:
-        key = self._resolver.data_type(dictionary.key, scope)
-        value = self._resolver.data_type(dictionary.value, scope)
+        inside = replace(scope, local=dictionary.local)
+        key = self._resolver.data_type(dictionary.key, inside)
+        value = self._resolver.data_type(dictionary.value, inside)
         self._resolver.declare(dictionary, scope)
         if key:
             self._dictionary_key(dictionary)
@@ -227,8 +231,9 @@ class _Checker:
         body = self._body(definition, scope)
         inherited = self._inherited(definition)
         self._items(definition, definition.operations, body, inherited)
-        self._stops(definition)
-        self._generated_names(definition, inherited)
+        if not definition.local:
+            self._stops(definition)
+            self._generated_names(definition, inherited)
 
     def _bases(
         self, derived: ast.Interface | ast.Class, named: Sequence[ast.NamedType], scope: Scope
@@ -274,7 +279,7 @@ class _Checker:
             self._error(Code.BAD_STREAM, message, operation.token)
         if new:
             self._resolver.introduce(operation.name, scope, operation.token, operation)
-        self._parameters(operation, Scope(operation.scoped))
+        self._parameters(operation, Scope(operation.scoped, local=scope.local))
         self._throws(operation, scope)
 
     def _parameters(self, operation: ast.Operation, scope: Scope) -> None:
@@ -296,6 +301,10 @@ class _Checker:
             self._unique_number(parameter.tag, "tag", tags)
             before = parameter
 
+    def _never_local(self, exception: ast.ExceptionType | None, named: ast.NamedType) -> None:
+        if exception is not None and exception.local:
+            self._error(Code.LOCAL, f"`{named.name}` is local: it is never sent", named.token)
+
     def _unique_number(self, number: ast.Literal | None, what: str, used: dict[int, ast.Literal]) -> None:
         """Report a tag or a compact id that is in `used`, or add it."""
         if number is None or not isinstance(number.value, int):
@@ -309,6 +318,8 @@ class _Checker:
         thrown: dict[str, ast.NamedType] = {}
         for named in operation.throws:
             exception = self._resolver.exception(named, scope, Code.BAD_THROWS)
+            if not scope.local:
+                self._never_local(exception, named)
             first = thrown.setdefault(exception.scoped, named) if exception else named
             if first is not named:
                 note = Note("first named here", first.token.location)

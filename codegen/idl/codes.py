@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Code(StrEnum):
-    """The kind of a diagnostic: E is an error, W a warning."""
+    """The kind of a diagnostic: E is an error, W a warning, N a note."""
 
     UNREADABLE_FILE = "E001"
     UNEXPECTED_CHARACTER = "E002"
@@ -41,7 +41,6 @@ class Code(StrEnum):
     BAD_TAG = "E035"
     LOCAL = "E036"
     BAD_STOP = "E037"
-    MODULES_IN_CYCLE = "E038"
 
     UNKNOWN_METADATA = "W001"
     TOLERATED_KEYWORD = "W002"
@@ -54,3 +53,5 @@ class Code(StrEnum):
     DOUBTFUL_CAPITALIZATION = "W009"
     MISPLACED_AMD = "W010"
     HIDES_OURS = "W011"
+
+    SKIPPED = "N001"

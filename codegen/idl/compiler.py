@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Final
 
@@ -15,8 +14,9 @@ from codegen.files import GeneratedFile, read_regular
 from . import ast
 from .checker import check
 from .codes import Code
+from .dependencies import ModuleGraph, cycles
 from .lexer import Source
-from .names import exported_names, module_package
+from .names import Package, exported_names, module_package, slice_module
 from .packages import (
     GENERATED_BY,
     GeneratedModule,
@@ -28,6 +28,7 @@ from .packages import (
 from .parser import parse
 from .preprocessor import Preprocessor
 from .python_writer import write_module
+from .resolver import declared_kind
 
 _OURS: Final = Path(__file__).resolve().parents[2] / "interfaces"
 
@@ -108,6 +109,8 @@ class Units:
             if read.complete:  # otherwise every name of a missing file would seem undefined
                 check(tree, diagnostics)
             sound = len(diagnostics.errors) == errors_before
+            if sound:
+                _note_skipped(tree, source, diagnostics)
             self._units[source] = Unit(tree, tuple(read.included)) if sound else None
         return self._units[source]
 
@@ -131,6 +134,16 @@ class Units:
         return {source: unit.tree if (unit := found[source]) else None for source in order}
 
 
+def _note_skipped(tree: ast.Module, source: Source, diagnostics: Diagnostics) -> None:
+    """Note which definitions of a file are skipped; what it includes may be another's."""
+    for _, definition in tree.walk():
+        if definition.local and definition.token.source is source:
+            message = (
+                f"local {declared_kind(definition).kind} `{definition.name}` is skipped: it is never sent"
+            )
+            diagnostics.note(Code.SKIPPED, message, definition.token.location)
+
+
 # Packages
 
 
@@ -142,39 +155,38 @@ def _generate(
     knows_all_sources: bool,
 ) -> Compilation:
     """Return the packages for the directory `root`, and the leftovers in it."""
-    modules = modules_of(trees)
+    graph = ModuleGraph(modules_of(trees))
     files: list[GeneratedFile] = []
     paths: dict[Path, GeneratedModule] = {}
     packages: defaultdict[str, list[ModuleSummary]] = defaultdict(list)
-    needs: defaultdict[str, dict[str, GeneratedModule]] = defaultdict(dict)
-    for module in modules.values():
+    for module in graph.modules:
         path = root.joinpath(*module.package, f"{module.name}.py")
         other = paths.setdefault(path, module)
         if other is not module:
             message = f"{path} would be generated from this file and from {other.source.path}"
             note = Note("rename one of the files, or compile them to different directories")
             diagnostics.error(Code.NAME_CLASH_IN_OUTPUT, message, Location(module.source.path), [note])
-        text, needed = write_module(module, modules)
-        files.append(GeneratedFile(path, text))
-        for name in needed:
-            needs[module.slice_module].setdefault(name, module)
+        files.append(GeneratedFile(path, write_module(module, graph)))
         packages[module.slice_module].append(ModuleSummary.of(module))
         parts = module.slice_module.split("::")
         for length in range(1, len(parts)):
             packages.setdefault("::".join(parts[:length]), [])
-    _report_redefinitions(modules.values(), diagnostics)
-    _report_cycle(needs, diagnostics)
-    directories = {name: root.joinpath(*module_package(name)) for name in packages}
+    _report_redefinitions(graph.modules, diagnostics)
     earlier = earlier_modules(
         root,
-        directories.values(),
+        list(map(module_package, packages)),
         paths,
         [source.path for source in trees],
         knows_all_sources=knows_all_sources,
     )
+    in_cycles = _packages_in_cycles(graph, earlier.needs)
+    for package in in_cycles:
+        packages.setdefault(slice_module(package), [])
     for name, made in packages.items():
-        kept = earlier.kept.get(directories[name], [])
-        files += package_files(directories[name], name, [*made, *kept])
+        package = module_package(name)
+        kept = earlier.kept.get(package, [])
+        others = in_cycles.get(package, set()) - {package}
+        files += package_files(root, name, [*made, *kept], others)
     return Compilation(tuple(files), tuple(earlier.leftovers))
 
 
@@ -191,17 +203,18 @@ def _report_redefinitions(modules: Iterable[GeneratedModule], diagnostics: Diagn
                     diagnostics.error(Code.REDEFINITION, message, definition.token.location, [note])
 
 
-def _report_cycle(needs: Mapping[str, Mapping[str, GeneratedModule]], diagnostics: Diagnostics) -> None:
-    """Report Slice modules that import each other: Python could not import their packages."""
-    try:
-        TopologicalSorter(needs).prepare()
-    except CycleError as error:
-        needed, one, *_ = error.args[1]
-        names = " and ".join(f"`{name}`" for name in sorted(set(error.args[1])))
-        message = f"modules {names} depend on each other: Python could not import them"
-        note = Note("move their common definitions to a third module")
-        place = needs[one][needed].definitions[0].token.location
-        diagnostics.error(Code.MODULES_IN_CYCLE, message, place, [note])
+def _packages_in_cycles(
+    graph: ModuleGraph, earlier: Mapping[Package, Set[Package]]
+) -> dict[Package, set[Package]]:
+    """Return the packages in cycles, each with all of its cycle; `earlier` is what kept modules import."""
+    needs = {package: set(needed) for package, needed in earlier.items()}
+    for module in graph.modules:
+        needs.setdefault(module.package, set()).update(each.package for each in graph.needed_by(module))
+    for package, needed in needs.items():
+        # Python imports the packages around a package first.
+        needed |= {package[:length] for length in range(1, len(package))}
+        needed.discard(package)
+    return cycles(needs)
 
 
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:

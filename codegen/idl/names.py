@@ -13,6 +13,9 @@ from pathlib import Path
 from . import ast
 from .layout import LINE_LENGTH, bracketed, source_order
 
+Package = tuple[str, ...]
+"""The path of a package, from the directory that is generated into."""
+
 _RUNTIME = "zenoh_ice", "generated", "ice"  # package, module, and its name in generated modules
 
 # As in Ice's mapping to Python, a name that is reserved by Python or the base class gets a leading
@@ -41,10 +44,15 @@ def exception_member_name(member: ast.Member) -> str:
     return python_name(member)
 
 
-def module_package(module: str) -> tuple[str, ...]:
+def module_package(module: str) -> Package:
     """Return the path of packages for a scoped module name: `a::b` is `("a", "b")`."""
     parts = module.split("::")
     return tuple(f"_{part}" if keyword.iskeyword(part) else part for part in parts)
+
+
+def slice_module(package: Package) -> str:
+    """Return the scoped module name for a path of packages."""
+    return "::".join(part.removeprefix("_") for part in package)
 
 
 def file_module(path: Path, taken: Iterable[str]) -> str:
@@ -62,7 +70,7 @@ class ModuleNames:
     name, or if a class has a member of this name, which later annotations would refer to.
     """
 
-    def __init__(self, package: tuple[str, ...], definitions: Iterable[ast.Definition]) -> None:
+    def __init__(self, package: Package, definitions: Iterable[ast.Definition]) -> None:
         self._package = package
         self._imports: defaultdict[str, dict[str, str]] = defaultdict(dict)
         self._needs_builtins = False
@@ -124,16 +132,6 @@ class ModuleNames:
         """
         return name in self._shadowed or hasattr(builtins, name)
 
-    def relative(self, package: tuple[str, ...], module: str) -> str:
-        """Return the relative name of a module in this or another generated package."""
-        shared = 0
-        for here, there in zip(self._package, package, strict=False):
-            if here != there:
-                break
-            shared += 1
-        dots = "." * (len(self._package) - shared + 1)
-        return dots + ".".join((*package[shared:], module))
-
     def import_lines(self) -> list[str]:
         """Return the import statements, grouped like isort."""
         groups: list[list[str]] = [["from __future__ import annotations"], [], [], []]
@@ -156,6 +154,16 @@ class ModuleNames:
             short = len(line) <= LINE_LENGTH
             groups[group] += [line] if short else bracketed(f"from {module} import (", items, ")")
         return [line for group in groups if group for line in ("", *group)][1:]
+
+
+def relative_name(here: Package, package: Package, *module: str) -> str:
+    """Return the relative name of a package or one of its modules, in a file of the package `here`."""
+    shared = 0
+    for one, other in zip(here, package, strict=False):
+        if one != other:
+            break
+        shared += 1
+    return "." * (len(here) - shared + 1) + ".".join((*package[shared:], *module))
 
 
 def exported_names(definition: ast.Definition) -> set[str]:

@@ -11,7 +11,8 @@ from . import ast
 from .codes import Code
 from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
 
-_TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "Object", "Value"})
+_TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "LocalObject", "Object", "Value"})
+_NEVER_LOCAL = frozenset({"const", "module"})
 _RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
 _DEEPEST_MODULE = 50
 
@@ -66,18 +67,17 @@ class _Parser:
             self._metadata_of_file()
             return None
         metadata, doc = self._metadata()
+        local = self._accept("local") is not None
         token = self._token
         read = self._readers.get(token.text) if token.kind is Kind.KEYWORD else None
-        if read is None:
-            if self._at("local"):
-                message = "`local` definitions are not supported: they are never sent"
-                self._fail(message, Note("remove it"), code=Code.LOCAL)
+        if read is None or (local and token.text in _NEVER_LOCAL):
             notes = did_you_mean(token.text, self._readers) if token.kind is Kind.NAME else ()
             self._fail(f"expected a definition, found {_shown(token)}", *notes)
         self._advance()
         definition = read()
         definition.doc = doc or self._previous.trailing_doc
         definition.metadata += metadata
+        definition.local = local
         return definition
 
     def _metadata_of_file(self) -> None:
@@ -486,10 +486,8 @@ class _Parser:
             return last
         raise _SliceSyntaxError
 
-    def _fail(
-        self, message: str, *notes: Note, token: Token | None = None, code: Code = Code.SYNTAX
-    ) -> NoReturn:
-        self._diagnostics.error(code, message, (token or self._token).location, notes)
+    def _fail(self, message: str, *notes: Note, token: Token | None = None) -> NoReturn:
+        self._diagnostics.error(Code.SYNTAX, message, (token or self._token).location, notes)
         raise _SliceSyntaxError
 
     # Bodies, and recovery after an error

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from . import ast
+from .dependencies import ModuleGraph
 from .doc_comments import DocComment
 from .layout import INDENT, bracketed, docstring, source_order, stacked, string
-from .names import ModuleNames, exception_member_name, exported_names, python_name
-from .packages import GeneratedModule, ModuleKey, header
+from .names import ModuleNames, exception_member_name, exported_names, python_name, relative_name
+from .packages import GeneratedModule, header
 from .schema import fingerprint
 
 _BUILTINS = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
@@ -16,22 +17,15 @@ _INTEGERS = {"byte": "Byte", "short": "Short", "int": "Int", "long": "Long"}
 _INITIAL = {"bool": "False", "string": '""', "float": "0.0", "double": "0.0"} | dict.fromkeys(_INTEGERS, "0")
 
 
-def write_module(
-    module: GeneratedModule, modules: Mapping[ModuleKey, GeneratedModule]
-) -> tuple[str, set[str]]:
-    """Return the source of a generated module, and the Slice modules that it imports from.
-
-    `modules` are all modules of the run.
-    """
-    writer = _ModuleWriter(module, modules)
-    return writer.write(), writer.needed
+def write_module(module: GeneratedModule, graph: ModuleGraph) -> str:
+    """Return the source of a generated module; `graph` has all modules of the run."""
+    return _ModuleWriter(module, graph).write()
 
 
 class _ModuleWriter:
-    def __init__(self, module: GeneratedModule, modules: Mapping[ModuleKey, GeneratedModule]) -> None:
+    def __init__(self, module: GeneratedModule, graph: ModuleGraph) -> None:
         self._module = module
-        self._modules = modules
-        self.needed: set[str] = set()
+        self._graph = graph
         self._names = ModuleNames(module.package, module.definitions)
 
     def write(self) -> str:
@@ -82,8 +76,8 @@ class _ModuleWriter:
 
     # Types and values
 
-    def _type(self, kind: ast.Type, *, optional: bool = False) -> str:
-        """Return a type as an annotation; types that are nullable in Slice, or `optional`, can be None."""
+    def _type(self, kind: ast.Type, *, optional: bool = False, annotation: bool = True) -> str:
+        """Return a type, for an annotation or not; one that is nullable, or `optional`, can be None."""
         match kind:
             case ast.BuiltinType(name="Object" | "Value"):
                 text = self._names.runtime("Value")
@@ -92,13 +86,13 @@ class _ModuleWriter:
             case ast.BuiltinType(name=name):
                 text = self._names.runtime(_INTEGERS[name])
             case ast.ProxyType(target=ast.NamedType(definition=ast.Interface() as interface)):
-                text = self._reference(interface, f"{python_name(interface)}Prx")
+                text = self._reference(interface, f"{python_name(interface)}Prx", annotation=annotation)
             case ast.ProxyType():
                 text = self._names.runtime("ObjectPrx")
             case ast.NamedType(definition=ast.Interface() | ast.ForwardDeclaration()):
                 text = self._names.runtime("Value")
             case ast.NamedType(definition=ast.Definition() as definition):
-                text = self._reference(definition)
+                text = self._reference(definition, annotation=annotation)
             case _:
                 raise AssertionError(f"the checker accepted {kind}")
         return f"{text} | None" if optional or _is_nullable(kind) else text
@@ -108,19 +102,25 @@ class _ModuleWriter:
             case ast.Sequence(element=ast.BuiltinType(name="byte")):
                 return self._names.builtin("bytes")
             case ast.Sequence(element=element):
-                return f"{self._names.builtin('list')}[{self._type(element)}]"
+                return f"{self._names.builtin('list')}[{self._type(element, annotation=False)}]"
             case ast.Dictionary(key=key, value=value):
-                return f"{self._names.builtin('dict')}[{self._type(key)}, {self._type(value)}]"
+                types = f"{self._type(key, annotation=False)}, {self._type(value, annotation=False)}"
+                return f"{self._names.builtin('dict')}[{types}]"
 
-    def _reference(self, definition: ast.Definition, name: str = "") -> str:
-        """Return a definition, or another name of its module, as it is written in this module."""
+    def _reference(self, definition: ast.Definition, name: str = "", *, annotation: bool = False) -> str:
+        """Return a definition, or another name of its module, as it is written in this module.
+
+        In annotations it is looked up in its package, if its module also depends on this one.
+        """
         name = name or python_name(definition)
-        module = self._modules[definition.token.source, definition.module]
+        module = self._graph.module_of(definition)
+        here = self._module.package
         if module is self._module:
             return self._names.defined(name)
-        if module.slice_module != self._module.slice_module:
-            self.needed.add(module.slice_module)
-        return self._names.imported(self._names.relative(module.package, module.name), name)
+        if annotation and self._graph.in_cycle(module, self._module):
+            *around, package = module.package
+            return f"{self._names.imported(relative_name(here, tuple(around)), package)}.{name}"
+        return self._names.imported(relative_name(here, module.package, module.name), name)
 
     def _base(self, definition: ast.Derivable, root: str) -> str:
         base = definition.base_definition

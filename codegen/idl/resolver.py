@@ -31,6 +31,8 @@ class Scope:
     """The scoped name of the definition with this body: `::jderobot`; empty for the root."""
     introduced: dict[str, tuple[ast.Definition, Token]] = field(default_factory=dict)
     """The meaning of each name, in lower case, and the token of its first use or declaration."""
+    local: bool = False
+    """Whether types that are never sent may be used."""
 
 
 def _enclosing_scopes(scope: str) -> Iterator[str]:
@@ -185,6 +187,11 @@ class Resolver:
                 message = f"`{definition.name}` was declared as {with_article(declared_kind(before).kind)}"
                 self.error(Code.REDEFINITION, message, definition.token, note)
                 return False
+            if definition.local != before.local:
+                note = Note("first declared here", before.token.location)
+                message = f"`{definition.name}` is local in only one of its declarations"
+                self.error(Code.REDEFINITION, message, definition.token, note)
+                return False
             if ast.ForwardDeclaration in {type(definition), type(before)}:
                 if before.name != definition.name:
                     note = Note("first declared here", before.token.location)
@@ -221,11 +228,15 @@ class Resolver:
     # Types
 
     def data_type(self, kind: ast.Type, scope: Scope) -> bool:
-        """Resolve the type of data; return whether it is valid."""
-        if isinstance(kind, ast.BuiltinType):
-            return True
-        if isinstance(kind, ast.NamedType):
-            return self._type(kind, scope)
+        """Resolve the type of data; return whether it is known."""
+        if isinstance(kind, ast.ProxyType):
+            return self._proxy(kind, scope)
+        known = isinstance(kind, ast.BuiltinType) or self._type(kind, scope)
+        if known and not scope.local and ast.is_local(kind):
+            self.error(Code.LOCAL, f"`{kind.name}` is local: it is never sent", kind.token)
+        return known
+
+    def _proxy(self, kind: ast.ProxyType, scope: Scope) -> bool:
         target = kind.target
         if isinstance(target, ast.BuiltinType):
             return True
@@ -235,6 +246,8 @@ class Resolver:
         if definition is None or not issubclass(declared_kind(definition), _DECLARABLE):
             self._wrong_kind(Code.WRONG_KIND, target, "an interface")
             return False
+        if definition.local:
+            self.error(Code.LOCAL, f"`{target.name}` is local: it has no proxies", target.token)
         return True
 
     def _type(self, named: ast.NamedType, scope: Scope, proposed: Kinds = _DATA_TYPES) -> bool:
@@ -264,7 +277,7 @@ class Resolver:
         if not isinstance(target, ast.NamedType) or target.definition is None:
             return
         declared = declared_kind(target.definition)
-        if target is kind and declared is ast.Interface:
+        if target is kind and declared is ast.Interface and not target.definition.local:
             message = f"interface `{target.name}` by value is deprecated; `{target.name}*` is its proxy"
             self.warning(Code.DEPRECATED, message, target.token)
         if target is not kind and declared is ast.Class:
@@ -295,6 +308,10 @@ class Resolver:
             self.error(Code.BAD_INHERITANCE, message, named.token, note)
             named.definition = None
             return None
+        if definition.local != derived.local:
+            which = "local" if definition.local else "not local"
+            message = f"`{named.name}` is {which}, unlike `{derived.name}`, which extends it"
+            self.error(Code.LOCAL, message, named.token)
         return definition
 
     def exception(self, named: ast.NamedType, scope: Scope, code: Code) -> ast.ExceptionType | None:

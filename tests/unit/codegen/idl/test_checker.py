@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -196,11 +197,15 @@ def test_an_error_in_an_included_file_is_reported_there_and_once(tmp_path: Path)
     assert [str(found.location) for found in diagnostics] == [f"{tmp_path / 'a.idl'}:2:23"]
 
 
-def test_what_is_local_is_refused_once(tmp_path: Path) -> None:
-    text = "module m { local struct S { int a; }; struct T { int a; }; };"
-    compiled, diagnostics = compile_text(tmp_path, text)
-    assert not compiled.files
-    assert findings(diagnostics) == [("E036", 1, 12)]
+def test_local_definitions_are_skipped_with_a_note(tmp_path: Path) -> None:
+    text = """#include "lib.idl"
+    module m {
+    local interface L { void stop(LocalObject o); }; local enum E { x }; const E usual = x; struct T { int a; }; };"""
+    lib = "module m { local interface Lib { void ice_f(); }; local exception Busy { }; exception Lost { }; };"
+    compiled, diagnostics = compile_text(tmp_path, text, lib=lib)
+    assert findings(diagnostics) == [("N001", 3, 21), ("N001", 3, 65)]
+    schemas = [json.loads(each.text) for each in compiled.files if each.path.name == "schema.json"]
+    assert [sorted(schema["definitions"]) for schema in schemas] == [["::m::Lost", "::m::T"]]
 
 
 def test_names_and_numbers_have_their_values_once_checked(tmp_path: Path) -> None:

@@ -1,0 +1,201 @@
+"""Divide the modules of Slice so that Python can import them, however they depend on each other.
+
+Some definitions are needed when another one is executed: bases of classes, exceptions of operations, values
+of constants and defaults, types in sequences and dictionaries. Such definitions never need each other, since
+Slice declares names before their use; but their modules may:
+
+    module m { struct A { int x; }; };
+    module n { struct B { m::A a; }; };
+    module m { struct C { n::B b; }; };
+
+Such a module becomes several Python modules of one package. What only annotations name is looked up at the
+first call, when everything is imported: modules may depend on each other by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Set
+from graphlib import CycleError, TopologicalSorter
+from typing import TypeVar
+
+from . import ast
+from .lexer import Source
+from .packages import GeneratedModule, ModuleKey
+
+_Node = TypeVar("_Node", bound=Hashable)
+_DefinitionKey = tuple[Source, str]
+_References = Callable[[ast.Definition], Iterator[ast.Definition]]
+
+
+class ModuleGraph:
+    """The Python modules of a run, divided where necessary, and what they depend on."""
+
+    def __init__(self, modules: Mapping[ModuleKey, GeneratedModule]) -> None:
+        self._whole = modules
+        self._module_of = {
+            _key(definition): module for module in modules.values() for definition in module.definitions
+        }
+        for group in {frozenset(each) for each in cycles(self._edges(_executed_with)).values()}:
+            self._divide([module for module in modules.values() if module in group])
+        self._needs = self._edges(_named_in)
+        self._cycles = cycles(self._needs)
+
+    @property
+    def modules(self) -> list[GeneratedModule]:
+        """All modules, in the order of their definitions."""
+        return list(dict.fromkeys(self._module_of.values()))
+
+    def module_of(self, definition: ast.Definition) -> GeneratedModule:
+        """Return the module of a definition."""
+        module = self._module_of.get(_key(definition))
+        return module or self._whole[definition.token.source, definition.module]
+
+    def needed_by(self, module: GeneratedModule) -> Set[GeneratedModule]:
+        """Return the other modules whose definitions a module names."""
+        return self._needs[module]
+
+    def in_cycle(self, one: GeneratedModule, other: GeneratedModule) -> bool:
+        """Return whether two modules depend on each other, directly or not."""
+        return other in self._cycles.get(one, ())
+
+    def _edges(self, references: _References) -> dict[GeneratedModule, set[GeneratedModule]]:
+        """Return the other modules to which the definitions of each module refer."""
+        return {
+            module: {
+                self.module_of(each) for definition in module.definitions for each in references(definition)
+            }
+            - {module}
+            for module in self.modules
+        }
+
+    def _divide(self, group: list[GeneratedModule]) -> None:
+        """Divide modules that depend on each other when they are executed.
+
+        A definition goes to the last part of its module, or to a new part if one that it needs depends on
+        the last part.
+        """
+        definitions = {_key(each): each for module in group for each in module.definitions}
+        needs = {
+            key: [_key(needed) for needed in _executed_with(each) if _key(needed) in definitions]
+            for key, each in definitions.items()
+        }
+        last: dict[GeneratedModule, GeneratedModule] = {}
+        graph: dict[GeneratedModule, set[GeneratedModule]] = {}
+        placed: dict[_DefinitionKey, GeneratedModule] = {}
+        for key in TopologicalSorter(needs).static_order():
+            whole = self._module_of[key]
+            part = last.setdefault(whole, whole)
+            required = {placed[each] for each in needs[key]}
+            if any(part in _reached(graph, each) for each in required - {part}):
+                count = 1 + sum(
+                    each.source is whole.source and each.slice_module == whole.slice_module for each in graph
+                )
+                part = last[whole] = GeneratedModule(
+                    whole.source, whole.slice_module, whole.doc, name=f"{whole.name}_part{count}"
+                )
+            placed[key] = part
+            graph.setdefault(part, set()).update(required - {part})
+        for module in group:
+            own, module.definitions = module.definitions, []
+            for definition in own:
+                placed[_key(definition)].definitions.append(definition)
+        self._module_of |= placed
+
+
+def cycles(graph: Mapping[_Node, Set[_Node]]) -> dict[_Node, set[_Node]]:
+    """Return the nodes in cycles, each with all nodes that it depends on and that depend on it."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError:
+        reached = {node: _reached(graph, node) for node in graph}
+        groups = {node: {each for each in reached[node] if node in reached.get(each, ())} for node in graph}
+        return {node: group for node, group in groups.items() if group}
+    return {}
+
+
+def _reached(graph: Mapping[_Node, Set[_Node]], start: _Node) -> set[_Node]:
+    """Return the nodes that a node depends on, directly or not."""
+    found: set[_Node] = set()
+    waiting = [start]
+    while waiting:
+        new = graph.get(waiting.pop(), set()) - found
+        found |= new
+        waiting += new
+    return found
+
+
+def _key(definition: ast.Definition) -> _DefinitionKey:
+    """Return what identifies a definition: each translation unit has its own tree of an included file."""
+    return definition.token.source, definition.scoped
+
+
+# References
+
+
+def _executed_with(definition: ast.Definition) -> Iterator[ast.Definition]:
+    """Yield what must be defined before the Python of a definition is executed."""
+    match definition:
+        case ast.Interface():
+            yield from definition.base_definitions
+            for operation in definition.operations:
+                yield from (named.definition for named in operation.throws if named.definition is not None)
+        case ast.Struct():
+            for member in definition.members:
+                yield from _in_initial_value(member)
+        case ast.Derivable():
+            if definition.base_definition is not None:
+                yield definition.base_definition
+            for member in definition.members:
+                yield from _in_initial_value(member)
+        case ast.Sequence():
+            yield from _in_type(definition.element)
+        case ast.Dictionary():
+            yield from _in_type(definition.key)
+            yield from _in_type(definition.value)
+        case ast.Constant():
+            yield from _in_value(definition.literal)
+
+
+def _named_in(definition: ast.Definition) -> Iterator[ast.Definition]:
+    """Yield what the Python of a definition names, in annotations, too."""
+    yield from _executed_with(definition)
+    match definition:
+        case ast.Struct() | ast.Derivable():
+            for member in definition.members:
+                yield from _in_type(member.type)
+        case ast.Interface():
+            for operation in definition.operations:
+                for kind in (operation.returns, *(parameter.type for parameter in operation.parameters)):
+                    if kind is not None:
+                        yield from _in_type(kind)
+        case ast.Constant():
+            yield from _in_type(definition.type)
+
+
+def _in_type(kind: ast.Type) -> Iterator[ast.Definition]:
+    target = kind.target if isinstance(kind, ast.ProxyType) else kind
+    is_reference = target is kind
+    match target:
+        case ast.NamedType(definition=ast.Interface() as interface) if not is_reference:
+            yield interface
+        case ast.NamedType(definition=ast.Interface() | ast.ForwardDeclaration()):
+            pass  # an interface by value is any value, and what no file defines is any object
+        case ast.NamedType(definition=ast.Definition() as definition) if is_reference:
+            yield definition
+
+
+def _in_initial_value(member: ast.Member) -> Iterator[ast.Definition]:
+    if member.default is not None:
+        yield from _in_value(member.default)
+    elif member.tag is None and isinstance(member.type, ast.NamedType):
+        definition = member.type.definition
+        if isinstance(definition, ast.Struct | ast.Enumeration):
+            yield definition
+
+
+def _in_value(literal: ast.Literal) -> Iterator[ast.Definition]:
+    target = literal.target
+    if isinstance(target, ast.Constant):
+        yield target
+    elif target is not None and target.enumeration is not None:
+        yield target.enumeration
