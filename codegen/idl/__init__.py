@@ -1,9 +1,10 @@
 """Compile interfaces written in Slice, the language of Ice, to typed Python that talks over zenoh_ice.
 
-The stages, each a module: `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`),
-`checker` with `resolver` and `constants` (names, types, values, rules), `packages` (which Python module a
-definition goes to), `python_writer` with `names` and `layout`, and `schema` (fingerprints, `schema.json`).
-`compiler` runs them; `codes` has the codes of all diagnostics.
+The stages, each a module: `lexer` (tokens), `preprocessor` with `macros` and `conditions` (includes, guards),
+`parser` (the tree of `ast`), `checker` with `resolver` and `constants` (names, types, values, rules),
+`packages` and `dependencies` (which Python module a definition goes to), `python_writer` with `names` and
+`layout`, and `schema` (fingerprints, `schema.json`). `compiler` runs them; `codes` has the codes of all
+diagnostics.
 """
 
 from __future__ import annotations

@@ -54,12 +54,12 @@ def _remainder(left: int, right: int) -> Number:
     return None if quotient is None else left - quotient * right
 
 
-def _shifted_left(left: int, right: int) -> Number:
-    return left << right if 0 <= right < _BITS else None
+def _shifted_left(left: int, right: int) -> int:
+    return left << right % _BITS
 
 
-def _shifted_right(left: int, right: int) -> Number:
-    return left >> right if 0 <= right < _BITS else None
+def _shifted_right(left: int, right: int) -> int:
+    return left >> right % _BITS
 
 
 def _wrapped(value: int) -> int:
@@ -96,7 +96,7 @@ def evaluate(words: Sequence[str]) -> bool:
     if evaluation.waiting:
         raise ConditionError(f"unexpected `{evaluation.waiting[-1][:20]}`")
     if value is None:
-        raise ConditionError("a division by 0 or a shift that is too far")
+        raise ConditionError("it divides by 0")
     return value != 0
 
 
@@ -153,7 +153,10 @@ class _Evaluation:
         if match is None or len(word) > _LONGEST_NUMBER:
             raise ConditionError(f"`{word[:20]}` is not an integer")
         digits = match["digits"]
-        return _wrapped(int(digits, 0 if digits[:2] in {"0x", "0X"} else 8 if digits[0] == "0" else 10))
+        value = int(digits, 0 if digits[:2] in {"0x", "0X"} else 8 if digits[0] == "0" else 10)
+        if value >= 1 << _BITS:
+            raise ConditionError(f"`{word[:20]}` has more than {_BITS} bits")
+        return _wrapped(value)
 
     def _next(self) -> str:
         if not self.waiting:
