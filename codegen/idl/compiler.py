@@ -179,14 +179,13 @@ def _generate(
         [source.path for source in trees],
         knows_all_sources=knows_all_sources,
     )
-    in_cycles = _packages_in_cycles(graph, earlier.needs)
-    for package in in_cycles:
+    next_in_cycle = _next_in_cycles(graph, earlier.needs)
+    for package in next_in_cycle:
         packages.setdefault(slice_module(package), [])
     for name, made in packages.items():
         package = module_package(name)
         kept = earlier.kept.get(package, [])
-        others = in_cycles.get(package, set()) - {package}
-        files += package_files(root, name, [*made, *kept], others)
+        files += package_files(root, name, [*made, *kept], next_in_cycle.get(package))
     return Compilation(tuple(files), tuple(earlier.leftovers))
 
 
@@ -203,10 +202,12 @@ def _report_redefinitions(modules: Iterable[GeneratedModule], diagnostics: Diagn
                     diagnostics.error(Code.REDEFINITION, message, definition.token.location, [note])
 
 
-def _packages_in_cycles(
-    graph: ModuleGraph, earlier: Mapping[Package, Set[Package]]
-) -> dict[Package, set[Package]]:
-    """Return the packages in cycles, each with all of its cycle; `earlier` is what kept modules import."""
+def _next_in_cycles(graph: ModuleGraph, earlier: Mapping[Package, Set[Package]]) -> dict[Package, Package]:
+    """Return the packages that depend on each other, each with the next one of the same cycle.
+
+    A package is directly before those in it: the packages around the next one have begun, too. `earlier` is
+    what kept modules import.
+    """
     needs = {package: set(needed) for package, needed in earlier.items()}
     for module in graph.modules:
         needs.setdefault(module.package, set()).update(each.package for each in graph.needed_by(module))
@@ -214,7 +215,12 @@ def _packages_in_cycles(
         # Python imports the packages around a package first.
         needed |= {package[:length] for length in range(1, len(package))}
         needed.discard(package)
-    return cycles(needs)
+    following: dict[Package, Package] = {}
+    for package, cycle in cycles(needs).items():
+        if package not in following:
+            ordered = sorted(cycle)
+            following |= zip(ordered, [*ordered[1:], ordered[0]], strict=True)
+    return following
 
 
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:

@@ -14,6 +14,7 @@ first call, when everything is imported: modules may depend on each other by it.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Set
 from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
@@ -35,8 +36,8 @@ class ModuleGraph:
         self._module_of = {
             _key(definition): module for module in modules.values() for definition in module.definitions
         }
-        for group in {frozenset(each) for each in cycles(self._edges(_executed_with)).values()}:
-            self._divide([module for module in modules.values() if module in group])
+        executed = cycles(self._edges(_executed_with))
+        self._divide([module for module in modules.values() if module in executed])
         self._needs = self._edges(_named_in)
         self._cycles = cycles(self._needs)
 
@@ -71,30 +72,31 @@ class ModuleGraph:
     def _divide(self, group: list[GeneratedModule]) -> None:
         """Divide modules that depend on each other when they are executed.
 
-        A definition goes to the last part of its module, or to a new part if one that it needs depends on
-        the last part.
+        Each part has a level above those of the parts that it needs. A definition goes to the last part of
+        its module if this can have such a level, and to a new part if not.
         """
         definitions = {_key(each): each for module in group for each in module.definitions}
         needs = {
             key: [_key(needed) for needed in _executed_with(each) if _key(needed) in definitions]
             for key, each in definitions.items()
         }
-        last: dict[GeneratedModule, GeneratedModule] = {}
-        graph: dict[GeneratedModule, set[GeneratedModule]] = {}
+        parts = {module: [module] for module in group}
+        levels = dict.fromkeys(group, 0)
+        ceilings: dict[GeneratedModule, int] = {}  # the lowest levels of those that need a part
         placed: dict[_DefinitionKey, GeneratedModule] = {}
         for key in TopologicalSorter(needs).static_order():
             whole = self._module_of[key]
-            part = last.setdefault(whole, whole)
-            required = {placed[each] for each in needs[key]}
-            if any(part in _reached(graph, each) for each in required - {part}):
-                count = 1 + sum(
-                    each.source is whole.source and each.slice_module == whole.slice_module for each in graph
-                )
-                part = last[whole] = GeneratedModule(
-                    whole.source, whole.slice_module, whole.doc, name=f"{whole.name}_part{count}"
-                )
+            part = parts[whole][-1]
+            required = {placed[each] for each in needs[key]} - {part}
+            level = max((levels[each] + 1 for each in required), default=0)
+            if level >= ceilings.get(part, level + 1):
+                name = f"{whole.name}_part{len(parts[whole]) + 1}"
+                part = GeneratedModule(whole.source, whole.slice_module, whole.doc, name=name)
+                parts[whole].append(part)
+            levels[part] = max(level, levels.get(part, 0))
+            for each in required:
+                ceilings[each] = min(levels[part], ceilings.get(each, levels[part]))
             placed[key] = part
-            graph.setdefault(part, set()).update(required - {part})
         for module in group:
             own, module.definitions = module.definitions, []
             for definition in own:
@@ -103,25 +105,52 @@ class ModuleGraph:
 
 
 def cycles(graph: Mapping[_Node, Set[_Node]]) -> dict[_Node, set[_Node]]:
-    """Return the nodes in cycles, each with all nodes that it depends on and that depend on it."""
+    """Return the nodes in cycles, each with the set of its cycle: they all depend on each other."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError:
-        reached = {node: _reached(graph, node) for node in graph}
-        groups = {node: {each for each in reached[node] if node in reached.get(each, ())} for node in graph}
-        return {node: group for node, group in groups.items() if group}
+        return _strongly_connected(graph)
     return {}
 
 
-def _reached(graph: Mapping[_Node, Set[_Node]], start: _Node) -> set[_Node]:
-    """Return the nodes that a node depends on, directly or not."""
-    found: set[_Node] = set()
-    waiting = [start]
-    while waiting:
-        new = graph.get(waiting.pop(), set()) - found
-        found |= new
-        waiting += new
+def _strongly_connected(graph: Mapping[_Node, Set[_Node]]) -> dict[_Node, set[_Node]]:
+    """Return the strongly connected components with several nodes, by node (Kosaraju's algorithm)."""
+    needed_by: defaultdict[_Node, set[_Node]] = defaultdict(set)
+    for node, needed in graph.items():
+        for each in needed:
+            needed_by[each].add(node)
+    found: dict[_Node, set[_Node]] = {}
+    seen: set[_Node] = set()
+    for start in reversed(_postorder(graph)):
+        component = {start} - seen
+        waiting = list(component)
+        while waiting:
+            new = needed_by[waiting.pop()] - seen - component
+            component |= new
+            waiting += new
+        seen |= component
+        if len(component) > 1:
+            found |= dict.fromkeys(component, component)
     return found
+
+
+def _postorder(graph: Mapping[_Node, Set[_Node]]) -> list[_Node]:
+    """Return all nodes in the order in which a depth-first search leaves them."""
+    order: list[_Node] = []
+    seen: set[_Node] = set()
+    for start in graph:
+        path = [] if start in seen else [(start, iter(graph[start]))]
+        seen.add(start)
+        while path:
+            node, needed = path[-1]
+            new = next((each for each in needed if each not in seen), None)
+            if new is None:
+                order.append(node)
+                path.pop()
+            else:
+                seen.add(new)
+                path.append((new, iter(graph.get(new, ()))))
+    return order
 
 
 def _key(definition: ast.Definition) -> _DefinitionKey:

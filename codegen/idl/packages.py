@@ -132,12 +132,12 @@ def header(text: str, sources: Iterable[str]) -> list[str]:
 
 
 def package_files(
-    root: Path, slice_module: str, modules: Iterable[ModuleSummary], in_cycle: Iterable[Package] = ()
+    root: Path, slice_module: str, modules: Iterable[ModuleSummary], next_in_cycle: Package | None = None
 ) -> list[GeneratedFile]:
     """Return the files of a typed package that exports all definitions of its modules.
 
-    The packages `in_cycle` depend on this one, and this one on them. Each imports all others before its own
-    modules: then no module waits for a package that waits for this module.
+    Packages that depend on each other each import the `next_in_cycle` before their own modules: then all of
+    them have begun when the first module is imported, and no module waits for a package that waits for it.
     """
     here = module_package(slice_module)
     directory = root.joinpath(*here)
@@ -145,7 +145,7 @@ def package_files(
     default = _default_text(slice_module)
     text = next((module.text for module in ordered if module.text != default), default)
     sources = sorted({module.source for module in ordered})
-    imports = [_import_of(other, here) for other in sorted(in_cycle)]
+    imports = [] if next_in_cycle is None else [_import_of(next_in_cycle, here)]
     imports += [f"from .{module.name} import *  # noqa: F403" for module in ordered]
     lines = [*header(text, sources), *(["", *imports] if imports else [])]
     schema = directory / SCHEMA_FILE
