@@ -124,10 +124,13 @@ def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]: 
 
 
 def _is_loaded(cls: type[Value]) -> bool:
-    """Return whether the module of a class is still loaded: otherwise its members' types are missing."""
+    """Return whether the module of a class is loaded: before and after, its members' types are missing.
+
+    They may also be missing in a package that is being imported by another thread.
+    """
     try:
         msgspec.structs.fields(cls)
-    except NameError:
+    except (NameError, AttributeError):
         return False
     return cls.__module__ in sys.modules
 

@@ -152,6 +152,25 @@ def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest
     assert anything.unpack(pack(anything, (Animal("Tom", None),), "x"), "x").anything == Animal("Tom", None)
 
 
+def test_classes_whose_packages_are_still_being_imported_do_not_arrive(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    module, package = ModuleType("garden"), ModuleType("shed")
+    monkeypatch.setitem(sys.modules, "garden", module)
+    vars(module).update(Animal=Animal, shed=package, __name__="garden")
+    exec("class Mole(Animal, tag='::zoo::Mole'):\n    tool: 'shed.Spade | None'\n", vars(module))
+    anything = Codec(HoldsAnything)
+    assert anything.unpack(pack(anything, (Animal("Tom", None),), "x"), "x").anything == Animal("Tom", None)
+    vars(package)["Spade"] = Animal
+    mole = vars(module)["Mole"]("Max", None, Animal("Tim", None))
+
+    class Another(Animal, tag="::zoo::Another"):
+        pass
+
+    anything = Codec(HoldsAnything)
+    assert anything.unpack(pack(anything, (mole,), "x"), "x").anything == mole
+
+
 def test_classes_of_two_modules_that_have_the_same_type_id_are_not_mixed_up(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
