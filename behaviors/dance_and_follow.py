@@ -10,7 +10,16 @@ Parts of it come from follow_ball.xml.
 
 from __future__ import annotations
 
-from hfsm_runtime import Automaton, Component, Input, Proxy, State, Transition, main
+from hfsm_runtime import (
+    Automaton,
+    Component,
+    Input,
+    Proxy,
+    State,
+    Transition,
+    main,
+    source_map,
+)
 from interfaces.jderobot import CameraPrx, Pose3DEncodersPrx, Pose3DMotorsPrx
 from interfaces.nao import PoseHeadPrx
 
@@ -34,6 +43,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     Camera = Proxy("Camera", CameraPrx)
     Head = Proxy("Head", PoseHeadPrx)
 
+    # <functions 1>
     def command_arm(self, side, position, fraction):
         """Command the shoulder and the elbow of one side to a position of the dance."""
         sign = 1 if side == "Right" else -1  # the left arm mirrors the right one
@@ -59,7 +69,9 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             elbow.roll - sign * elbow_roll,
         )
         return max(abs(error) for error in errors) < 0.1
+    # </functions 1>
 
+    # <functions 3>
     def find_ball(self, color):
         """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
         sample = self.Camera.getImageData.latest()
@@ -101,23 +113,35 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         pose = self.Head.getPose()
         there = abs(pose.pan - pan) < 0.1 and abs(pose.tilt - tilt) < 0.1
         return (corner + 1) % len(corners) if there else corner
+    # </functions 3>
 
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
 
-        def fired_enough():
-            self.Head.stop()
+        followBall = State("followBall", id=1, initial=True, children=(self.automaton_followBall(),))
 
-        followBall = State("followBall", initial=True, children=(self.automaton_followBall(),))
-        dance = State("dance", children=(self.automaton_dance(),))
+        dance = State("dance", id=2, children=(self.automaton_dance(),))
+
+        def fired_enough():
+            # <fired 1.1>
+            self.Head.stop()
+            # </fired 1.1>
+
+        transition_enough = Transition("enough", followBall, dance, id=1, seconds=10.0, code=fired_enough)
+
+        transition_tired = Transition("tired", dance, followBall, id=2, seconds=10.0)
+
         return Automaton(
             "dance_and_follow",
             id=1,
             period=0.1,
-            states=(followBall, dance),
+            states=(
+                followBall,
+                dance,
+            ),
             transitions=(
-                Transition("enough", followBall, dance, seconds=10.0, code=fired_enough),
-                Transition("tired", dance, followBall, seconds=10.0),
+                transition_enough,
+                transition_tired,
             ),
         )
 
@@ -126,39 +150,56 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def arguments_red():
             return {
-                "color": "red",
-            }
-
-        def arguments_green():
-            return {
-                "color": "green",
+                "color": "red",  # <argument 2.1 color/>
             }
 
         red = State(
             "red",
+            id=1,
             initial=True,
             children=(self.automaton_follow_ball("red", 3),),
             arguments=arguments_red,
         )
-        green = State("green", children=(self.automaton_follow_ball("green", 4),), arguments=arguments_green)
+
+        def arguments_green():
+            return {
+                "color": "green",  # <argument 2.2 color/>
+            }
+
+        green = State(
+            "green",
+            id=2,
+            children=(self.automaton_follow_ball("green", 4),),
+            arguments=arguments_green,
+        )
+
+        transition_to_green = Transition("to green", red, green, id=1, seconds=8.0)
+
+        transition_to_red = Transition("to red", green, red, id=2, seconds=8.0)
+
         return Automaton(
             "followBall",
             id=2,
             period=0.1,
-            states=(red, green),
+            states=(
+                red,
+                green,
+            ),
             transitions=(
-                Transition("to green", red, green, seconds=8.0),
-                Transition("to red", green, red, seconds=8.0),
+                transition_to_green,
+                transition_to_red,
             ),
         )
 
     def automaton_follow_ball(self, name: str, number: int) -> Automaton:
         """Return the automaton of the states 'red' and 'green', from follow_ball.xml."""
         color: str = "green"  # input
+        # <variables 3>
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
         corner = 0
+        # </variables 3>
 
         def set_inputs(values):
             nonlocal color
@@ -166,6 +207,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_follow():
             nonlocal ball_seen, error_u, error_v, lost_since
+            # <code 3.1>
             ball = self.find_ball(color)
             ball_seen = ball is not None
             if ball_seen:
@@ -174,42 +216,57 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 self.turn_towards(error_u, error_v)
             elif lost_since is None:
                 lost_since = self.clock.now()
+            # </code 3.1>
+
+        follow = State("follow", id=1, initial=True, code=state_follow)
 
         def state_search():
             nonlocal ball_seen, corner
+            # <code 3.2>
             ball_seen = False
             corner = self.sweep(corner)
+            # </code 3.2>
+
+        search = State("search", id=2, code=state_search)
 
         def guard_lost():
-            return lost_since is not None and self.clock.now() - lost_since > 0.5
+            return lost_since is not None and self.clock.now() - lost_since > 0.5  # <trigger 3.1/>
+
+        transition_lost = Transition("lost", follow, search, id=1, guard=guard_lost)
 
         def guard_found():
-            return self.find_ball(color) is not None
+            return self.find_ball(color) is not None  # <trigger 3.2/>
 
         def fired_found():
             nonlocal lost_since
+            # <fired 3.2>
             lost_since = None
+            # </fired 3.2>
 
-        follow = State("follow", initial=True, code=state_follow)
-        search = State("search", code=state_search)
+        transition_found = Transition("found", search, follow, id=2, guard=guard_found, code=fired_found)
+
         return Automaton(
             name,
             id=number,
-            source="follow_ball.xml",
+            source="follow_ball.xml",  # <automaton 3/>
             period=0.05,
             inputs=(
                 Input(name="color", type=str, default="green"),
             ),
             set_inputs=set_inputs,
-            states=(follow, search),
+            states=(
+                follow,
+                search,
+            ),
             transitions=(
-                Transition("lost", follow, search, guard=guard_lost),
-                Transition("found", search, follow, guard=guard_found, code=fired_found),
+                transition_lost,
+                transition_found,
             ),
         )
 
     def automaton_dance(self) -> Automaton:
         """Return the automaton of the state 'dance'."""
+        # <variables 5>
         positions = [  # shoulder pitch and roll, elbow yaw and roll of the right arm, in rad
             (0.8, -0.3, 1.0, 0.4),
             (0.3, -0.6, 1.0, 0.9),
@@ -223,80 +280,234 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             (1.3, -0.3, 1.2, 0.6),
         ]
         reached = 0
+        # </variables 5>
 
         def state_right():
             nonlocal reached
+            # <code 5.1>
             if self.arm_there("Right", positions[reached]):
                 reached += 1
             if reached < len(positions):
                 self.command_arm("Right", positions[reached], 0.3)
+            # </code 5.1>
+
+        right = State("right", id=1, initial=True, code=state_right)
 
         def state_left():
             nonlocal reached
+            # <code 5.2>
             if self.arm_there("Left", positions[reached]):
                 reached += 1
             if reached < len(positions):
                 self.command_arm("Left", positions[reached], 0.3)
+            # </code 5.2>
+
+        left = State("left", id=2, code=state_left)
 
         def guard_ten_positions():
-            return reached == len(positions)
+            return reached == len(positions)  # <trigger 5.1/>
 
         def fired_ten_positions():
             nonlocal reached
+            # <fired 5.1>
             reached = 0
+            # </fired 5.1>
+
+        transition_ten_positions = Transition(
+            "ten positions",
+            right,
+            left,
+            id=1,
+            guard=guard_ten_positions,
+            code=fired_ten_positions,
+        )
 
         def guard_ten_positions_2():
-            return reached == len(positions)
+            return reached == len(positions)  # <trigger 5.2/>
 
         def fired_ten_positions_2():
             nonlocal reached
+            # <fired 5.2>
             reached = 0
+            # </fired 5.2>
 
-        right = State("right", initial=True, code=state_right)
-        left = State("left", code=state_left)
+        transition_ten_positions_2 = Transition(
+            "ten positions",
+            left,
+            right,
+            id=2,
+            guard=guard_ten_positions_2,
+            code=fired_ten_positions_2,
+        )
+
         return Automaton(
             "dance",
             id=5,
             period=0.1,
-            states=(right, left),
+            states=(
+                right,
+                left,
+            ),
             transitions=(
-                Transition("ten positions", right, left, guard=guard_ten_positions, code=fired_ten_positions),
-                Transition(
-                    "ten positions",
-                    left,
-                    right,
-                    guard=guard_ten_positions_2,
-                    code=fired_ten_positions_2,
-                ),
+                transition_ten_positions,
+                transition_ten_positions_2,
             ),
         )
 
 
-SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
-    (17, 17, "dance_and_follow.xml:173", "library"),
-    (18, 18, "follow_ball.xml:100", "library"),
-    (19, 19, "follow_ball.xml:101", "library"),
-    (20, 20, "follow_ball.xml:102", "library"),
-    (37, 61, "dance_and_follow.xml:39", "functions", 1),
-    (63, 103, "follow_ball.xml:56", "functions", 3),
-    (109, 109, "dance_and_follow.xml:24", "fired", 1, 1),
-    (129, 129, "dance_and_follow.xml:73", "argument", 2, 1),
-    (134, 134, "dance_and_follow.xml:81", "argument", 2, 2),
-    (158, 161, "follow_ball.xml:52", "variables", 3),
-    (169, 176, "follow_ball.xml:10", "code", 3, 1),
-    (180, 181, "follow_ball.xml:24", "code", 3, 2),
-    (184, 184, "follow_ball.xml:34", "trigger", 3, 1),
-    (187, 187, "follow_ball.xml:43", "trigger", 3, 2),
-    (191, 191, "follow_ball.xml:41", "fired", 3, 2),
-    (198, 198, "follow_ball.xml:4", "automaton", 3),
-    (213, 225, "dance_and_follow.xml:157", "variables", 5),
-    (229, 232, "dance_and_follow.xml:123", "code", 5, 1),
-    (236, 239, "dance_and_follow.xml:133", "code", 5, 2),
-    (242, 242, "dance_and_follow.xml:145", "trigger", 5, 1),
-    (246, 246, "dance_and_follow.xml:143", "fired", 5, 1),
-    (249, 249, "dance_and_follow.xml:154", "trigger", 5, 2),
-    (253, 253, "dance_and_follow.xml:152", "fired", 5, 2),
-)
+SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
+    ("file dance_and_follow.xml",
+        1,
+    ),
+    ("document",
+        1,
+    ),
+    ("description of document",
+        1,
+    ),
+    ("automaton 1",
+        1,
+    ),
+    ("state 1.1",
+        7,
+    ),
+    ("state 1.2",
+        7,
+    ),
+    ("transition 1.1",
+        5, "fired 1.1", 3,
+    ),
+    ("transition 1.2",
+        9,
+    ),
+    ("iteration_time of automaton 1",
+        1,
+    ),
+    ("variables of automaton 1",
+        1,
+    ),
+    ("functions of automaton 1",
+        0, "functions 1", 2,
+    ),
+    ("automaton 2",
+        1,
+    ),
+    ("state 2.1",
+        6, "argument 2.1 color", 1,
+    ),
+    ("state 2.2",
+        6, "argument 2.2 color", 1,
+    ),
+    ("transition 2.1",
+        9,
+    ),
+    ("transition 2.2",
+        9,
+    ),
+    ("iteration_time of automaton 2",
+        1,
+    ),
+    ("variables of automaton 2",
+        1,
+    ),
+    ("functions of automaton 2",
+        14,
+    ),
+    ("automaton 5",
+        1,
+    ),
+    ("state 5.1",
+        5, "code 5.1", 1,
+    ),
+    ("state 5.2",
+        5, "code 5.2", 1,
+    ),
+    ("transition 5.1",
+        5, "fired 5.1", 1, "trigger 5.1", 1,
+    ),
+    ("transition 5.2",
+        5, "fired 5.2", 1, "trigger 5.2", 1,
+    ),
+    ("iteration_time of automaton 5",
+        1,
+    ),
+    ("variables of automaton 5",
+        0, "variables 5", 0,
+    ),
+    ("functions of automaton 5",
+        3,
+    ),
+    ("library from interfaces.jderobot import Pose3DMotorsData",
+        0, "library from interfaces.jderobot import Pose3DMotorsData", 2,
+    ),
+    ("interface RightShoulderMotors",
+        7,
+    ),
+    ("interface RightShoulderEncoders",
+        7,
+    ),
+    ("interface RightElbowMotors",
+        7,
+    ),
+    ("interface RightElbowEncoders",
+        7,
+    ),
+    ("interface LeftShoulderMotors",
+        7,
+    ),
+    ("interface LeftShoulderEncoders",
+        7,
+    ),
+    ("interface LeftElbowMotors",
+        7,
+    ),
+    ("interface LeftElbowEncoders",
+    ),
+    ("file follow_ball.xml",
+        3,
+    ),
+    ("automaton 3",
+        0, "automaton 3", 0,
+    ),
+    ("state 3.1",
+        5, "code 3.1", 1,
+    ),
+    ("state 3.2",
+        5, "code 3.2", 1,
+    ),
+    ("transition 3.1",
+        7, "trigger 3.1", 1,
+    ),
+    ("transition 3.2",
+        5, "fired 3.2", 1, "trigger 3.2", 1,
+    ),
+    ("parameter 3.color",
+        6,
+    ),
+    ("iteration_time of automaton 3",
+        1,
+    ),
+    ("variables of automaton 3",
+        0, "variables 3", 0,
+    ),
+    ("functions of automaton 3",
+        0, "functions 3", 3,
+    ),
+    ("library math",
+        0, "library import math", 0,
+    ),
+    ("library cv2",
+        0, "library import cv2", 0,
+    ),
+    ("library numpy as np",
+        0, "library import numpy as np", 2,
+    ),
+    ("interface Camera",
+        7,
+    ),
+    ("interface Head",
+    ),
+))
 
 if __name__ == "__main__":
     main(DanceAndFollow)

@@ -16,6 +16,7 @@ from .automaton import Automaton, Event, Input, State, Transition  # noqa: E402
 from .component import Component, Parameter, Proxy, Ros  # noqa: E402
 from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
+from .source_map import source_map  # noqa: E402
 from .virtual import VirtualRun, run  # noqa: E402
 
 if program_file():
@@ -43,6 +44,7 @@ __all__ = [
     "ros_message",
     "ros_tf",
     "run",
+    "source_map",
 ]
 
 

@@ -1,21 +1,28 @@
 """Look up lines of the running component in the source map at its end.
 
-`codegen.hfsm.source_map` defines and writes that table. It is read here again because a component runs
-without the compiler.
+`codegen.hfsm.source_map` defines and writes that table, and the marks around code that it relies on. It is
+read here again because a component runs without the compiler. Components that an older version generated
+have a table of rows, which is used as it is.
 """
 
 from __future__ import annotations
 
 import ast
 import linecache
+import re
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Final, NamedTuple
 
 _NAME: Final = "SOURCE_MAP"
+_BEGIN: Final = f"\n{_NAME} = source_map(__file__, ("
+_END: Final = "\n))"
+_MARK: Final = re.compile(r"(?:^ *|  )# <(?P<key>[a-z]+ .+?)(?P<only>/?)>$")
+_LIBRARIES: Final = ("from ", "import ")
+_FILE: Final = "file "
 
 
 class Row(NamedTuple):
@@ -37,6 +44,64 @@ class Row(NamedTuple):
         """Return where a line of the component stands in the document, as `FILE:LINE`."""
         file, _, number = self.source.rpartition(":")
         return f"{file}:{int(number) + line - self.first}"
+
+
+def source_map(file: str, table: Iterable[Sequence[str | int]]) -> tuple[Row, ...]:
+    """Return the rows of the table at the end of a component, in the order of its lines.
+
+    The component's `file` is read now, so that the map stays that of the running code when the file changes.
+    """
+    try:
+        text = Path(file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):  # such as one in an archive
+        return ()
+    return tuple(sorted(_source_rows(text.split("\n"), table)))
+
+
+def _source_rows(lines: Sequence[str], table: Iterable[Sequence[str | int]]) -> Iterator[Row]:
+    """Yield the rows of a table, with the lines of each code from the marks around it."""
+    pieces = _pieces(lines)
+    source, line, length = "", 1, 0
+    for name, *items in table:
+        if str(name).startswith(_FILE):
+            source, line, length = str(name).removeprefix(_FILE), 1, 0
+        for item in items:
+            if isinstance(item, int):
+                line += length + item
+                length = 0
+            elif item in pieces:  # somebody may have edited the file
+                first, last = pieces[item]
+                length = last - first + 1
+                yield Row(first, last, f"{source}:{line}", *_owner(item))
+
+
+def _pieces(lines: Sequence[str]) -> dict[str, tuple[int, int]]:
+    """Return the first and the last line of each code of a component, by its key."""
+    found: dict[str, tuple[int, int]] = {}
+    key, first, end = "", 0, ""
+    for number, line in enumerate(lines, 1):
+        if end:  # inside of a code
+            if line == end:
+                found[key] = (first, number - 1)
+                end = ""
+        elif line.startswith(_LIBRARIES):
+            found[f"library {line}"] = (number, number)
+        elif "# <" in line and (mark := _MARK.search(line)):
+            key = mark["key"]
+            if mark["only"]:
+                found[key] = (number, number)
+            else:
+                first, end = number + 1, line.replace("# <", "# </", 1)
+    return found
+
+
+def _owner(key: str) -> tuple[str, int, int]:
+    """Return the kind of the code with a key, and the ids of its automaton and its state or transition."""
+    part, owner, *_ = key.split(" ")
+    if part == "library":
+        return part, 0, 0
+    automaton, _, number = owner.rstrip("+").partition(".")
+    return part, int(automaton), int(number or 0)
 
 
 def sources_of(namespace: Mapping[str, object]) -> set[str]:
@@ -96,7 +161,7 @@ def text_of_guard(guard: Callable[..., object]) -> str:
         return ""
     row = Row(*rows[index])  # the code that follows the `def`
     lines = linecache.getlines(code.co_filename)[row.first - 1 : row.last]
-    return " ".join(" ".join(lines).split()).removeprefix("return ")
+    return " ".join(" ".join(_MARK.sub("", line) for line in lines).split()).removeprefix("return ")
 
 
 def _place(line: int, row: Row | None, file: str) -> str:
@@ -117,12 +182,12 @@ def _rows(namespace: Mapping[str, object]) -> tuple[Any, ...]:
     return table if isinstance(table, tuple) else ()
 
 
-def _read(file: str) -> tuple[Any, ...]:
+def _read(file: str) -> tuple[Row, ...]:
     """Return the source map in the file of a component."""
-    _, found, table = "".join(linecache.getlines(file)).rpartition(f"\n{_NAME} = ")
+    _, found, table = "".join(linecache.getlines(file)).rpartition(_BEGIN)
     if not found:
         return ()
     try:
-        return _rows({_NAME: ast.literal_eval(table.partition("\n)")[0] + "\n)")})
-    except (SyntaxError, ValueError):  # somebody has edited it
+        return source_map(file, ast.literal_eval(f"({table.partition(_END)[0]}\n)"))
+    except (SyntaxError, TypeError, ValueError):  # somebody has edited it
         return ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -25,7 +25,8 @@ _OURS: Final = RESERVED | {"Event", "Input", "bool", "float", "int", "object", "
 class CodeLines:
     """Lines of the component with code of the document; `path` is the file that the code comes from.
 
-    `part`, `automaton` and `id` go to the source map.
+    `part`, `automaton` and `id` go to the source map, and the `name` of an argument. A block may have marks
+    before and after it; the single line of other code may end with one.
     """
 
     lines: Sequence[str]
@@ -34,6 +35,8 @@ class CodeLines:
     part: str
     automaton: int = 0
     id: int = 0
+    name: str = ""
+    is_block: bool = True
 
 
 Line = str | CodeLines
@@ -82,19 +85,17 @@ class AutomatonWriter:
         self._name, self._number = quoted(name), str(automaton.id)
         if self._method.is_shared:
             self._name, self._number = self._unused("name"), self._unused("number")
-        self._functions: list[Line] = []
+        self._lines: list[Line] = []
+        """The functions and the states and transitions that have them, in the order of the document."""
         self._set_inputs = self._inputs()
-        states = [self._state(index, state) for index, state in enumerate(automaton.states)]
-        self._transition_functions = [self._transition_code(item) for item in automaton.transitions]
         self._names = [
             self._unused(identifier(state.name, f"state_{state.id}"), state.id) for state in automaton.states
         ]
         self._by_id = {state.id: name for state, name in zip(automaton.states, self._names, strict=True)}
-        self._states = [
-            line
-            for name, arguments in zip(self._names, states, strict=True)
-            for line in _call(f"{name} = State", arguments, 2)
-        ]
+        for name, state in zip(self._names, automaton.states, strict=True):
+            arguments = self._state(state)
+            self._lines += ["", *_call(f"{name} = State", arguments)]
+        self._transition_names = [self._transition(item) for item in automaton.transitions]
 
     @property
     def needs(self) -> set[str]:
@@ -127,15 +128,14 @@ class AutomatonWriter:
         if self._shared - declared:
             yield "        # Shared by the code below; they have no value until some of it assigns one."
             yield from (f"        {name}: object" for name in sorted(self._shared - declared))
-        yield from self._functions
+        yield from self._lines
         yield ""
-        yield from self._states
         yield "        return Automaton("
         yield f"            {self._name},"
         yield f"            id={self._number},"
         if self._source:
             line = f"            source={quoted(self._source)},"
-            yield self._code_lines([line], ("automaton", 0), Code((line,), automaton.line))
+            yield self._code_line(line, ("automaton", 0), Code((line,), automaton.line))
         yield f"            period={(milliseconds(automaton.iteration_time) or 0.0) / 1000!r},"
         if automaton.inputs:
             yield "            inputs=("
@@ -147,10 +147,7 @@ class AutomatonWriter:
             yield f"            set_inputs={self._set_inputs},"
         yield from _tuple("states", self._names)
         if automaton.transitions:
-            yield "            transitions=("
-            for index, transition in enumerate(automaton.transitions):
-                yield from _call("Transition", self._transition(index, transition), 4, end=",")
-            yield "            ),"
+            yield from _tuple("transitions", self._transition_names)
         yield "        )"
 
     def _inputs(self) -> str:
@@ -159,7 +156,7 @@ class AutomatonWriter:
         if not inputs:
             return ""
         function, values = self._unused("set_inputs"), self._unused("values")
-        lines = self._functions
+        lines = self._lines
         lines += ["", f"        def {function}({values}):"]
         lines.append(f"            nonlocal {', '.join(sorted(item.name for item in inputs))}")
         for item in inputs:
@@ -168,11 +165,9 @@ class AutomatonWriter:
             lines.append(f"            {item.name} = {value}")
         return function
 
-    def _state(self, index: int, state: State) -> list[str]:
+    def _state(self, state: State) -> list[str]:
         """Write the code of a state as functions; return the arguments of its constructor."""
-        arguments = [quoted(state.name)]
-        if state.id != index + 1:
-            arguments.append(f"id={state.id}")
+        arguments = [quoted(state.name), f"id={state.id}"]
         states = self._automaton.states
         initial = next((each for each in states if each.initial), states[0])
         arguments += ["initial=True"] if state is initial else []
@@ -205,12 +200,13 @@ class AutomatonWriter:
             arguments.append(f"code={self._function('fired', 'fired', transition, code, parameter)}")
         return arguments
 
-    def _transition(self, index: int, transition: Transition) -> list[str]:
-        """Return the arguments of a transition's constructor."""
+    def _transition(self, transition: Transition) -> str:
+        """Write a transition, after its guard and code as functions; return its name in the method."""
+        name = self._unused(f"transition_{identifier(transition.name, str(transition.id))}", transition.id)
         trigger, priority = transition.trigger, transition.priority.text.strip()
         arguments = [quoted(transition.name)]
         arguments += [self._by_id[transition.origin], self._by_id[transition.destination]]
-        arguments += [] if transition.id == index + 1 else [f"id={transition.id}"]
+        arguments.append(f"id={transition.id}")
         arguments += [f"priority={int(priority)}"] if priority else []
         match transition.type:
             case "time":
@@ -219,19 +215,19 @@ class AutomatonWriter:
                 arguments.append(f"event={quoted(trigger.text.strip())}")
             case "finished":
                 arguments.append("finished=True")
-        return arguments + self._transition_functions[index]
+        arguments += self._transition_code(transition)
+        self._lines += ["", *_call(f"{name} = Transition", arguments)]
+        return name
 
     def _function(
         self, kind: str, part: str, owner: State | Transition, written: Piece | Code, parameter: str = ""
     ) -> str:
         """Write a piece of code, or a generated expression, as a nested function; return its name."""
         function = self._unused(f"{kind}_{identifier(owner.name, str(owner.id))}", owner.id)
-        lines = self._functions
+        lines = self._lines
         lines += ["", f"        def {function}({parameter}):"]
         if isinstance(written, Code):
-            lines.append(
-                self._code_lines([f"            return {written.lines[0]}"], (part, owner.id), written)
-            )
+            lines.append(self._code_line(f"            return {written.lines[0]}", (part, owner.id), written))
             return function
         lines += self._nonlocal(written)
         if written.is_expression:
@@ -262,7 +258,7 @@ class AutomatonWriter:
             )
             child = argument.child or next(takers)
             by_child.setdefault(child, []).append((argument.name, piece))
-        lines = self._functions
+        lines = self._lines
         lines += ["", f"        def {function}():", *self._nonlocal(*pieces)]
         lines.append("            return {")
         only = len(children) == 1
@@ -270,23 +266,31 @@ class AutomatonWriter:
             lines += [] if only else [f"                {child}: {{"]
             for name, piece in arguments:
                 before = f"{INDENT * (4 if only else 5)}{quoted(name)}: "
-                lines += self._expression(before, ("argument", state.id), piece, ",")
+                lines += self._expression(before, ("argument", state.id), piece, ",", name)
             lines += [] if only else ["                },"]
         lines.append("            }")
         return function
 
-    def _expression(self, before: str, what: tuple[str, int], piece: Piece, end: str = "") -> list[Line]:
+    def _expression(
+        self, before: str, what: tuple[str, int], piece: Piece, end: str = "", name: str = ""
+    ) -> list[Line]:
         """Return an expression between two texts: on one line, or in parentheses."""
         code = piece.code
         if len(code.lines) == 1 and "#" not in code.lines[0] and not piece.bound:
-            return [self._code_lines([f"{before}{code.lines[0]}{end}"], what, code)]
+            return [self._code_line(f"{before}{code.lines[0]}{end}", what, code, name)]
         indent = before[: len(before) - len(before.lstrip())]
-        lines = self._code_lines(code.indented(len(indent) // len(INDENT) + 1), what, code)
+        lines = self._code_lines(code.indented(len(indent) // len(INDENT) + 1), what, code, name)
         return [f"{before}(", lines, f"{indent}){end}"]
 
-    def _code_lines(self, lines: Sequence[str], what: tuple[str, int], code: Code) -> CodeLines:
+    def _code_line(self, line: str, what: tuple[str, int], code: Code, name: str = "") -> CodeLines:
+        """Return a line with code that is all its statement."""
+        return replace(self._code_lines([line], what, code, name), is_block=False)
+
+    def _code_lines(
+        self, lines: Sequence[str], what: tuple[str, int], code: Code, name: str = ""
+    ) -> CodeLines:
         """Return lines with code; `what` has its part, and the id of the state or the transition."""
-        return CodeLines(lines, code, self._path, what[0], self._automaton.id, what[1])
+        return CodeLines(lines, code, self._path, what[0], self._automaton.id, what[1], name)
 
     def _unused(self, wanted: str, number: int = 1) -> str:
         """Return a name that is unused in the automaton, and reserve it."""
@@ -295,20 +299,16 @@ class AutomatonWriter:
         return name
 
 
-def _call(name: str, arguments: Sequence[str], level: int, end: str = "") -> list[str]:
-    """Return a call on one line, or with one line per argument if that is too long."""
-    indent = INDENT * level
-    line = f"{indent}{name}({', '.join(arguments)}){end}"
+def _call(name: str, arguments: Sequence[str]) -> list[str]:
+    """Return an assigned call on one line, or with one line per argument if that is too long."""
+    line = f"        {name}({', '.join(arguments)})"
     if len(line) <= _LONGEST_LINE:
         return [line]
-    return [f"{indent}{name}(", *(f"{indent}    {argument}," for argument in arguments), f"{indent}){end}"]
+    return [f"        {name}(", *(f"            {argument}," for argument in arguments), "        )"]
 
 
 def _tuple(name: str, items: Sequence[str]) -> list[str]:
-    """Return a keyword argument whose value is a tuple of names."""
-    line = f"            {name}=({', '.join(items)}{',' if len(items) == 1 else ''}),"
-    if len(line) <= _LONGEST_LINE:
-        return [line]
+    """Return a keyword argument whose value is a tuple of names, each on a line: changes of two merge."""
     return [f"            {name}=(", *(f"                {item}," for item in items), "            ),"]
 
 

@@ -32,9 +32,10 @@ from .code.text import FUTURE, Code, CodeError, compile_source, definitions
 from .code.values import parse_value
 from .codes import Code as DocumentCode
 from .known_interfaces import KnownInterface, KnownInterfaces
+from .map_writer import MarkedLines
 from .old_names import LOCK
 from .ros import TF, parse_qos, stops
-from .source_map import SourceMap, SourceRow
+from .source_map import SourceMap, written
 
 __all__ = ["GENERATED_BY", "GeneratedComponent", "check_component", "generate"]
 
@@ -75,12 +76,26 @@ def check_component(component: GeneratedComponent, analysis: Analysis, diagnosti
     except CodeError as error:
         diagnostics.error(DocumentCode.BAD_CODE, str(error), _place(component, error, path))
         return
+    if SourceMap.read(component.text).rows != component.source_map.rows:
+        _report_marks(component, diagnostics)
     declared = (*analysis.document.all_interfaces, *analysis.document.parameters)
     for name in ambiguous_names(component.text, component.source_map):
         node = next((each for each in declared if each.name == name), analysis.document)
         place = Location(node.path or path, node.line, max(1, node.column))
         message = f"`{name}` would have two meanings in the component: choose another name"
         diagnostics.error(DocumentCode.RESERVED_NAME, message, place)
+
+
+def _report_marks(component: GeneratedComponent, diagnostics: Diagnostics) -> None:
+    """Report the lines of code that would end it in the component."""
+    lines = component.text.split("\n")
+    for row, piece in zip(component.source_map.rows, component.pieces, strict=True):
+        end = lines[row.last]
+        for index, line in enumerate(piece.lines):
+            if line == end:
+                message = f"`{line.strip()}` is what ends code in a component: change this comment"
+                place = Location(piece.path, *piece.code.place(index + 1, 1))
+                diagnostics.error(DocumentCode.BAD_CODE, message, place)
 
 
 def _place(component: GeneratedComponent, wrong: CodeError, path: Path) -> Location:
@@ -130,22 +145,11 @@ class _Generator:
             if by_method[self._methods[code.automaton.id].name] is code  # the first, if they share it
         ]
         automata = [line for writer in writers for line in ("", *writer.lines())]
-        header = [*self._docstring(), *self._imports(writers), "", ""]
-        lines: list[str] = []
-        rows: list[SourceRow] = []
-        pieces: list[CodeLines] = []
-        for item in (*header, *self._class(), *automata, "", ""):
-            if isinstance(item, str):
-                lines.append(item)
-                continue
-            first, last = len(lines) + 1, len(lines) + len(item.lines)
-            source = f"{self._file(item.path)}:{item.code.line}"
-            rows.append(SourceRow(first, last, source, item.part, item.automaton, item.id))
-            pieces.append(item)
-            lines += item.lines
-        source_map = SourceMap(rows)
-        text = "\n".join([*lines, *source_map.table(), "", *self._footer()]) + "\n"
-        return GeneratedComponent(text, tuple(pieces), source_map)
+        marked = MarkedLines(self._document, self._file)
+        for item in (*self._docstring(), *self._imports(writers), "", "", *self._class(), *automata, "", ""):
+            marked.add(item)
+        text = "\n".join([*marked.lines, *written(marked.table()), "", *self._footer()]) + "\n"
+        return GeneratedComponent(text, tuple(marked.pieces), marked.source_map)
 
     def _root_first(self) -> Iterator[AutomatonCode]:
         """Yield the automata in the order of the monitor: the root, then those of each state in order."""
@@ -184,7 +188,7 @@ class _Generator:
         document, extension = self._document, self._extension
         yield FUTURE
         yield ""
-        used = {"Component", "main"}.union(*(writer.needs for writer in writers))
+        used = {"Component", "main", "source_map"}.union(*(writer.needs for writer in writers))
         used |= {"Parameter"} if document.parameters else set()
         used |= {"Proxy"} if document.interfaces else set()
         used |= {"Ros"} if document.ros else set()
@@ -194,7 +198,9 @@ class _Generator:
         directories = self._package_directories()
         used |= {"add_to_path"} if directories else set()
         names = sorted(used, key=lambda name: (name[0].islower(), name))
-        yield f"from hfsm_runtime import {', '.join(names)}"
+        yield "from hfsm_runtime import ("
+        yield from (f"    {name}," for name in names)  # what two branches of a document add merges
+        yield ")"
         if directories:
             yield ""
             yield f"add_to_path(__file__, {', '.join(map(quoted, directories))})"
@@ -216,7 +222,7 @@ class _Generator:
         for statement, library in reversed(theirs.items()):
             if not (self._uses_tf and statement == f"import {TF}"):
                 code = Code((statement,), library.name.line)
-                yield CodeLines([statement], code, library.path or self._path, "library")
+                yield CodeLines([statement], code, library.path or self._path, "library", is_block=False)
         if extension:
             where = f"__file__, __package__, {quoted(extension.path.stem)}, {quoted(extension.class_name)}"
             yield ""

@@ -1,22 +1,66 @@
 """Write the source map of a generated component, and read it from the file for the editor.
 
-The component ends with the map as a table, `SOURCE_MAP`: a tuple with a `SourceRow` for each piece of code,
-as plain tuples in the order of their lines, without zeros at the end. The lines of a piece follow each other
-in both files. This module defines the format. `hfsm_runtime.source_map` reads it in the running component,
-which has no compiler; a test reads what is written here with both.
+Everything in it is relative, so that branches of a component merge where those of its document do: nothing in
+it changes with code, and nothing with what stands elsewhere in the document. People's code in the component
+stands between marks, `# <code 1.2>` and `# </code 1.2>`, or before one at the end of its line,
+`# <trigger 1.2/>`: the kind of the code, then the ids of its automaton and of its state or transition. A
+library is found by its statement. The component ends with `SOURCE_MAP`, which has a row for each element of
+the document, in its order: how many lines without code it has, around the codes in it. The lines of each
+code are counted between its marks.
+
+This module defines the format. `hfsm_runtime.source_map` reads it in the running component, which has no
+compiler; a test reads what is written here with both.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
-__all__ = ["SOURCE_MAP", "SourceMap", "SourceRow"]
+from .code.names import quoted
+
+__all__ = [
+    "FILE",
+    "SOURCE_MAP",
+    "SourceMap",
+    "SourceRow",
+    "TableRow",
+    "end_mark",
+    "only_mark",
+    "start_mark",
+    "written",
+]
 
 SOURCE_MAP: Final = "SOURCE_MAP"
 """The name of the table in the component."""
+
+_BEGIN: Final = f"\n{SOURCE_MAP} = source_map(__file__, ("
+_END: Final = "\n))"
+_MARK: Final = re.compile(r"(?:^ *|  )# <(?P<key>[a-z]+ .+?)(?P<only>/?)>$")
+_LIBRARIES: Final = ("from ", "import ")
+FILE: Final = "file "
+"""What the first row of a file begins with."""
+
+TableRow = tuple[str | int, ...]
+"""What an element is, then numbers of its lines without code, with keys of code between them."""
+
+
+def start_mark(key: str) -> str:
+    """Return the line before a code."""
+    return f"# <{key}>"
+
+
+def end_mark(key: str) -> str:
+    """Return the line after a code."""
+    return f"# </{key}>"
+
+
+def only_mark(key: str) -> str:
+    """Return the end of the only line of a code."""
+    return f"  # <{key}/>"
 
 
 class SourceRow(NamedTuple):
@@ -49,7 +93,7 @@ class SourceMap:
     """The pieces of code of a component, in its order."""
 
     def __init__(self, rows: Iterable[SourceRow] = ()) -> None:
-        self.rows = tuple(rows)
+        self.rows = tuple(sorted(rows))
         self._starts = [row.first for row in self.rows]
 
     def find(self, line: int) -> SourceRow | None:
@@ -59,24 +103,74 @@ class SourceMap:
             return None
         return self.rows[index]
 
-    def table(self) -> Iterator[str]:
-        """Yield the lines of the table."""
-        yield f"{SOURCE_MAP} = (  # lines of this file, where they come from, and which code they are"
-        for row in self.rows:
-            source = '"' + row.source.replace("\\", "\\\\").replace('"', '\\"') + '"'
-            ids = "".join(f", {number}" for number in row[4:] if number)
-            yield f'    ({row.first}, {row.last}, {source}, "{row.part}"{ids}),'
-        yield ")"
-
     @classmethod
     def read(cls, component: str) -> SourceMap:
-        """Return the map at the end of a component's text; an empty map if there is none."""
-        begin = component.rfind(f"\n{SOURCE_MAP} = (")
-        end = component.find("\n)", begin)
-        if begin < 0 or end < 0:
+        """Return the map in a component's text; an empty map if there is none.
+
+        The map of a component that an older version generated is empty, too.
+        """
+        _, found, table = component.rpartition(_BEGIN)
+        if not found:
             return cls()
         try:
-            _, _, table = component[begin : end + 2].partition("=")
-            return cls(SourceRow(*row) for row in ast.literal_eval(table.strip()))
+            rows: list[TableRow] = list(ast.literal_eval(f"({table.partition(_END)[0]}\n)"))
+            return cls(_source_rows(component.split("\n"), rows))
         except (SyntaxError, TypeError, ValueError):  # somebody has edited it
             return cls()
+
+
+def written(rows: Iterable[TableRow]) -> Iterator[str]:
+    """Yield the lines of the table: three for a row, so that changes of neighbors merge."""
+    yield f"{_BEGIN.strip()}  # the document, element by element: lines without code, and code"
+    for name, *items in rows:
+        yield f"    ({quoted(str(name))},"
+        if items:
+            yield f"        {', '.join(str(each) if isinstance(each, int) else quoted(each) for each in items)},"
+        yield "    ),"
+    yield _END.strip()
+
+
+def _source_rows(lines: list[str], table: Iterable[TableRow]) -> Iterator[SourceRow]:
+    """Yield the rows of a table, with the lines of each code from the marks around it."""
+    pieces = _pieces(lines)
+    file, line, length = "", 1, 0
+    for name, *items in table:
+        if str(name).startswith(FILE):
+            file, line, length = str(name).removeprefix(FILE), 1, 0
+        for item in items:
+            if isinstance(item, int):
+                line += length + item
+                length = 0
+            elif item in pieces:  # somebody may have edited the file
+                first, last = pieces[item]
+                length = last - first + 1
+                yield SourceRow(first, last, f"{file}:{line}", *_owner(item))
+
+
+def _pieces(lines: list[str]) -> dict[str, tuple[int, int]]:
+    """Return the first and the last line of each code of a component, by its key."""
+    found: dict[str, tuple[int, int]] = {}
+    key, first, end = "", 0, ""
+    for number, line in enumerate(lines, 1):
+        if end:  # inside of a code
+            if line == end:
+                found[key] = (first, number - 1)
+                end = ""
+        elif line.startswith(_LIBRARIES):
+            found[f"library {line}"] = (number, number)
+        elif "# <" in line and (mark := _MARK.search(line)):
+            key = mark["key"]
+            if mark["only"]:
+                found[key] = (number, number)
+            else:
+                first, end = number + 1, line.replace("# <", "# </", 1)
+    return found
+
+
+def _owner(key: str) -> tuple[str, int, int]:
+    """Return the kind of the code of a key, and the ids of its automaton and its state or transition."""
+    part, owner, *_ = key.split(" ")
+    if part == "library":
+        return part, 0, 0
+    automaton, _, number = owner.rstrip("+").partition(".")
+    return part, int(automaton), int(number or 0)

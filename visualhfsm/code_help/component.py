@@ -128,7 +128,7 @@ def generate_around(
         ros=tuple(replace(each, qos=Text()) for each in document.ros if _is_usable(each, interfaces)),
     )
     analysis = analyze(reduced, path)
-    text, _, _ = generate(analysis, interfaces).text.partition(f"\n{SOURCE_MAP} = (")
+    text, _, _ = generate(analysis, interfaces).text.partition(f"\n{SOURCE_MAP} = ")
     for written, read in _READ_EASILY:
         text = written.sub(read, text)
     if reduced.ros:

@@ -10,7 +10,16 @@ Parts of it come from library/patrol.xml.
 
 from __future__ import annotations
 
-from hfsm_runtime import Automaton, Component, Input, Parameter, State, Transition, main
+from hfsm_runtime import (
+    Automaton,
+    Component,
+    Input,
+    Parameter,
+    State,
+    Transition,
+    main,
+    source_map,
+)
 
 import math
 
@@ -20,35 +29,50 @@ class Imports(Component, document="imports.xml", on_error="stop"):
 
     pace = Parameter(0.4)
 
+    # <functions 2>
     def step(self, goal):
         """Go a step towards a goal."""
         self.position = min(goal, self.position + self.pace)
+    # </functions 2>
 
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
+        # <variables 1>
         self.position = 0.0
+        # </variables 1>
 
         def arguments_near():
             return {
-                "goal": 0.5,
+                "goal": 0.5,  # <argument 1.1 goal/>
             }
+
+        near = State("near", id=1, initial=True, children=(self.automaton_near(),), arguments=arguments_near)
 
         def arguments_far():
             return {
-                "goal": math.pi / 2,
+                "goal": math.pi / 2,  # <argument 1.2 goal/>
             }
 
-        near = State("near", initial=True, children=(self.automaton_near(),), arguments=arguments_near)
-        far = State("far", children=(self.automaton_far(),), arguments=arguments_far)
-        home = State("home", final=True)
+        far = State("far", id=2, children=(self.automaton_far(),), arguments=arguments_far)
+
+        home = State("home", id=3, final=True)
+
+        transition_1 = Transition("", near, far, id=1, finished=True)
+
+        transition_2 = Transition("", far, home, id=2, finished=True)
+
         return Automaton(
             "imports",
             id=1,
             period=0.1,
-            states=(near, far, home),
+            states=(
+                near,
+                far,
+                home,
+            ),
             transitions=(
-                Transition("", near, far, finished=True),
-                Transition("", far, home, finished=True),
+                transition_1,
+                transition_2,
             ),
         )
 
@@ -61,43 +85,63 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             goal = values.get("goal", goal)
 
         def state_go():
+            # <code 2.1>
             self.step(math.copysign(goal, 1))
+            # </code 2.1>
+
+        go = State("go", id=1, initial=True, code=state_go)
+
+        turn = State("turn", id=2, children=(self.automaton_patrol("turn", 2002),))
+
+        back = State("back", id=3, final=True)
 
         def guard_there():
-            return self.position >= goal
+            return self.position >= goal  # <trigger 2.1/>
 
-        go = State("go", initial=True, code=state_go)
-        turn = State("turn", children=(self.automaton_patrol("turn", 2002),))
-        back = State("back", final=True)
+        transition_there = Transition("there", go, turn, id=1, guard=guard_there)
+
+        transition_2 = Transition("", turn, back, id=2, finished=True)
+
         return Automaton(
             "near",
             id=2,
-            source="library/patrol.xml",
+            source="library/patrol.xml",  # <automaton 2/>
             period=0.1,
             inputs=(
                 Input(name="goal", type=float, default=1.0),
             ),
             set_inputs=set_inputs,
-            states=(go, turn, back),
+            states=(
+                go,
+                turn,
+                back,
+            ),
             transitions=(
-                Transition("there", go, turn, guard=guard_there),
-                Transition("", turn, back, finished=True),
+                transition_there,
+                transition_2,
             ),
         )
 
     def automaton_patrol(self, name: str, number: int) -> Automaton:
         """Return the automaton of each state 'turn', from library/patrol.xml."""
 
-        turning = State("turning", initial=True)
-        turned = State("turned", final=True)
+        turning = State("turning", id=1, initial=True)
+
+        turned = State("turned", id=2, final=True)
+
+        transition_1 = Transition("", turning, turned, id=1, seconds=0.1)
+
         return Automaton(
             name,
             id=number,
-            source="library/patrol.xml",
+            source="library/patrol.xml",  # <automaton 2002/>
             period=0.1,
-            states=(turning, turned),
+            states=(
+                turning,
+                turned,
+            ),
             transitions=(
-                Transition("", turning, turned, seconds=0.1),
+                transition_1,
             ),
         )
 
@@ -110,45 +154,120 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             goal = values.get("goal", goal)
 
         def state_go():
+            # <code 3.1>
             self.step(math.copysign(goal, 1))
+            # </code 3.1>
+
+        go = State("go", id=1, initial=True, code=state_go)
+
+        turn = State("turn", id=2, children=(self.automaton_patrol("turn", 3002),))
+
+        back = State("back", id=3, final=True)
 
         def guard_there():
-            return self.position >= goal
+            return self.position >= goal  # <trigger 3.1/>
 
-        go = State("go", initial=True, code=state_go)
-        turn = State("turn", children=(self.automaton_patrol("turn", 3002),))
-        back = State("back", final=True)
+        transition_there = Transition("there", go, turn, id=1, guard=guard_there)
+
+        transition_2 = Transition("", turn, back, id=2, finished=True)
+
         return Automaton(
             "far",
             id=3,
-            source="library/patrol.xml",
+            source="library/patrol.xml",  # <automaton 3/>
             period=0.1,
             inputs=(
                 Input(name="goal", type=float, default=1.0),
             ),
             set_inputs=set_inputs,
-            states=(go, turn, back),
+            states=(
+                go,
+                turn,
+                back,
+            ),
             transitions=(
-                Transition("there", go, turn, guard=guard_there),
-                Transition("", turn, back, finished=True),
+                transition_there,
+                transition_2,
             ),
         )
 
 
-SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
-    (15, 15, "imports.xml:3", "library"),
-    (23, 25, "library/patrol.xml:15", "functions", 2),
-    (29, 29, "imports.xml:10", "variables", 1),
-    (33, 33, "imports.xml:5", "argument", 1, 1),
-    (38, 38, "imports.xml:6", "argument", 1, 2),
-    (64, 64, "library/patrol.xml:8", "code", 2, 1),
-    (67, 67, "library/patrol.xml:11", "trigger", 2, 1),
-    (75, 75, "library/patrol.xml:7", "automaton", 2),
-    (96, 96, "library/patrol.xml:20", "automaton", 2002),
-    (113, 113, "library/patrol.xml:8", "code", 3, 1),
-    (116, 116, "library/patrol.xml:11", "trigger", 3, 1),
-    (124, 124, "library/patrol.xml:7", "automaton", 3),
-)
+SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
+    ("file imports.xml",
+        0,
+    ),
+    ("document",
+        1,
+    ),
+    ("description of document",
+        1,
+    ),
+    ("library math",
+        0, "library import math", 0,
+    ),
+    ("automaton 1",
+        1,
+    ),
+    ("state 1.1",
+        0, "argument 1.1 goal", 0,
+    ),
+    ("state 1.2",
+        0, "argument 1.2 goal", 0,
+    ),
+    ("state 1.3",
+        1,
+    ),
+    ("transition 1.1",
+        1,
+    ),
+    ("transition 1.2",
+        1,
+    ),
+    ("variables of automaton 1",
+        0, "variables 1",
+    ),
+    ("file library/patrol.xml",
+        4,
+    ),
+    ("parameter pace",
+        2,
+    ),
+    ("automaton 2",
+        0, "automaton 2", "automaton 3", 0,
+    ),
+    ("state 2.1",
+        0, "code 2.1", "code 3.1", 0,
+    ),
+    ("state 2.2",
+        1,
+    ),
+    ("state 2.3",
+        1,
+    ),
+    ("transition 2.1",
+        0, "trigger 2.1", "trigger 3.1", 0,
+    ),
+    ("transition 2.2",
+        1,
+    ),
+    ("parameter 2.goal",
+        1,
+    ),
+    ("functions of automaton 2",
+        1, "functions 2", 2,
+    ),
+    ("automaton 2002",
+        0, "automaton 2002", 0,
+    ),
+    ("state 2002.1",
+        1,
+    ),
+    ("state 2002.2",
+        1,
+    ),
+    ("transition 2002.1",
+    ),
+))
 
 if __name__ == "__main__":
     main(Imports)

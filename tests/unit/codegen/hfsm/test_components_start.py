@@ -16,7 +16,7 @@ COMPONENTS = [
     path
     for folder in ("behaviors", "examples", "tests/data/components")
     for path in sorted((ROOT / folder).rglob("*.py"))
-    if f"{SOURCE_MAP} = (" in path.read_text()
+    if f"{SOURCE_MAP} = " in path.read_text()
 ]
 
 
