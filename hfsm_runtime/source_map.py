@@ -51,11 +51,9 @@ def source_map(file: str, table: Iterable[Sequence[str | int]]) -> tuple[Row, ..
 
     The component's `file` is read now, so that the map stays that of the running code when the file changes.
     """
-    try:
-        text = Path(file).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):  # such as one in an archive
-        return ()
-    return tuple(sorted(_source_rows(text.split("\n"), table)))
+    linecache.checkcache(file)
+    lines = "".join(linecache.getlines(file)).split("\n")
+    return tuple(sorted(_source_rows(lines, table)))
 
 
 def _source_rows(lines: Sequence[str], table: Iterable[Sequence[str | int]]) -> Iterator[Row]:

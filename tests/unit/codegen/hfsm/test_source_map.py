@@ -83,7 +83,7 @@ def test_a_generated_line_is_in_no_row(path: Path) -> None:
     assert found.find(10_000) is None
 
 
-@pytest.mark.parametrize("table", ["(1, 2,", "7", "(1, 2, 3)", "call()"])
+@pytest.mark.parametrize("table", ["(1, 2,", "7", "(1, 2, 3)", "call()", '("code 1.1", "code 1.9")'])
 def test_an_edited_table_has_no_rows(path: Path, table: str) -> None:
-    begin, _, _ = component(path).partition("\nSOURCE_MAP = (")
-    assert SourceMap.read(f"{begin}\nSOURCE_MAP = (\n    {table}\n)\n").rows == ()
+    begin, _, _ = component(path).partition("\nSOURCE_MAP = ")
+    assert SourceMap.read(f"{begin}\nSOURCE_MAP = source_map(__file__, (\n    {table}\n))\n").rows == ()
