@@ -87,64 +87,64 @@ class Dance(Component, document="dance.xml", on_error="stop"):
             self.command_arms(up)
             # </code 1.1>
 
-        up_1 = State("up", id=1, initial=True, code=state_up)
+        state_1 = State("up", id=1, initial=True, code=state_up)
 
         def state_out():
             # <code 1.2>
             self.command_arms(out)
             # </code 1.2>
 
-        out_2 = State("out", id=2, code=state_out)
+        state_2 = State("out", id=2, code=state_out)
 
         def state_front():
             # <code 1.3>
             self.command_arms(front)
             # </code 1.3>
 
-        front_3 = State("front", id=3, code=state_front)
+        state_3 = State("front", id=3, code=state_front)
 
         def state_low():
             # <code 1.4>
             self.command_arms(low)
             # </code 1.4>
 
-        low_4 = State("low", id=4, code=state_low)
+        state_4 = State("low", id=4, code=state_low)
 
         def guard_there():
             return self.arms_there(up)  # <trigger 1.1/>
 
-        transition_there = Transition("there", up_1, out_2, id=1, guard=guard_there)
+        transition_1 = Transition("there", state_1, state_2, id=1, guard=guard_there)
 
         def guard_there_2():
             return self.arms_there(out)  # <trigger 1.2/>
 
-        transition_there_2 = Transition("there", out_2, front_3, id=2, guard=guard_there_2)
+        transition_2 = Transition("there", state_2, state_3, id=2, guard=guard_there_2)
 
         def guard_there_3():
             return self.arms_there(front)  # <trigger 1.3/>
 
-        transition_there_3 = Transition("there", front_3, low_4, id=3, guard=guard_there_3)
+        transition_3 = Transition("there", state_3, state_4, id=3, guard=guard_there_3)
 
         def guard_there_4():
             return self.arms_there(low)  # <trigger 1.4/>
 
-        transition_there_4 = Transition("there", low_4, up_1, id=4, guard=guard_there_4)
+        transition_4 = Transition("there", state_4, state_1, id=4, guard=guard_there_4)
 
         return Automaton(
             "dance",
             id=1,
             period=0.1,
             states=(
-                up_1,
-                out_2,
-                front_3,
-                low_4,
+                state_1,
+                state_2,
+                state_3,
+                state_4,
             ),
             transitions=(
-                transition_there,
-                transition_there_2,
-                transition_there_3,
-                transition_there_4,
+                transition_1,
+                transition_2,
+                transition_3,
+                transition_4,
             ),
         )
 

@@ -118,30 +118,30 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
 
-        followBall = State("followBall", id=1, initial=True, children=(self.automaton_followBall(),))
+        state_1 = State("followBall", id=1, initial=True, children=(self.automaton_followBall(),))
 
-        dance = State("dance", id=2, children=(self.automaton_dance(),))
+        state_2 = State("dance", id=2, children=(self.automaton_dance(),))
 
         def fired_enough():
             # <fired 1.1>
             self.Head.stop()
             # </fired 1.1>
 
-        transition_enough = Transition("enough", followBall, dance, id=1, seconds=10.0, code=fired_enough)
+        transition_1 = Transition("enough", state_1, state_2, id=1, seconds=10.0, code=fired_enough)
 
-        transition_tired = Transition("tired", dance, followBall, id=2, seconds=10.0)
+        transition_2 = Transition("tired", state_2, state_1, id=2, seconds=10.0)
 
         return Automaton(
             "dance_and_follow",
             id=1,
             period=0.1,
             states=(
-                followBall,
-                dance,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_enough,
-                transition_tired,
+                transition_1,
+                transition_2,
             ),
         )
 
@@ -153,7 +153,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 "color": "red",  # <argument 2.1 color/>
             }
 
-        red = State(
+        state_1 = State(
             "red",
             id=1,
             initial=True,
@@ -166,28 +166,28 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 "color": "green",  # <argument 2.2 color/>
             }
 
-        green = State(
+        state_2 = State(
             "green",
             id=2,
             children=(self.automaton_follow_ball("green", 4),),
             arguments=arguments_green,
         )
 
-        transition_to_green = Transition("to green", red, green, id=1, seconds=8.0)
+        transition_1 = Transition("to green", state_1, state_2, id=1, seconds=8.0)
 
-        transition_to_red = Transition("to red", green, red, id=2, seconds=8.0)
+        transition_2 = Transition("to red", state_2, state_1, id=2, seconds=8.0)
 
         return Automaton(
             "followBall",
             id=2,
             period=0.1,
             states=(
-                red,
-                green,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_to_green,
-                transition_to_red,
+                transition_1,
+                transition_2,
             ),
         )
 
@@ -218,7 +218,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 lost_since = self.clock.now()
             # </code 3.1>
 
-        follow = State("follow", id=1, initial=True, code=state_follow)
+        state_1 = State("follow", id=1, initial=True, code=state_follow)
 
         def state_search():
             nonlocal ball_seen, corner
@@ -227,12 +227,12 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             corner = self.sweep(corner)
             # </code 3.2>
 
-        search = State("search", id=2, code=state_search)
+        state_2 = State("search", id=2, code=state_search)
 
         def guard_lost():
             return lost_since is not None and self.clock.now() - lost_since > 0.5  # <trigger 3.1/>
 
-        transition_lost = Transition("lost", follow, search, id=1, guard=guard_lost)
+        transition_1 = Transition("lost", state_1, state_2, id=1, guard=guard_lost)
 
         def guard_found():
             return self.find_ball(color) is not None  # <trigger 3.2/>
@@ -243,7 +243,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             lost_since = None
             # </fired 3.2>
 
-        transition_found = Transition("found", search, follow, id=2, guard=guard_found, code=fired_found)
+        transition_2 = Transition("found", state_2, state_1, id=2, guard=guard_found, code=fired_found)
 
         return Automaton(
             name,
@@ -255,12 +255,12 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             ),
             set_inputs=set_inputs,
             states=(
-                follow,
-                search,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_lost,
-                transition_found,
+                transition_1,
+                transition_2,
             ),
         )
 
@@ -291,7 +291,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 self.command_arm("Right", positions[reached], 0.3)
             # </code 5.1>
 
-        right = State("right", id=1, initial=True, code=state_right)
+        state_1 = State("right", id=1, initial=True, code=state_right)
 
         def state_left():
             nonlocal reached
@@ -302,7 +302,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 self.command_arm("Left", positions[reached], 0.3)
             # </code 5.2>
 
-        left = State("left", id=2, code=state_left)
+        state_2 = State("left", id=2, code=state_left)
 
         def guard_ten_positions():
             return reached == len(positions)  # <trigger 5.1/>
@@ -313,10 +313,10 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             reached = 0
             # </fired 5.1>
 
-        transition_ten_positions = Transition(
+        transition_1 = Transition(
             "ten positions",
-            right,
-            left,
+            state_1,
+            state_2,
             id=1,
             guard=guard_ten_positions,
             code=fired_ten_positions,
@@ -331,10 +331,10 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             reached = 0
             # </fired 5.2>
 
-        transition_ten_positions_2 = Transition(
+        transition_2 = Transition(
             "ten positions",
-            left,
-            right,
+            state_2,
+            state_1,
             id=2,
             guard=guard_ten_positions_2,
             code=fired_ten_positions_2,
@@ -345,12 +345,12 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             id=5,
             period=0.1,
             states=(
-                right,
-                left,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_ten_positions,
-                transition_ten_positions_2,
+                transition_1,
+                transition_2,
             ),
         )
 

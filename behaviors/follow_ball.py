@@ -104,7 +104,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
                 lost_since = self.clock.now()
             # </code 1.1>
 
-        follow = State("follow", id=1, initial=True, code=state_follow)
+        state_1 = State("follow", id=1, initial=True, code=state_follow)
 
         def state_search():
             nonlocal ball_seen, corner
@@ -113,12 +113,12 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
             corner = self.sweep(corner)
             # </code 1.2>
 
-        search = State("search", id=2, code=state_search)
+        state_2 = State("search", id=2, code=state_search)
 
         def guard_lost():
             return lost_since is not None and self.clock.now() - lost_since > 0.5  # <trigger 1.1/>
 
-        transition_lost = Transition("lost", follow, search, id=1, guard=guard_lost)
+        transition_1 = Transition("lost", state_1, state_2, id=1, guard=guard_lost)
 
         def guard_found():
             return self.find_ball(color) is not None  # <trigger 1.2/>
@@ -129,7 +129,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
             lost_since = None
             # </fired 1.2>
 
-        transition_found = Transition("found", search, follow, id=2, guard=guard_found, code=fired_found)
+        transition_2 = Transition("found", state_2, state_1, id=2, guard=guard_found, code=fired_found)
 
         return Automaton(
             "follow_ball",
@@ -140,12 +140,12 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
             ),
             set_inputs=set_inputs,
             states=(
-                follow,
-                search,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_lost,
-                transition_found,
+                transition_1,
+                transition_2,
             ),
         )
 

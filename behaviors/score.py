@@ -234,7 +234,7 @@ class Score(Component, document="score.xml", on_error="stop"):
                 lost = False
             # </code 1.1>
 
-        search = State("search", id=1, initial=True, entry=entry_search, code=state_search)
+        state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search)
 
         def entry_approach():
             nonlocal foot, seen_at, sights, spot
@@ -262,7 +262,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             self.Walk.stop()
             # </exit 1.2>
 
-        approach = State("approach", id=2, entry=entry_approach, code=state_approach, exit=exit_approach)
+        state_2 = State("approach", id=2, entry=entry_approach, code=state_approach, exit=exit_approach)
 
         def entry_stand():
             # <entry 1.3>
@@ -281,7 +281,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             posture = None
             # </exit 1.3>
 
-        stand = State("stand", id=3, entry=entry_stand, code=state_stand, exit=exit_stand)
+        state_3 = State("stand", id=3, entry=entry_stand, code=state_stand, exit=exit_stand)
 
         def state_look():
             nonlocal ball, seen
@@ -297,7 +297,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             tries += 1
             # </exit 1.4>
 
-        look = State("look", id=4, code=state_look, exit=exit_look)
+        state_4 = State("look", id=4, code=state_look, exit=exit_look)
 
         def entry_kick():
             nonlocal known, tries
@@ -319,9 +319,9 @@ class Score(Component, document="score.xml", on_error="stop"):
             motion = None
             # </exit 1.5>
 
-        kick = State("kick", id=5, entry=entry_kick, code=state_kick, exit=exit_kick)
+        state_5 = State("kick", id=5, entry=entry_kick, code=state_kick, exit=exit_kick)
 
-        scored = State("scored", id=6, final=True)
+        state_6 = State("scored", id=6, final=True)
 
         def entry_orient():
             nonlocal corner, knows, lost, stands, tries
@@ -360,94 +360,88 @@ class Score(Component, document="score.xml", on_error="stop"):
             self.Walk.stop()
             # </exit 1.7>
 
-        orient = State("orient", id=7, entry=entry_orient, code=state_orient, exit=exit_orient)
+        state_7 = State("orient", id=7, entry=entry_orient, code=state_orient, exit=exit_orient)
 
         def guard_found():
             return ball is not None  # <trigger 1.2/>
 
-        transition_found = Transition("found", search, approach, id=2, guard=guard_found)
+        transition_2 = Transition("found", state_1, state_2, id=2, guard=guard_found)
 
         def guard_lost():
             return self.clock.now() - seen_at > 1.5  # <trigger 1.3/>
 
-        transition_lost = Transition("lost", approach, search, id=3, guard=guard_lost)
+        transition_3 = Transition("lost", state_2, state_1, id=3, guard=guard_lost)
 
         def guard_there():
             return spot is not None and self.Walk.getWalkState().status is not ActionStatus.Moving  # <trigger 1.4/>
 
-        transition_there = Transition("there", approach, stand, id=4, guard=guard_there)
+        transition_4 = Transition("there", state_2, state_3, id=4, guard=guard_there)
 
         def guard_stands():
             return posture not in (None, ActionStatus.Moving)  # <trigger 1.5/>
 
-        transition_stands = Transition("stands", stand, look, id=5, guard=guard_stands)
+        transition_5 = Transition("stands", state_3, state_4, id=5, guard=guard_stands)
 
         def guard_before_the_foot():
             return seen is not None and self.Head.getPose().tilt > 0.35 and self.can_kick(ball)  # <trigger 1.6/>
 
-        transition_before_the_foot = Transition(
-            "before the foot",
-            look,
-            kick,
-            id=6,
-            guard=guard_before_the_foot,
-        )
+        transition_6 = Transition("before the foot", state_4, state_5, id=6, guard=guard_before_the_foot)
 
-        transition_not_yet = Transition("not yet", look, approach, id=7, seconds=0.7)
+        transition_7 = Transition("not yet", state_4, state_2, id=7, seconds=0.7)
 
         def guard_kicked():
             return motion not in (None, ActionStatus.Moving)  # <trigger 1.8/>
 
-        transition_kicked = Transition("kicked", kick, search, id=8, guard=guard_kicked)
+        transition_8 = Transition("kicked", state_5, state_1, id=8, guard=guard_kicked)
 
         def guard_goal():
             return sights >= 5  # <trigger 1.9/>
 
-        transition_goal = Transition("goal", approach, scored, id=9, priority=1, guard=guard_goal)
+        transition_9 = Transition("goal", state_2, state_6, id=9, priority=1, guard=guard_goal)
 
         def guard_unsure():
             return not self.is_sure()  # <trigger 1.10/>
 
-        transition_unsure = Transition("unsure", approach, orient, id=10, guard=guard_unsure)
+        transition_10 = Transition("unsure", state_2, state_7, id=10, guard=guard_unsure)
 
         def guard_cannot():
             return tries >= 4  # <trigger 1.11/>
 
-        transition_cannot = Transition("cannot", look, orient, id=11, priority=1, guard=guard_cannot)
+        transition_11 = Transition("cannot", state_4, state_7, id=11, priority=1, guard=guard_cannot)
 
         def guard_knows():
             return knows  # <trigger 1.12/>
 
-        transition_knows = Transition("knows", orient, search, id=12, guard=guard_knows)
+        transition_12 = Transition("knows", state_7, state_1, id=12, guard=guard_knows)
 
-        transition_nowhere = Transition("nowhere", search, orient, id=13, seconds=40.0)
+        transition_13 = Transition("nowhere", state_1, state_7, id=13, seconds=40.0)
 
         return Automaton(
             "score",
             id=1,
             period=0.1,
             states=(
-                search,
-                approach,
-                stand,
-                look,
-                kick,
-                scored,
-                orient,
+                state_1,
+                state_2,
+                state_3,
+                state_4,
+                state_5,
+                state_6,
+                state_7,
             ),
             transitions=(
-                transition_found,
-                transition_lost,
-                transition_there,
-                transition_stands,
-                transition_before_the_foot,
-                transition_not_yet,
-                transition_kicked,
-                transition_goal,
-                transition_unsure,
-                transition_cannot,
-                transition_knows,
-                transition_nowhere,
+                transition_2,
+                transition_3,
+                transition_4,
+                transition_5,
+                transition_6,
+                transition_7,
+                transition_8,
+                transition_9,
+                transition_10,
+                transition_11,
+                transition_12,
+                transition_13,
             ),
         )
 

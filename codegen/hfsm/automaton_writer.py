@@ -88,13 +88,11 @@ class AutomatonWriter:
         self._lines: list[Line] = []
         """The functions and the states and transitions that have them, in the order of the document."""
         self._set_inputs = self._inputs()
-        self._names = [
-            self._unused(identifier(state.name, f"state_{state.id}"), state.id) for state in automaton.states
-        ]
-        self._by_id = {state.id: name for state, name in zip(automaton.states, self._names, strict=True)}
-        for name, state in zip(self._names, automaton.states, strict=True):
+        # Named by numbers: what a state is called changes no other line.
+        self._by_id = {state.id: self._unused(f"state_{state.id}") for state in automaton.states}
+        for state in automaton.states:
             arguments = self._state(state)
-            self._lines += ["", *_call(f"{name} = State", arguments)]
+            self._lines += ["", *_call(f"{self._by_id[state.id]} = State", arguments)]
         self._transition_names = [self._transition(item) for item in automaton.transitions]
 
     @property
@@ -145,7 +143,7 @@ class AutomatonWriter:
                 yield f"                Input(name={quoted(item.name)}, type={type_name}{default}),"
             yield "            ),"
             yield f"            set_inputs={self._set_inputs},"
-        yield from _tuple("states", self._names)
+        yield from _tuple("states", [*self._by_id.values()])
         if automaton.transitions:
             yield from _tuple("transitions", self._transition_names)
         yield "        )"
@@ -202,7 +200,7 @@ class AutomatonWriter:
 
     def _transition(self, transition: Transition) -> str:
         """Write a transition, after its guard and code as functions; return its name in the method."""
-        name = self._unused(f"transition_{identifier(transition.name, str(transition.id))}", transition.id)
+        name = self._unused(f"transition_{transition.id}")
         trigger, priority = transition.trigger, transition.priority.text.strip()
         arguments = [quoted(transition.name)]
         arguments += [self._by_id[transition.origin], self._by_id[transition.destination]]

@@ -73,9 +73,7 @@ class MarkedLines:
         self.lines += [*before, *code, *after]
         self.pieces.append(item)
         source = f"{file}:{item.code.line}"
-        self._rows.append(
-            SourceRow(first, first + len(code) - 1, source, item.part, item.automaton, item.id)
-        )
+        self._rows.append(SourceRow(first, first + len(code) - 1, source, item.part, item.automaton, item.id))
         self._starts.setdefault(file, []).append(_Start(item.code.line, key, item.code.lines))
 
     def table(self) -> Iterator[TableRow]:

@@ -125,7 +125,8 @@ def written(rows: Iterable[TableRow]) -> Iterator[str]:
     for name, *items in rows:
         yield f"    ({quoted(str(name))},"
         if items:
-            yield f"        {', '.join(str(each) if isinstance(each, int) else quoted(each) for each in items)},"
+            shown = (str(each) if isinstance(each, int) else quoted(each) for each in items)
+            yield f"        {', '.join(shown)},"
         yield "    ),"
     yield _END.strip()
 

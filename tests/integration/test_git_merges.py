@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
+import html
+import os
 import subprocess
-from itertools import combinations
 from pathlib import Path
-
-import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
+from codegen.hfsm.source_map import SourceMap
 from tests.support.codegen_command import codegen
 from tests.support.limits import RUN_LIMIT
 
@@ -129,91 +130,175 @@ def thrice(self, number):
 """
 
 
-def state(number: int, name: str, code: str = "pass") -> str:
-    """Return a state as the editor writes it."""
-    return f"""\
-    <state initial="false" id="{number}">
+STATE = """\
+    <state initial="false" id="{id}">
       <posx>500</posx>
       <posy>100</posy>
       <name>{name}</name>
       <idSubautomataSon>0</idSubautomataSon>
-      <code>{code}</code>
+      <code>added = 1
+# added</code>
     </state>
 """
+TIRED = """\
+    <transition id="1">
+      <posx>150</posx>
+      <posy>100</posy>
+      <origin>1</origin>
+      <destiny>2</destiny>
+      <transcode></transcode>
+      <name>tired</name>
+"""
+OTHER = TIRED.replace("tired", "other")
+NO_CODE = "<name>rest</name>\n      <idSubautomataSon>0</idSubautomataSon>\n"
+LATER = """\
+    <transition id="2">
+      <posx>250</posx>
+      <posy>100</posy>
+      <origin>2</origin>
+      <destiny>3</destiny>
+      <transcode>steps -= 1</transcode>
+      <name>later</name>
+      <trans type="time">500</trans>
+    </transition>
+"""
 
-
-def without(begin: str, end: str) -> tuple[str, str]:
-    """Return the change that removes what begins with one text and ends with another."""
-    start = DOCUMENT.index(begin)
-    return DOCUMENT[start : DOCUMENT.index(end, start) + len(end)], ""
-
-
-CHANGES = {
-    "first line of walk": ("<code>steps += 1\n", "<code># go\nsteps += 1\n"),
-    "last line of walk": ("self.log.info(text)<", "self.log.info(text)\n    # far<"),
-    "line inside a string": ("import math\n'''", "import math\nimport os\n'''"),
-    "first code of rest": (
-        "<name>rest</name>\n      <idSubautomataSon>0</idSubautomataSon>\n",
-        "<name>rest</name>\n      <idSubautomataSon>0</idSubautomataSon>\n      <code>rested = 1</code>\n",
+CHANGES = [
+    (LATER, f"    <!-- later -->\n{LATER}"),
+    ("<code>steps += 1\n", "<code># go\nsteps += 1\n"),
+    ("self.log.info(text)<", "self.log.info(text)\n    # far<"),
+    ("import math\n'''", "import math\nimport os\n'''"),
+    ("<posx>100</posx>", "<posx>7</posx>"),
+    (NO_CODE, f"{NO_CODE}      <code>rested = 1</code>\n"),
+    ("<name>sleep</name>", "<name>dream</name>\n      <final>true</final>"),
+    ("# sleep\nsteps = 0", "# sleep\nsteps = 0\n# deep"),
+    ("steps = 1<", "steps = 1\nsteps += 0<"),
+    (TIRED, STATE.format(id=9, name="added") + TIRED),
+    ("steps &gt; limit</trans>", "steps &gt; limit and\n  True</trans>"),
+    ("<transcode>steps -= 1", "<transcode># now\nsteps -= 1"),
+    (">500</trans>\n    </transition>\n    <iteration", ">700</trans>\n    </transition>\n    <iteration"),
+    ("<variables>steps", "<variables>count = 0\nsteps"),
+    ("# the end<", "# the end\nlast = 0<"),
+    ("    return number / 2", "    # half\n    return number / 2"),
+    ("def twice", "def nothing(self):\n    pass\n\ndef twice"),
+    ("    return number * 3", "    # thrice\n    return number * 3"),
+    ('<code>side = "left"', '<code># left\nside = "left"'),
+    (
+        "<posx>200</posx>\n      <posy>100</posy>\n      <name>right",
+        "<posx>8</posx>\n      <posy>9</posy>\n      <name>right",
     ),
-    "line in sleep": ("# sleep\nsteps = 0", "# sleep\nsteps = 0\n# deep"),
-    "line in wake": ("<code>steps = 1", "<code>steps = 1\nsteps += 0"),
-    "walk moved": ("<posx>100</posx>\n      <posy>100</posy>\n      <name>walk", "<posx>7</posx>\n      <posy>8</posy>\n      <name>walk"),
-    "sleep renamed": ("<name>sleep</name>", "<name>dream</name>"),
-    "rest is final": ('<state initial="false" id="2">\n      <posx>200</posx>\n      <posy>100</posy>\n      <name>rest', '<state initial="false" id="2">\n      <posx>200</posx>\n      <posy>100</posy>\n      <final>true</final>\n      <name>rest'),
-    "guard of tired": ("steps &gt; limit</trans>", "steps &gt; limit + 1</trans>"),
-    "longer guard of tired": ("<trans type=\"condition\">", "<trans type=\"condition\">True and\n  "),
-    "code of later": ("<transcode>steps -= 1", "<transcode># now\nsteps -= 1"),
-    "state added": ('    <transition id="1">\n      <posx>150</posx>\n      <posy>100</posy>\n      <origin>1</origin>\n      <destiny>2</destiny>\n      <transcode></transcode>\n      <name>tired', state(9, "added", "steps = 9\n# added") + '    <transition id="1">\n      <posx>150</posx>\n      <posy>100</posy>\n      <origin>1</origin>\n      <destiny>2</destiny>\n      <transcode></transcode>\n      <name>tired'),
-    "state added below": ('    <transition id="1">\n      <posx>150</posx>\n      <posy>100</posy>\n      <origin>1</origin>\n      <destiny>2</destiny>\n      <transcode></transcode>\n      <name>other', state(3, "middle") + '    <transition id="1">\n      <posx>150</posx>\n      <posy>100</posy>\n      <origin>1</origin>\n      <destiny>2</destiny>\n      <transcode></transcode>\n      <name>other'),
-    "variable before": ("<variables>steps", "<variables>count = 0\nsteps"),
-    "variable after": ("# the end<", "# the end\nlast = 0<"),
-    "line in half": ("    return number / 2", "    # half\n    return number / 2"),
-    "line in thrice": ("    return number * 3", "    # thrice\n    return number * 3"),
-    "function added": ("def twice", "def nothing(self):\n    pass\n\ndef twice"),
-    "line in left": ('<code>side = "left"', '<code># left\nside = "left"'),
-    "right moved": ("<posx>200</posx>\n      <posy>100</posy>\n      <name>right", "<posx>7</posx>\n      <posy>8</posy>\n      <name>right"),
-    "period": ("<iteration_time>50<", "<iteration_time>60<"),
-    "library": ("    <lib>math</lib>\n", "    <lib>ast</lib>\n    <lib>math</lib>\n"),
-    "library after": ("    <lib>random</lib>\n", "    <lib>random</lib>\n    <lib>string</lib>\n"),
-}
+    (OTHER, STATE.format(id=3, name="middle") + OTHER),
+    ("    <lib>math</lib>\n", "    <lib>ast</lib>\n    <lib>math</lib>\n"),
+    ("    <lib>random</lib>\n", "    <lib>random</lib>\n    <lib>string</lib>\n"),
+]
+"""Changes of the document, of which neighbors merge."""
+
+
+def changed(*changes: tuple[str, str]) -> str:
+    """Return the document with changes, each of the first text that it is for."""
+    text = DOCUMENT
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
 
 
 def component_of(text: str, folder: Path) -> str:
+    """Return the component of a document."""
     document = folder / "patrol.xml"
-    document.write_text(text)
-    (made,) = compile_document(document, None, diagnostics := Diagnostics()) or [None]
+    document.write_text(text, encoding="utf-8")
+    made = compile_document(document, None, diagnostics := Diagnostics())
     assert made is not None, diagnostics.render()
-    return made.text
+    return made[0].text
 
 
-def merged(base: str, ours: str, theirs: str, folder: Path) -> str | None:
-    """Return what Git makes of two changes of a file, None for a conflict."""
-    names = {"ours": ours, "base": base, "theirs": theirs}
-    for name, text in names.items():
-        (folder / name).write_text(text)
-    command = ["git", "merge-file", "-p", *names]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=RUN_LIMIT)
-    return done.stdout if done.returncode == 0 else None
+def merged(base: str, ours: str, theirs: str, folder: Path) -> str:
+    """Return what Git makes of two changes of a file, with marks where they conflict."""
+    texts = {"ours": ours, "base": base, "theirs": theirs}
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    command = ["git", "merge-file", "--stdout", *texts]
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
+    ).stdout
 
 
-def test_what_merges_in_the_document_merges_in_the_component(tmp_path: Path) -> None:
+def lines_of(component: str, document: str) -> list[tuple[str, str]]:
+    """Return each line of code in a component, and the one of the document to which the map leads."""
+    made, written = component.split("\n"), document.split("\n")
+    return [
+        (made[line - 1].strip(), written[row.line_of(line) - 1])
+        for row in SourceMap.read(component).rows
+        for line in range(row.first, row.last + 1)
+    ]
+
+
+def test_two_changes_that_merge_in_the_document_merge_in_the_component(tmp_path: Path) -> None:
     base = component_of(DOCUMENT, tmp_path)
-    documents = {}
-    for name, (old, new) in CHANGES.items():
-        assert DOCUMENT.count(old) == 1, name
-        documents[name] = DOCUMENT.replace(old, new)
-    components = {name: component_of(text, tmp_path) for name, text in documents.items()}
-    tried = 0
-    wrong=[]
-    for one, other in combinations(CHANGES, 2):
+    documents = [changed(change) for change in CHANGES]
+    components = [component_of(document, tmp_path) for document in documents]
+    neighbors = [(one, one + 1) for one in range(len(CHANGES) - 1)]
+    for one, other in [*neighbors, *((one, one + 2) for one in range(len(CHANGES) - 2))]:
         document = merged(DOCUMENT, documents[one], documents[other], tmp_path)
-        if document is None:
-            print("doc conflict", one, other)
-            continue
-        tried += 1
-        component = merged(base, components[one], components[other], tmp_path)
-        if component != component_of(document, tmp_path):
-            wrong.append((one, other, component is None))
-    print(tried)
-    assert not wrong
+        assert "<<<<<<<" not in document, "these changes are too close"
+        made = merged(base, components[one], components[other], tmp_path)
+        assert made == component_of(document, tmp_path), (CHANGES[one], CHANGES[other])
+
+
+def test_removed_elements_change_only_their_own_lines(tmp_path: Path) -> None:
+    base = component_of(DOCUMENT, tmp_path)
+    ours, theirs = DOCUMENT.replace(LATER, ""), changed(("<name>tired</name>", "<name>weary</name>"))
+    made = merged(base, component_of(ours, tmp_path), component_of(theirs, tmp_path), tmp_path)
+    assert made == component_of(merged(DOCUMENT, ours, theirs, tmp_path), tmp_path)
+    assert "id=3" in made  # the number of the transition below has not changed
+
+
+def test_branches_merge_and_the_merged_component_is_that_of_the_merged_document(tmp_path: Path) -> None:
+    def git(*arguments: str) -> None:
+        identity = ("-c", "user.name=A", "-c", "user.email=a@b", "-c", "init.defaultBranch=main")
+        environment = {**os.environ, "GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+        command = ["git", *identity, *arguments]
+        subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, timeout=RUN_LIMIT, check=True
+        )
+
+    def commit(text: str) -> None:
+        (tmp_path / "patrol.xml").write_text(text, encoding="utf-8")
+        assert codegen("patrol.xml", cwd=tmp_path).returncode == 0
+        git("add", ".")
+        git("commit", "-m", "change")
+
+    git("init")
+    commit(DOCUMENT)
+    git("checkout", "-b", "other")
+    commit(changed(*CHANGES[::2]))
+    git("checkout", "main")
+    commit(changed(*CHANGES[1::2]))
+    git("merge", "other")
+    checked = codegen("--check", "patrol.xml", cwd=tmp_path)
+    assert checked.returncode == 0, checked.stdout
+    component, document = ((tmp_path / f"patrol.{kind}").read_text("utf-8") for kind in ("py", "xml"))
+    found = lines_of(component, document)
+    assert len(found) > 40
+    for made, written in found:
+        code = html.escape(made.partition("  # <")[0].removeprefix("return "), quote=False)
+        assert code.removeprefix("import ") in written
+
+
+def test_a_line_more_is_a_line_more_in_both(tmp_path: Path) -> None:
+    def lines(text: str) -> list[str]:
+        return text.split("\n")
+
+    base = component_of(DOCUMENT, tmp_path)
+    made = component_of(changed(("<code>steps += 1\n", "<code># go\nsteps += 1\n")), tmp_path)
+    changes = [line for line in difflib.ndiff(lines(base), lines(made)) if line[0] in "+-"]
+    assert changes == ["+             # go"]
+
+
+def test_a_line_that_would_end_the_code_is_refused(tmp_path: Path) -> None:
+    document = tmp_path / "patrol.xml"
+    document.write_text(DOCUMENT.replace("# sleep", "# &lt;/code 1.3&gt;"), encoding="utf-8")
+    done = codegen("patrol.xml", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "patrol.xml:29:" in done.stderr
+    assert "`# </code 1.3>` is what ends code in a component: change this comment" in done.stderr

@@ -34,9 +34,9 @@ class Basic(Component, document="basic.xml", on_error="stop"):
         self.total = 0
         # </variables 1>
 
-        work = State("work", id=1, initial=True, children=(self.automaton_work(),))
+        state_1 = State("work", id=1, initial=True, children=(self.automaton_work(),))
 
-        rest = State("rest", id=2)
+        state_2 = State("rest", id=2)
 
         def guard_tired():
             return self.total >= self.limit()  # <trigger 1.1/>
@@ -46,21 +46,21 @@ class Basic(Component, document="basic.xml", on_error="stop"):
             self.total = 0
             # </fired 1.1>
 
-        transition_tired = Transition("tired", work, rest, id=1, guard=guard_tired, code=fired_tired)
+        transition_1 = Transition("tired", state_1, state_2, id=1, guard=guard_tired, code=fired_tired)
 
-        transition_rested = Transition("rested", rest, work, id=2, seconds=0.5)
+        transition_2 = Transition("rested", state_2, state_1, id=2, seconds=0.5)
 
         return Automaton(
             "basic",
             id=1,
             period=0.3,
             states=(
-                work,
-                rest,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_tired,
-                transition_rested,
+                transition_1,
+                transition_2,
             ),
         )
 
@@ -80,7 +80,7 @@ class Basic(Component, document="basic.xml", on_error="stop"):
             self.total = last = count
             # </code 2.1>
 
-        count_1 = State("count", id=1, initial=True, code=state_count)
+        state_1 = State("count", id=1, initial=True, code=state_count)
 
         def state_check():
             # <code 2.2>
@@ -88,7 +88,7 @@ class Basic(Component, document="basic.xml", on_error="stop"):
             # </code 2.2>
             pass
 
-        check = State("check", id=2, code=state_check)
+        state_2 = State("check", id=2, code=state_check)
 
         def guard_enough():
             return (
@@ -98,18 +98,18 @@ class Basic(Component, document="basic.xml", on_error="stop"):
                 # </trigger 2.1>
             )
 
-        transition_enough = Transition("enough", count_1, check, id=1, guard=guard_enough)
+        transition_1 = Transition("enough", state_1, state_2, id=1, guard=guard_enough)
 
         return Automaton(
             "work",
             id=2,
             period=0.05,
             states=(
-                count_1,
-                check,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_enough,
+                transition_1,
             ),
         )
 

@@ -44,7 +44,7 @@ class EntryExit(Component, document="entry_exit.xml", on_error="stop"):
             self.notes.append("leave open")
             # </exit 1.1>
 
-        open = State("open", id=1, initial=True, entry=entry_open, code=state_open, exit=exit_open)
+        state_1 = State("open", id=1, initial=True, entry=entry_open, code=state_open, exit=exit_open)
 
         def entry_closed():
             nonlocal closings
@@ -53,28 +53,28 @@ class EntryExit(Component, document="entry_exit.xml", on_error="stop"):
             self.notes.append(f"enter closed {closings}")
             # </entry 1.2>
 
-        closed = State("closed", id=2, entry=entry_closed)
+        state_2 = State("closed", id=2, entry=entry_closed)
 
         def fired_close():
             # <fired 1.1>
             self.notes.append("close")
             # </fired 1.1>
 
-        transition_close = Transition("close", open, closed, id=1, seconds=0.2, code=fired_close)
+        transition_1 = Transition("close", state_1, state_2, id=1, seconds=0.2, code=fired_close)
 
-        transition_open = Transition("open", closed, open, id=2, seconds=0.1)
+        transition_2 = Transition("open", state_2, state_1, id=2, seconds=0.1)
 
         return Automaton(
             "entry_exit",
             id=1,
             period=0.1,
             states=(
-                open,
-                closed,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_close,
-                transition_open,
+                transition_1,
+                transition_2,
             ),
         )
 

@@ -29,11 +29,11 @@ class Events(Component, document="events.xml", on_error="stop", events=["stop", 
         self.notes = []
         # </variables 1>
 
-        watch = State("watch", id=1, initial=True, children=(self.automaton_watch(),))
+        state_1 = State("watch", id=1, initial=True, children=(self.automaton_watch(),))
 
-        grasp = State("grasp", id=2)
+        state_2 = State("grasp", id=2)
 
-        stopped = State("stopped", id=3, final=True)
+        state_3 = State("stopped", id=3, final=True)
 
         def guard_seen(event: Event):
             return event.data["distance"] < 0.5  # <guard 1.1/>
@@ -44,33 +44,33 @@ class Events(Component, document="events.xml", on_error="stop", events=["stop", 
             self.notes.append(near)
             # </fired 1.1>
 
-        transition_seen = Transition(
+        transition_1 = Transition(
             "seen",
-            watch,
-            grasp,
+            state_1,
+            state_2,
             id=1,
             event="ball seen",
             guard=guard_seen,
             code=fired_seen,
         )
 
-        transition_missed = Transition("missed", grasp, watch, id=2, event="ball lost")
+        transition_2 = Transition("missed", state_2, state_1, id=2, event="ball lost")
 
-        transition_stop = Transition("stop", grasp, stopped, id=3, event="stop")
+        transition_3 = Transition("stop", state_2, state_3, id=3, event="stop")
 
         return Automaton(
             "events",
             id=1,
             period=0.1,
             states=(
-                watch,
-                grasp,
-                stopped,
+                state_1,
+                state_2,
+                state_3,
             ),
             transitions=(
-                transition_seen,
-                transition_missed,
-                transition_stop,
+                transition_1,
+                transition_2,
+                transition_3,
             ),
         )
 
@@ -87,14 +87,14 @@ class Events(Component, document="events.xml", on_error="stop", events=["stop", 
             self.send("ball seen", {"distance": round(distance, 1)})
             # </code 2.1>
 
-        look = State("look", id=1, initial=True, code=state_look)
+        state_1 = State("look", id=1, initial=True, code=state_look)
 
         return Automaton(
             "watch",
             id=2,
             period=0.1,
             states=(
-                look,
+                state_1,
             ),
         )
 

@@ -33,22 +33,22 @@ class Extension(ExtensionExtension, Component, document="extension.xml", on_erro
             self.count()
             # </code 1.1>
 
-        count = State("count", id=1, initial=True, code=state_count)
+        state_1 = State("count", id=1, initial=True, code=state_count)
 
-        enough = State("enough", id=2)
+        state_2 = State("enough", id=2)
 
         def guard_1():
             return self.counted == 3  # <trigger 1.1/>
 
-        transition_1 = Transition("", count, enough, id=1, guard=guard_1)
+        transition_1 = Transition("", state_1, state_2, id=1, guard=guard_1)
 
         return Automaton(
             "extension",
             id=1,
             period=0.1,
             states=(
-                count,
-                enough,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,

@@ -28,46 +28,46 @@ class FinalAndFinished(Component, document="final_and_finished.xml", on_error="s
         self.notes = []
         # </variables 1>
 
-        task = State("task", id=1, initial=True, children=(self.automaton_task(),))
+        state_1 = State("task", id=1, initial=True, children=(self.automaton_task(),))
 
         def entry_done():
             # <entry 1.2>
             self.notes.append("done")
             # </entry 1.2>
 
-        done = State("done", id=2, final=True, entry=entry_done)
+        state_2 = State("done", id=2, final=True, entry=entry_done)
 
-        transition_finished = Transition("finished", task, done, id=1, finished=True)
+        transition_1 = Transition("finished", state_1, state_2, id=1, finished=True)
 
         return Automaton(
             "final_and_finished",
             id=1,
             period=0.1,
             states=(
-                task,
-                done,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_finished,
+                transition_1,
             ),
         )
 
     def automaton_task(self) -> Automaton:
         """Return the automaton of the state 'task'."""
 
-        try_ = State("try", id=1, initial=True)
+        state_1 = State("try", id=1, initial=True)
 
-        over = State("over", id=2, final=True)
+        state_2 = State("over", id=2, final=True)
 
-        transition_1 = Transition("", try_, over, id=1, seconds=0.3)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.3)
 
         return Automaton(
             "task",
             id=2,
             period=0.1,
             states=(
-                try_,
-                over,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,

@@ -36,59 +36,59 @@ class Guards(Component, document="guards.xml", on_error="stop", events=["come"])
             ticks += 1
             # </code 1.1>
 
-        wait = State("wait", id=1, initial=True, code=state_wait)
+        state_1 = State("wait", id=1, initial=True, code=state_wait)
 
-        called = State("called", id=2)
+        state_2 = State("called", id=2)
 
-        task = State("task", id=3, children=(self.automaton_task(),))
+        state_3 = State("task", id=3, children=(self.automaton_task(),))
 
-        end = State("end", id=4)
+        state_4 = State("end", id=4)
 
         def guard_late():
             return ticks >= 4  # <guard 1.1/>
 
-        transition_late = Transition("late", wait, called, id=1, seconds=0.2, guard=guard_late)
+        transition_1 = Transition("late", state_1, state_2, id=1, seconds=0.2, guard=guard_late)
 
         def guard_come(event: Event):
             # <guard 1.2>
             return event.data == "now"
             # </guard 1.2>
 
-        transition_come = Transition("come", called, task, id=2, event="come", guard=guard_come)
+        transition_2 = Transition("come", state_2, state_3, id=2, event="come", guard=guard_come)
 
         def guard_ready():
             return self.allowed  # <guard 1.3/>
 
-        transition_ready = Transition("ready", task, end, id=3, finished=True, guard=guard_ready)
+        transition_3 = Transition("ready", state_3, state_4, id=3, finished=True, guard=guard_ready)
 
         return Automaton(
             "guards",
             id=1,
             period=0.1,
             states=(
-                wait,
-                called,
-                task,
-                end,
+                state_1,
+                state_2,
+                state_3,
+                state_4,
             ),
             transitions=(
-                transition_late,
-                transition_come,
-                transition_ready,
+                transition_1,
+                transition_2,
+                transition_3,
             ),
         )
 
     def automaton_task(self) -> Automaton:
         """Return the automaton of the state 'task'."""
 
-        nothing_to_do = State("nothing to do", id=1, initial=True, final=True)
+        state_1 = State("nothing to do", id=1, initial=True, final=True)
 
         return Automaton(
             "task",
             id=2,
             period=0.1,
             states=(
-                nothing_to_do,
+                state_1,
             ),
         )
 

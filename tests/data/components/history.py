@@ -25,21 +25,21 @@ class History(Component, document="history.xml", on_error="stop"):
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
 
-        resumed = State("resumed", id=1, initial=True, children=(self.automaton_resumed(),))
+        state_1 = State("resumed", id=1, initial=True, children=(self.automaton_resumed(),))
 
-        restarted = State("restarted", id=2, children=(self.automaton_restarted(),), restart=True)
+        state_2 = State("restarted", id=2, children=(self.automaton_restarted(),), restart=True)
 
-        transition_1 = Transition("", resumed, restarted, id=1, seconds=0.3)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.3)
 
-        transition_2 = Transition("", restarted, resumed, id=2, seconds=0.3)
+        transition_2 = Transition("", state_2, state_1, id=2, seconds=0.3)
 
         return Automaton(
             "history",
             id=1,
             period=0.1,
             states=(
-                resumed,
-                restarted,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,
@@ -50,19 +50,19 @@ class History(Component, document="history.xml", on_error="stop"):
     def automaton_resumed(self) -> Automaton:
         """Return the automaton of the state 'resumed'."""
 
-        first = State("first", id=1, initial=True)
+        state_1 = State("first", id=1, initial=True)
 
-        second = State("second", id=2)
+        state_2 = State("second", id=2)
 
-        transition_1 = Transition("", first, second, id=1, seconds=0.2)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.2)
 
         return Automaton(
             "resumed",
             id=2,
             period=0.1,
             states=(
-                first,
-                second,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,
@@ -72,19 +72,19 @@ class History(Component, document="history.xml", on_error="stop"):
     def automaton_restarted(self) -> Automaton:
         """Return the automaton of the state 'restarted'."""
 
-        first = State("first", id=1, initial=True)
+        state_1 = State("first", id=1, initial=True)
 
-        second = State("second", id=2)
+        state_2 = State("second", id=2)
 
-        transition_1 = Transition("", first, second, id=1, seconds=0.2)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.2)
 
         return Automaton(
             "restarted",
             id=3,
             period=0.1,
             states=(
-                first,
-                second,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,

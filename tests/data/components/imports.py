@@ -46,29 +46,35 @@ class Imports(Component, document="imports.xml", on_error="stop"):
                 "goal": 0.5,  # <argument 1.1 goal/>
             }
 
-        near = State("near", id=1, initial=True, children=(self.automaton_near(),), arguments=arguments_near)
+        state_1 = State(
+            "near",
+            id=1,
+            initial=True,
+            children=(self.automaton_near(),),
+            arguments=arguments_near,
+        )
 
         def arguments_far():
             return {
                 "goal": math.pi / 2,  # <argument 1.2 goal/>
             }
 
-        far = State("far", id=2, children=(self.automaton_far(),), arguments=arguments_far)
+        state_2 = State("far", id=2, children=(self.automaton_far(),), arguments=arguments_far)
 
-        home = State("home", id=3, final=True)
+        state_3 = State("home", id=3, final=True)
 
-        transition_1 = Transition("", near, far, id=1, finished=True)
+        transition_1 = Transition("", state_1, state_2, id=1, finished=True)
 
-        transition_2 = Transition("", far, home, id=2, finished=True)
+        transition_2 = Transition("", state_2, state_3, id=2, finished=True)
 
         return Automaton(
             "imports",
             id=1,
             period=0.1,
             states=(
-                near,
-                far,
-                home,
+                state_1,
+                state_2,
+                state_3,
             ),
             transitions=(
                 transition_1,
@@ -89,18 +95,18 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             self.step(math.copysign(goal, 1))
             # </code 2.1>
 
-        go = State("go", id=1, initial=True, code=state_go)
+        state_1 = State("go", id=1, initial=True, code=state_go)
 
-        turn = State("turn", id=2, children=(self.automaton_patrol("turn", 2002),))
+        state_2 = State("turn", id=2, children=(self.automaton_patrol("turn", 2002),))
 
-        back = State("back", id=3, final=True)
+        state_3 = State("back", id=3, final=True)
 
         def guard_there():
             return self.position >= goal  # <trigger 2.1/>
 
-        transition_there = Transition("there", go, turn, id=1, guard=guard_there)
+        transition_1 = Transition("there", state_1, state_2, id=1, guard=guard_there)
 
-        transition_2 = Transition("", turn, back, id=2, finished=True)
+        transition_2 = Transition("", state_2, state_3, id=2, finished=True)
 
         return Automaton(
             "near",
@@ -112,12 +118,12 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             ),
             set_inputs=set_inputs,
             states=(
-                go,
-                turn,
-                back,
+                state_1,
+                state_2,
+                state_3,
             ),
             transitions=(
-                transition_there,
+                transition_1,
                 transition_2,
             ),
         )
@@ -125,11 +131,11 @@ class Imports(Component, document="imports.xml", on_error="stop"):
     def automaton_patrol(self, name: str, number: int) -> Automaton:
         """Return the automaton of each state 'turn', from library/patrol.xml."""
 
-        turning = State("turning", id=1, initial=True)
+        state_1 = State("turning", id=1, initial=True)
 
-        turned = State("turned", id=2, final=True)
+        state_2 = State("turned", id=2, final=True)
 
-        transition_1 = Transition("", turning, turned, id=1, seconds=0.1)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.1)
 
         return Automaton(
             name,
@@ -137,8 +143,8 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             source="library/patrol.xml",  # <automaton 2002/>
             period=0.1,
             states=(
-                turning,
-                turned,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,
@@ -158,18 +164,18 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             self.step(math.copysign(goal, 1))
             # </code 3.1>
 
-        go = State("go", id=1, initial=True, code=state_go)
+        state_1 = State("go", id=1, initial=True, code=state_go)
 
-        turn = State("turn", id=2, children=(self.automaton_patrol("turn", 3002),))
+        state_2 = State("turn", id=2, children=(self.automaton_patrol("turn", 3002),))
 
-        back = State("back", id=3, final=True)
+        state_3 = State("back", id=3, final=True)
 
         def guard_there():
             return self.position >= goal  # <trigger 3.1/>
 
-        transition_there = Transition("there", go, turn, id=1, guard=guard_there)
+        transition_1 = Transition("there", state_1, state_2, id=1, guard=guard_there)
 
-        transition_2 = Transition("", turn, back, id=2, finished=True)
+        transition_2 = Transition("", state_2, state_3, id=2, finished=True)
 
         return Automaton(
             "far",
@@ -181,12 +187,12 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             ),
             set_inputs=set_inputs,
             states=(
-                go,
-                turn,
-                back,
+                state_1,
+                state_2,
+                state_3,
             ),
             transitions=(
-                transition_there,
+                transition_1,
                 transition_2,
             ),
         )

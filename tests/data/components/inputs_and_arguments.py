@@ -54,7 +54,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
                 },
             }
 
-        search = State(
+        state_1 = State(
             "search",
             id=1,
             initial=True,
@@ -62,7 +62,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             arguments=arguments_search,
         )
 
-        rest = State("rest", id=2)
+        state_2 = State("rest", id=2)
 
         def fired_1():
             nonlocal turn
@@ -70,17 +70,17 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             turn += 1
             # </fired 1.1>
 
-        transition_1 = Transition("", search, rest, id=1, seconds=0.2, code=fired_1)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.2, code=fired_1)
 
-        transition_2 = Transition("", rest, search, id=2, seconds=0.1)
+        transition_2 = Transition("", state_2, state_1, id=2, seconds=0.1)
 
         return Automaton(
             "inputs_and_arguments",
             id=1,
             period=0.1,
             states=(
-                search,
-                rest,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,
@@ -108,7 +108,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             looks += 1
             # </code 2.1>
 
-        look = State("look", id=1, initial=True, code=state_look)
+        state_1 = State("look", id=1, initial=True, code=state_look)
 
         return Automaton(
             "search",
@@ -120,7 +120,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             ),
             set_inputs=set_inputs,
             states=(
-                look,
+                state_1,
             ),
         )
 
@@ -139,7 +139,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             self.notes.append((volume, words))
             # </code 3.1>
 
-        note = State("note", id=1, initial=True, code=state_note)
+        state_1 = State("note", id=1, initial=True, code=state_note)
 
         return Automaton(
             "search",
@@ -151,7 +151,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             ),
             set_inputs=set_inputs,
             states=(
-                note,
+                state_1,
             ),
         )
 

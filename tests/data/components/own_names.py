@@ -57,25 +57,25 @@ class OwnNames(Component, document="own_names.xml", on_error="stop"):
             self.log("slept", Event + Input)
             # </code 1.1>
 
-        work = State("work", id=1, initial=True, code=state_work)
+        state_1 = State("work", id=1, initial=True, code=state_work)
 
-        rest = State("rest", id=2)
+        state_2 = State("rest", id=2)
 
         def guard_done():
             return event > 2  # <trigger 1.1/>
 
-        transition_done = Transition("done", work, rest, id=1, guard=guard_done)
+        transition_1 = Transition("done", state_1, state_2, id=1, guard=guard_done)
 
         return Automaton(
             "own_names",
             id=1,
             period=0.1,
             states=(
-                work,
-                rest,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_done,
+                transition_1,
             ),
         )
 

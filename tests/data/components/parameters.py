@@ -42,25 +42,25 @@ class Parameters(Component, document="parameters.xml", on_error="stop"):
                 self.log.warning("%s at %.1f m", self.color, distance)
             # </code 1.1>
 
-        run = State("run", id=1, initial=True, code=state_run)
+        state_1 = State("run", id=1, initial=True, code=state_run)
 
-        there = State("there", id=2, final=True)
+        state_2 = State("there", id=2, final=True)
 
         def guard_there():
             return distance > self.laps * 0.15  # <trigger 1.1/>
 
-        transition_there = Transition("there", run, there, id=1, guard=guard_there)
+        transition_1 = Transition("there", state_1, state_2, id=1, guard=guard_there)
 
         return Automaton(
             "parameters",
             id=1,
             period=0.1,
             states=(
-                run,
-                there,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_there,
+                transition_1,
             ),
         )
 

@@ -28,25 +28,25 @@ class Priority(Component, document="priority.xml", on_error="stop"):
         laps = 0
         # </variables 1>
 
-        choose = State("choose", id=1, initial=True)
+        state_1 = State("choose", id=1, initial=True)
 
-        third = State("third", id=2)
+        state_2 = State("third", id=2)
 
-        second = State("second", id=3)
+        state_3 = State("second", id=3)
 
-        first = State("first", id=4)
+        state_4 = State("first", id=4)
 
         def guard_1():
             return laps >= 1  # <trigger 1.1/>
 
-        transition_1 = Transition("", choose, third, id=1, guard=guard_1)
+        transition_1 = Transition("", state_1, state_2, id=1, guard=guard_1)
 
         def guard_2():
             return laps > 0  # <trigger 1.2/>
 
-        transition_2 = Transition("", choose, second, id=2, priority=2, guard=guard_2)
+        transition_2 = Transition("", state_1, state_3, id=2, priority=2, guard=guard_2)
 
-        transition_3 = Transition("", choose, first, id=3, priority=1, seconds=0.1)
+        transition_3 = Transition("", state_1, state_4, id=3, priority=1, seconds=0.1)
 
         def fired_4():
             nonlocal laps
@@ -54,17 +54,17 @@ class Priority(Component, document="priority.xml", on_error="stop"):
             laps += 1
             # </fired 1.4>
 
-        transition_4 = Transition("", first, choose, id=4, seconds=0.1, code=fired_4)
+        transition_4 = Transition("", state_4, state_1, id=4, seconds=0.1, code=fired_4)
 
         return Automaton(
             "priority",
             id=1,
             period=0.1,
             states=(
-                choose,
-                third,
-                second,
-                first,
+                state_1,
+                state_2,
+                state_3,
+                state_4,
             ),
             transitions=(
                 transition_1,

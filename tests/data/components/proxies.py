@@ -42,25 +42,25 @@ class Proxies(Component, document="proxies.xml", on_error="continue", on_refused
             pan = degrees(self.head.getPose().pan)
             # </code 1.1>
 
-        look = State("look", id=1, initial=True, code=state_look)
+        state_1 = State("look", id=1, initial=True, code=state_look)
 
-        found = State("found", id=2)
+        state_2 = State("found", id=2)
 
         def guard_there():
             return pan > 90  # <trigger 1.1/>
 
-        transition_there = Transition("there", look, found, id=1, guard=guard_there)
+        transition_1 = Transition("there", state_1, state_2, id=1, guard=guard_there)
 
         return Automaton(
             "proxies",
             id=1,
             period=0.1,
             states=(
-                look,
-                found,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_there,
+                transition_1,
             ),
         )
 

@@ -25,46 +25,46 @@ class SeveralChildren(Component, document="several_children.xml", on_error="stop
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
 
-        greet = State(
+        state_1 = State(
             "greet",
             id=1,
             initial=True,
             children=(self.automaton_greet(), self.automaton_greet_3()),
         )
 
-        bow = State("bow", id=2)
+        state_2 = State("bow", id=2)
 
-        transition_both_done = Transition("both done", greet, bow, id=1, finished=True)
+        transition_1 = Transition("both done", state_1, state_2, id=1, finished=True)
 
         return Automaton(
             "several_children",
             id=1,
             period=0.1,
             states=(
-                greet,
-                bow,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_both_done,
+                transition_1,
             ),
         )
 
     def automaton_greet(self) -> Automaton:
         """Return the automaton of the state 'greet'."""
 
-        wave = State("wave", id=1, initial=True)
+        state_1 = State("wave", id=1, initial=True)
 
-        waved = State("waved", id=2, final=True)
+        state_2 = State("waved", id=2, final=True)
 
-        transition_1 = Transition("", wave, waved, id=1, seconds=0.2)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.2)
 
         return Automaton(
             "greet",
             id=2,
             period=0.1,
             states=(
-                wave,
-                waved,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,
@@ -74,19 +74,19 @@ class SeveralChildren(Component, document="several_children.xml", on_error="stop
     def automaton_greet_3(self) -> Automaton:
         """Return the automaton of the state 'greet'."""
 
-        speak = State("speak", id=1, initial=True)
+        state_1 = State("speak", id=1, initial=True)
 
-        spoken = State("spoken", id=2, final=True)
+        state_2 = State("spoken", id=2, final=True)
 
-        transition_1 = Transition("", speak, spoken, id=1, seconds=0.4)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.4)
 
         return Automaton(
             "greet",
             id=3,
             period=0.2,
             states=(
-                speak,
-                spoken,
+                state_1,
+                state_2,
             ),
             transitions=(
                 transition_1,

@@ -39,9 +39,9 @@ class StatementCondition(Component, document="statement_condition.xml", on_error
             self.namespace.seen += 1
             # </code 1.1>
 
-        go = State("go", id=1, initial=True, code=state_go)
+        state_1 = State("go", id=1, initial=True, code=state_go)
 
-        turn = State("turn", id=2)
+        state_2 = State("turn", id=2)
 
         def guard_obstacle():
             # <trigger 1.1>
@@ -49,26 +49,26 @@ class StatementCondition(Component, document="statement_condition.xml", on_error
             return self.namespace.near
             # </trigger 1.1>
 
-        transition_obstacle = Transition("obstacle", go, turn, id=1, guard=guard_obstacle)
+        transition_1 = Transition("obstacle", state_1, state_2, id=1, guard=guard_obstacle)
 
         def guard_free():
             # <trigger 1.2>
             return not self.interfaces.near
             # </trigger 1.2>
 
-        transition_free = Transition("free", turn, go, id=2, guard=guard_free)
+        transition_2 = Transition("free", state_2, state_1, id=2, guard=guard_free)
 
         return Automaton(
             "statement_condition",
             id=1,
             period=0.1,
             states=(
-                go,
-                turn,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_obstacle,
-                transition_free,
+                transition_1,
+                transition_2,
             ),
         )
 

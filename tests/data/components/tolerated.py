@@ -25,23 +25,23 @@ class Tolerated(Component, document="tolerated.xml", on_error="stop"):
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
 
-        same_name = State("same name", id=1, initial=True)
+        state_1 = State("same name", id=1, initial=True)
 
-        same_name_2 = State("same name", id=2)
+        state_2 = State("same name", id=2)
 
         state_3 = State("", id=3)
 
-        transition_1 = Transition("", same_name, same_name_2, id=1, seconds=0.1)
+        transition_1 = Transition("", state_1, state_2, id=1, seconds=0.1)
 
-        transition_2 = Transition("", same_name_2, state_3, id=2, seconds=0.1)
+        transition_2 = Transition("", state_2, state_3, id=2, seconds=0.1)
 
         return Automaton(
             "tolerated",
             id=1,
             period=0.1,
             states=(
-                same_name,
-                same_name_2,
+                state_1,
+                state_2,
                 state_3,
             ),
             transitions=(

@@ -96,7 +96,7 @@ class MyCounter(Component, document="my_counter.xml", on_error="stop"):
             last = count
             # </code 1.1>
 
-        count_1 = State("count", id=1, initial=True, code=state_count)
+        state_1 = State("count", id=1, initial=True, code=state_count)
 
         def state_done():
             nonlocal seen
@@ -104,7 +104,7 @@ class MyCounter(Component, document="my_counter.xml", on_error="stop"):
             seen = last
             # </code 1.2>
 
-        done = State("done", id=2, code=state_done)
+        state_2 = State("done", id=2, code=state_done)
 
         def guard_enough():
             return count >= self.limit()  # <trigger 1.1/>
@@ -115,20 +115,20 @@ class MyCounter(Component, document="my_counter.xml", on_error="stop"):
             fired = True
             # </fired 1.1>
 
-        transition_enough = Transition("enough", count_1, done, id=1, guard=guard_enough, code=fired_enough)
+        transition_1 = Transition("enough", state_1, state_2, id=1, guard=guard_enough, code=fired_enough)
 
-        transition_2 = Transition("", done, count_1, id=2, seconds=0.5)
+        transition_2 = Transition("", state_2, state_1, id=2, seconds=0.5)
 
         return Automaton(
             "my_counter",
             id=1,
             period=0.1,
             states=(
-                count_1,
-                done,
+                state_1,
+                state_2,
             ),
             transitions=(
-                transition_enough,
+                transition_1,
                 transition_2,
             ),
         )
@@ -359,10 +359,10 @@ def test_states_of_one_name_and_names_that_are_no_identifiers(tmp_path: Path) ->
     for function in ("state_go_to_wall_1", "state_go_to_wall_2", "state_3_3", "guard_x", "guard_x_2"):
         assert f"def {function}():" in source
     for constructed in (
-        'go_to_wall = State("go to wall", id=1, initial=True, ',
-        'go_to_wall_2 = State("go to wall", id=2, ',
+        'state_1 = State("go to wall", id=1, initial=True, ',
+        'state_2 = State("go to wall", id=2, ',
         'state_3 = State("", ',
-        'transition_x = Transition("x", go_to_wall, go_to_wall_2, ',
+        'transition_1 = Transition("x", state_1, state_2, ',
     ):
         assert constructed in source
 

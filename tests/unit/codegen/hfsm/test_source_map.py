@@ -17,6 +17,7 @@ from hfsm_pytest.loading import load_component
 from hfsm_runtime import VirtualRun
 from hfsm_runtime.errors import VariablesError
 from hfsm_runtime.source_map import sources_of
+from tests.support.documents import load
 from tests.support.model_documents import automaton, document, state, when
 
 VARIABLES = "# the second line fails\nlimit = 1 / 0"
@@ -39,6 +40,13 @@ def component(path: Path) -> str:
     loaded = load_document(path, None, diagnostics := Diagnostics())
     assert loaded is not None, diagnostics.render()
     return loaded.component
+
+
+def place_of_failure(path: Path) -> str:
+    """Return the message of the component of a document whose variables fail."""
+    with pytest.raises(VariablesError) as raised:
+        VirtualRun(load_component(path)())
+    return str(raised.value)
 
 
 def test_each_row_names_the_lines_of_the_document(path: Path) -> None:
@@ -73,6 +81,26 @@ def test_the_runtime_and_the_editor_read_the_same_place(path: Path) -> None:
     namespace = vars(sys.modules[broken.__module__])
     assert sources_of(namespace) == {row.file}
     assert [SourceRow(*each) for each in namespace["SOURCE_MAP"]] == [*SourceMap.read(component(path)).rows]
+
+
+def test_the_map_of_an_older_version_still_leads_to_the_document(tmp_path: Path, path: Path) -> None:
+    text = component(path)
+    rows = tuple(tuple(row) for row in SourceMap.read(text).rows)
+    begin, _, end = text.partition("\nSOURCE_MAP = source_map(__file__, (")
+    (tmp_path / "older.py").write_text(f"{begin}\nSOURCE_MAP = {rows!r}{end.partition('))')[2]}")
+    with pytest.raises(VariablesError, match=r"older\.py:\d+ \(behavior\.xml:(\d+)\)") as raised:
+        VirtualRun(load(tmp_path / "older.py"))
+    assert re.findall(r"xml:(\d+)", str(raised.value)) == re.findall(r"xml:(\d+)", place_of_failure(path))
+
+
+def test_a_component_that_is_generated_again_keeps_the_map_of_its_code(tmp_path: Path, path: Path) -> None:
+    file = tmp_path / "behavior.py"
+    file.write_text(component(path))
+    running = load(file)
+    file.write_text("\n" * 50 + component(path))
+    with pytest.raises(VariablesError) as raised:
+        VirtualRun(running)
+    assert re.findall(r"xml:(\d+)", str(raised.value)) == re.findall(r"xml:(\d+)", place_of_failure(path))
 
 
 def test_a_generated_line_is_in_no_row(path: Path) -> None:
