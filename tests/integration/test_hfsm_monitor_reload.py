@@ -243,7 +243,7 @@ def test_a_file_that_cannot_be_loaded_changes_nothing(
         ("count = 0", "count = 1 / 0", r"variables of the component failed: ZeroDivisionError.*walker.xml"),
         ("initial=True", "initial=False", "exactly one initial state"),
         ("period=0.02", "period=-1", "a positive number of seconds"),
-        ("states=(a, b)", "states=(a,)", "states that do not exist"),
+        ("                state_2,\n", "", "states that do not exist"),
         (
             "Automaton(\n            'walker'",
             "Automaton(\n            'runner'",

@@ -47,7 +47,7 @@ _READ_EASILY: Final = (
 """Generated code, and an equivalent that jedi understands, or reads in half the time."""
 _COMPONENT: Final = re.compile(r'^class \w+\(.*Component, document=.*\n    """.*"""\n', re.MULTILINE)
 _WRITTEN: Final = re.compile(
-    r"^ *(?:(?:def|class) (\w+)|(\w+) = State\(|from [\w.]+ import (.+))", re.MULTILINE
+    r"^ *(?:(?:def|class) (\w+)|(\w+) = (?:State|Transition)\(|from [\w.]+ import (\([^)]+|.+))", re.MULTILINE
 )
 """Bindings of names in a line of the generator."""
 _LAST_WORD: Final = re.compile(r"\w+(?= *(?:,|$))")

@@ -138,7 +138,8 @@ def test_pieces_that_share_a_line_are_distinguished(tmp_path: Path) -> None:
 
     def place(function: str) -> Place | None:
         above = next(number for number, line in enumerate(lines, 1) if f"def {function}(" in line)
-        found = origins.find(f'  File "{component}", line {above + 1}, in {function}')
+        first = above + 2 if lines[above].lstrip().startswith("#") else above + 1
+        found = origins.find(f'  File "{component}", line {first}, in {function}')
         return found and found.place
 
     def automaton(number: int, kind: Literal["state", "transition"], id: int, part: str) -> Place:
