@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from pathlib import Path
 
 import typer
@@ -22,6 +22,21 @@ class ErrorFormat(StrEnum):
     TEXT = "text"
     JSON = "json"
     GITHUB = "github"
+
+
+class DiffFormat(StrEnum):
+    """The format of a comparison: for people or for programs."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
+class DiffResult(IntEnum):
+    """The exit codes of a comparison, which are those of `diff`."""
+
+    SAME = 0
+    DIFFERENT = 1
+    TROUBLE = 2
 
 
 def require_extensions(paths: Iterable[Path], allowed: frozenset[str]) -> None:

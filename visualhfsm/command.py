@@ -19,6 +19,8 @@ from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
 from visualhfsm.convert import convert
+from visualhfsm.diff import EPILOG as DIFF_EPILOG
+from visualhfsm.diff import diff
 from visualhfsm.errors import MissingPackageError
 from visualhfsm.new import EPILOG as NEW_EPILOG
 from visualhfsm.new import new
@@ -59,7 +61,7 @@ visualhfsm watch follow_ball --plain > log.txt"""
 
 @app.callback(invoke_without_command=True)
 def visualhfsm(context: typer.Context) -> None:
-    """Draw, check and convert automata; watch, steer and replay the components generated from them.
+    """Draw, check, compare and convert automata; watch, steer and replay the components generated from them.
 
     Without a command it is `visualhfsm edit --demo`.
     """
@@ -242,5 +244,6 @@ register_steering(app)
 app.command(epilog=NEW_EPILOG)(new)
 app.command(epilog=CHECK_EPILOG)(check)
 app.command(epilog=CONVERT_EPILOG)(convert)
+app.command(epilog=DIFF_EPILOG)(diff)
 app.command(epilog=REPLAY_EPILOG)(replay)
 app.command(epilog=REPORT_EPILOG)(report)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import fields
+from difflib import unified_diff
+from itertools import islice
 from typing import Any, Final, Literal, TypeVar
 
 import msgspec
@@ -38,6 +40,8 @@ _PARTS: Final[dict[tuple[type[Node], str], str]] = {
     (Transition, "code"): "fired",
 }
 _POSITION: Final = frozenset(("x", "y"))
+_ONE_LINE: Final = 60
+"""The most characters of texts that are shown beside each other."""
 _UNSEEN: Final = frozenset(("attributes", "comments", "extras", "lists", "root_tag"))
 
 
@@ -65,6 +69,15 @@ def diff_documents(before: Document, after: Document) -> list[Difference]:
 def differ(one: Document, other: Document) -> bool:
     """Return whether two versions differ in more than positions."""
     return any(each.kind != "moved" for each in diff_documents(one, other))
+
+
+def changed_lines(difference: Difference) -> Iterator[str]:
+    """Yield the lines that differ in a changed longer text, as `diff -u` has them; none for a short one."""
+    texts = (difference.before, difference.after)
+    if difference.kind == "changed" and any("\n" in text or len(text) > _ONE_LINE for text in texts):
+        before, after = (text.splitlines() for text in texts)
+        lines = unified_diff(before, after, n=1, lineterm="")
+        yield from (line for line in islice(lines, 2, None) if not line.startswith("@@"))
 
 
 def _nodes(before: Node, after: Node, place: Place) -> Iterator[Difference]:

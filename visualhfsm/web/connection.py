@@ -12,7 +12,6 @@ import asyncio
 import logging
 from collections import defaultdict
 from collections.abc import Coroutine
-from difflib import unified_diff
 from functools import partial
 from itertools import islice
 from typing import Any, Final
@@ -22,7 +21,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from codegen.hfsm.document import Document
 from visualhfsm.editing.commands.paste import PasteStates
-from visualhfsm.editing.diff import Difference, diff_documents
+from visualhfsm.editing.diff import Difference, changed_lines, diff_documents
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import copy_states, parse_file
 from visualhfsm.editing.views import view
@@ -51,7 +50,6 @@ _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Record | p.Recording
 CONCURRENT = CODE_HELP | _Reading | _Robot | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
 """Requests that change no document: the connection reads the next one meanwhile."""
 
-_ONE_LINE: Final = 60  # letters of a text whose versions are both shown whole
 _MOST_LINES: Final = 200  # lines of the difference of a text
 _SAVED: Final = "saved"  # a document may be compared with this instead of a file
 
@@ -370,12 +368,8 @@ def _compared(before: Document, after: Document) -> dict[str, Any]:
 
 
 def _with_lines(difference: Difference) -> dict[str, Any]:
-    """Return a difference of longer texts with the lines that differ, as `diff -u` has them."""
+    """Return a difference with the lines that differ in it."""
     shown: dict[str, Any] = msgspec.to_builtins(difference)
-    before, after = difference.before, difference.after
-    if difference.kind == "changed" and any(
-        "\n" in text or len(text) > _ONE_LINE for text in (before, after)
-    ):
-        lines = unified_diff(before.splitlines(), after.splitlines(), n=1, lineterm="")
-        shown["lines"] = [line for line in islice(lines, 2, _MOST_LINES) if not line.startswith("@@")]
+    if lines := [*islice(changed_lines(difference), _MOST_LINES)]:
+        shown["lines"] = lines
     return shown
