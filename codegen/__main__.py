@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from types import FrameType
 
 import hfsm_command
@@ -11,11 +12,17 @@ import hfsm_command
 def main() -> None:
     """Run the command; Ctrl-C and SIGTERM end it with exit code 130 and 143."""
     hfsm_command.end_at_ctrl_c()
-    from .command import app
-
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)
-    app(prog_name="codegen")
+    arguments = sys.argv[1:]
+    if arguments[:1] == ["diff"]:  # no file: those have suffixes
+        from .diff import app
+
+        app(arguments[1:], prog_name="codegen diff")
+    else:
+        from .command import app
+
+        app(arguments, prog_name="codegen")
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:

@@ -39,6 +39,7 @@ _EPILOG = """Examples:
   codegen behaviors/follow_ball.xml     the component behaviors/follow_ball.py
   codegen --check interfaces/*.idl      exit 1 and show a diff if files are out of date
   codegen --watch interfaces/*.idl      generate again after every change
+  codegen diff released interfaces      list breaking changes of interfaces: codegen diff --help
 
 Exit codes: 0 success, 1 errors in the files or, with --check, files out of date, 2 wrong usage.
 See docs/reference/codegen.md for details."""

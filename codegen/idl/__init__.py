@@ -4,11 +4,11 @@ The stages, each a module: `lexer` (tokens), `preprocessor` with `macros` and `c
 `parser` (the tree of `ast`), `checker` with `resolver` and `constants` (names, types, values, rules),
 `packages` and `dependencies` (which Python module a definition goes to), `python_writer` with `names` and
 `layout`, and `schema` (fingerprints, `schema.json`). `compiler` runs them; `codes` has the codes of all
-diagnostics.
+diagnostics. `changes` compares two versions.
 """
 
 from __future__ import annotations
 
-from .compiler import Compilation, compile_interfaces
+from .compiler import Compilation, compile_interfaces, read_definitions
 
-__all__ = ["Compilation", "compile_interfaces"]
+__all__ = ["Compilation", "compile_interfaces", "read_definitions"]

@@ -78,6 +78,21 @@ def compile_interfaces(
     return Compilation(tuple(files), tuple(path for compilation in made for path in compilation.leftovers))
 
 
+def read_definitions(
+    paths: Sequence[Path], include_directories: Sequence[Path], diagnostics: Diagnostics
+) -> dict[str, ast.Definition]:
+    """Return the definitions in IDL files and in those that they include, by scoped name.
+
+    Problems are reported to `diagnostics`; after an error the result is incomplete.
+    """
+    units = Units(include_directories, diagnostics)
+    sources = [source for path in paths if (source := units.load(path)) is not None]
+    for source in sources:
+        units.read(source, diagnostics)
+    modules = modules_of(units.with_included(sources))
+    return {each.scoped: each for module in modules.values() for each in module.definitions}
+
+
 # Sources
 
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Iterable, Mapping
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from . import ast
@@ -50,6 +51,33 @@ def fingerprint(definition: ast.Definition) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_FINGERPRINT_DIGITS]
 
 
+def canonical_members(definition: ast.Definition) -> dict[str, str]:
+    """Return the lines of a definition itself in canonical forms, by the scoped names that they begin with.
+
+    That of the definition, without one for what has no name on the wire, is by its own name.
+    """
+    form = _CanonicalForm()
+    form.describe(definition)
+    names = {each.scoped for each in members_of(definition)}
+    found: dict[str, str] = {}
+    for line in form.lines:
+        name = re.split(r"\(|: | = ", line, maxsplit=1)[0]
+        found[name if name in names else definition.scoped] = line
+    return found
+
+
+def members_of(definition: ast.Definition) -> Sequence[ast.Definition]:
+    """Return the operations, members or enumerators of a definition."""
+    match definition:
+        case ast.Interface():
+            return definition.operations
+        case ast.Struct() | ast.Class() | ast.ExceptionType():
+            return definition.members
+        case ast.Enumeration():
+            return definition.enumerators
+    return ()
+
+
 class _CanonicalForm:
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -65,9 +93,10 @@ class _CanonicalForm:
     def describe_all(self) -> None:
         """Write the lines of every added definition and of the definitions that it refers to."""
         while self._waiting:
-            self._describe(self._waiting.pop())
+            self.describe(self._waiting.pop())
 
-    def _describe(self, definition: ast.Definition) -> None:
+    def describe(self, definition: ast.Definition) -> None:
+        """Write the lines of one definition."""
         name = definition.scoped
         match definition:
             case ast.Interface():
