@@ -36,6 +36,7 @@ ROOT_PAGES: Final = {
 COMMANDS: Final = {
     "visualhfsm": "visualhfsm.command",
     "codegen": "codegen.command",
+    "codegen diff": "codegen.diff",
     "naoserver-sim": "naoserver_sim.command",
     "naoserver-naoqi": "naoserver_naoqi.command",
     "naoserver-ros2": "naoserver_ros2.command",

@@ -16,6 +16,10 @@ EPILOG: Final = """Examples:
 visualhfsm new my-robot"""
 
 _PROJECT: Final = Path(__file__).with_name("project")
+_HIDDEN: Final = ("_gitattributes", "_gitignore")
+"""Files whose names begin with a dot in a project; here Git and packagers would obey them."""
+_KEPT: Final = frozenset({".git"})
+"""What a folder may contain: one may make a repository first."""
 _NEXT: Final = """\
 Next:
   cd {folder}
@@ -27,23 +31,39 @@ Next:
 
 def new(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="The folder to make; it may exist if it is empty.")
+        Path,
+        typer.Argument(
+            metavar="FOLDER", help="The folder to make; it may exist if it is empty, or a new repository."
+        ),
     ],
 ) -> None:
-    """Make a project: an interface, a program that serves it, a behavior, its test and a stack.
+    """Make a project: an interface, a program that serves it, a behavior, its test, a stack, files for Git.
 
-    They run at once, and are meant to be changed.
+    They run at once, and are meant to be changed. Files that are there are never overwritten.
     """
     from codegen.command import generate
 
+    made = {
+        path: folder / path.relative_to(_PROJECT).with_name(_name_of(path))
+        for path in sorted(_PROJECT.rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts
+    }
     try:
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        if folder.exists() and (
+            not folder.is_dir() or any(each.name not in _KEPT for each in folder.iterdir())
+        ):
             raise VisualHfsmError(f"{folder} is not empty: choose another name, or an empty folder")
-        ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(_PROJECT, folder, ignore=ignored, copy_function=shutil.copyfile, dirs_exist_ok=True)
+        for path, target in made.items():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
     except OSError as error:
         raise VisualHfsmError(f"{folder} cannot be made: {error.strerror or error}") from error
-    for path in sorted(each for each in folder.rglob("*") if each.is_file()):
-        typer.echo(f"wrote {path}")
+    for target in sorted(made.values()):
+        typer.echo(f"wrote {target}")
     generate([*folder.glob("interfaces/*.idl"), *folder.glob("behaviors/*.xml")])
     typer.echo(_NEXT.format(folder=shlex.quote(str(folder))))
+
+
+def _name_of(path: Path) -> str:
+    """Return the name of a file in a project."""
+    return path.name.replace("_", ".", 1) if path.name in _HIDDEN else path.name

@@ -13,14 +13,17 @@ from pathlib import Path
 
 import pytest
 
+from codegen.command import app as codegen_app
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from naoserver.fake import FakeRobot
 from tests.support.codegen_command import codegen
 from tests.support.commands import run_here
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
+from tests.support.reader import commands_of
 from tests.support.robot_server import served
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.command import app
@@ -87,6 +90,82 @@ def test_a_folder_with_files_is_left_alone(project: Path) -> None:
     with pytest.raises(VisualHfsmError, match="not empty"):
         new(project)
     assert (project / "lamp.py").read_text().endswith("# mine\n")
+
+
+def test_a_new_repository_may_be_there_and_gets_only_what_belongs_into_it(tmp_path: Path) -> None:
+    folder = tmp_path / "my-robot"
+
+    def git(*arguments: str) -> list[str]:
+        command = ["git", *arguments]
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=RUN_LIMIT, check=True
+        )
+        return done.stdout.splitlines()
+
+    folder.mkdir()
+    git("init")
+    done = run_here(app, "visualhfsm", "new", folder)
+    assert ".git/" not in done.stdout
+    for path in ("logs/lamp.log", "run.mcap", "behaviors/__pycache__/blinker.pyc", ".venv/bin/python"):
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).touch()
+    (folder / "behaviors" / "blinker_ext.py").touch()
+    kept = git("ls-files", "--others", "--exclude-standard")
+    assert set(kept) == {
+        line.removeprefix(f"wrote {folder}/")
+        for line in done.stdout.splitlines()
+        if line.startswith("wrote ")
+    } | {"behaviors/blinker_ext.py"}
+    marked = git("check-attr", "linguist-generated", "--", *kept)
+    generated = {line.partition(":")[0] for line in marked if line.endswith(": set")}
+    written_by_codegen = {path for path in kept if path.startswith("interfaces/home/")} | {
+        "behaviors/blinker.py"
+    }
+    assert generated == written_by_codegen
+    ends = git("check-attr", "eol", "--", *sorted(written_by_codegen - {"interfaces/home/py.typed"}))
+    assert all(line.endswith(": lf") for line in ends)
+
+
+@pytest.mark.parametrize("name", [".gitignore", "README.md", ".github/workflows/ci.yml"])
+def test_files_of_a_person_are_never_overwritten(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / name).write_text("mine")
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(VisualHfsmError, match="not empty"):
+        new(tmp_path)
+    assert (tmp_path / name).read_text() == "mine"
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_the_commands_of_its_readme_work(project: Path) -> None:
+    told = [
+        command.text
+        for block in blocks_of((project / "README.md").read_text("utf-8"))
+        for command in commands_of(block.text, block.language)
+    ]
+    typed = {
+        command.text
+        for page in ("own-project.md", "version-control.md")
+        for block in blocks_of((DOCS / "how-to" / page).read_text("utf-8"))
+        for command in commands_of(block.text, block.language)
+    }
+    quick = {
+        "codegen interfaces/*.idl behaviors/*.xml": (codegen_app, 0),
+        "codegen --check interfaces/*.idl behaviors/*.xml": (codegen_app, 0),
+        "visualhfsm check behaviors": (app, 0),
+        "visualhfsm diff behaviors/blinker.xml": (app, 2),  # nothing has been committed
+    }
+    # Those that go on until Ctrl-C are typed by the tests of docs/, there with an end.
+    lasting = {"visualhfsm edit behaviors/blinker.xml", "nao stack ./stack.toml"}
+    assert lasting <= set(told)
+    assert set(told) - quick.keys() - lasting <= typed
+    for command, (program, code) in quick.items():
+        assert command in told
+        name, *words = command.split()
+        files = [path for word in words for path in sorted(project.glob(word)) if not word.startswith("-")]
+        flags = [word for word in words if word.startswith("-") or word in ("check", "diff")]
+        done = run_here(program, name, *flags, *(file.relative_to(project) for file in files), cwd=project)
+        assert done.returncode == code, done.stderr
 
 
 def test_the_component_finds_its_interfaces_wherever_it_is_started(project: Path, tmp_path: Path) -> None:
