@@ -36,13 +36,14 @@ ROOT_PAGES: Final = {
 COMMANDS: Final = {
     "visualhfsm": "visualhfsm.command",
     "codegen": "codegen.command",
-    "codegen diff": "codegen.diff",
     "naoserver-sim": "naoserver_sim.command",
     "naoserver-naoqi": "naoserver_naoqi.command",
     "naoserver-ros2": "naoserver_ros2.command",
     "ballmover": "ballmover.cli",
     "nao": "deploy.nao.command",
 }
+PARTS: Final = {"codegen diff": "codegen.diff"}
+"""Commands that are part of another one, each with its module."""
 SHARED: Final = "Shared by all commands"  # the panel of hfsm_command.cli
 _WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"][
     "hatch"
@@ -109,7 +110,9 @@ def commands() -> str:
     """Return the help of every command."""
     return "\n\n".join(
         _command(name, typer.main.get_command(importlib.import_module(module).app))
-        for name, module in COMMANDS.items()
+        for name, module in sorted(
+            {**COMMANDS, **PARTS}.items(), key=lambda item: [*COMMANDS].index(item[0].split()[0])
+        )
     )
 
 

@@ -99,7 +99,7 @@ def _committed(path: Path, diagnostics: Diagnostics) -> Document | None:
     except FileNotFoundError:
         _fail("git is not installed: name two files")
     except (OSError, subprocess.TimeoutExpired) as error:
-        _fail(f"git cannot tell the version of {path} in HEAD: {error}")
+        _fail(f"git cannot show the version of {path} in HEAD: {error}")
     if done.returncode:
         why = done.stderr.decode(errors="replace").strip().removeprefix("fatal: ")
         _fail(f"git has no version of {path} in HEAD: {why}")

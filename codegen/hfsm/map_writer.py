@@ -117,7 +117,7 @@ def _rows_of(file: str, starts: list[_Start]) -> Iterator[TableRow]:
 def _elements(document: Document) -> Iterator[tuple[_Place, str]]:
     """Yield the places of elements with their names, in the order of the model.
 
-    Those that stand between others have a row of their own: what is added before one changes no other.
+    Each of them has a row, so that what is added before one changes no other.
     """
     yield from _element(document, "document")
     for each in _children(document):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import html
 import os
 import subprocess
@@ -283,22 +282,3 @@ def test_branches_merge_and_the_merged_component_is_that_of_the_merged_document(
     for made, written in found:
         code = html.escape(made.partition("  # <")[0].removeprefix("return "), quote=False)
         assert code.removeprefix("import ") in written
-
-
-def test_a_line_more_is_a_line_more_in_both(tmp_path: Path) -> None:
-    def lines(text: str) -> list[str]:
-        return text.split("\n")
-
-    base = component_of(DOCUMENT, tmp_path)
-    made = component_of(changed(("<code>steps += 1\n", "<code># go\nsteps += 1\n")), tmp_path)
-    changes = [line for line in difflib.ndiff(lines(base), lines(made)) if line[0] in "+-"]
-    assert changes == ["+             # go"]
-
-
-def test_a_line_that_would_end_the_code_is_refused(tmp_path: Path) -> None:
-    document = tmp_path / "patrol.xml"
-    document.write_text(DOCUMENT.replace("# sleep", "# &lt;/code 1.3&gt;"), encoding="utf-8")
-    done = codegen("patrol.xml", cwd=tmp_path)
-    assert done.returncode == 1
-    assert "patrol.xml:29:" in done.stderr
-    assert "`# </code 1.3>` is what ends code in a component: change this comment" in done.stderr

@@ -138,7 +138,7 @@ def test_files_of_a_person_are_never_overwritten(tmp_path: Path, name: str) -> N
 
 
 def test_the_commands_of_its_readme_work(project: Path) -> None:
-    told = [
+    shown = [
         command.text
         for block in blocks_of((project / "README.md").read_text("utf-8"))
         for command in commands_of(block.text, block.language)
@@ -157,10 +157,10 @@ def test_the_commands_of_its_readme_work(project: Path) -> None:
     }
     # Those that go on until Ctrl-C are typed by the tests of docs/, there with an end.
     lasting = {"visualhfsm edit behaviors/blinker.xml", "nao stack ./stack.toml"}
-    assert lasting <= set(told)
-    assert set(told) - quick.keys() - lasting <= typed
+    assert lasting <= set(shown)
+    assert set(shown) - quick.keys() - lasting <= typed
     for command, (program, code) in quick.items():
-        assert command in told
+        assert command in shown
         name, *words = command.split()
         files = [path for word in words for path in sorted(project.glob(word)) if not word.startswith("-")]
         flags = [word for word in words if word.startswith("-") or word in ("check", "diff")]
