@@ -18,7 +18,7 @@ from ...files import is_regular
 from ..analysis import Analysis, imported_names
 from ..code.names import identifier
 from ..code.text import definitions
-from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
+from ..code.values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
 from ..codes import Code
 from ..definitions import COMPONENT_ATTRIBUTES
 from ..document import Document, Interface, Parameter, RosInterface
@@ -186,7 +186,7 @@ def _check_default(parameter: Parameter, report: Report) -> None:
             if not wrong.is_blank:
                 parse_value(type_name, wrong)
                 return
-            problem = "it has no default"
+            problem = f"it has no default: write one, such as `{EXAMPLES[type_name]}`"
         except ValueTextError as error:
             problem = str(error)
     where = parameter if wrong.is_blank else wrong

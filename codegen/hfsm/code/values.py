@@ -11,6 +11,7 @@ from typing import Any, Final
 from ..document import Text
 
 __all__ = [
+    "EXAMPLES",
     "INPUT_TYPES",
     "PARAMETER_TYPES",
     "ValueTextError",
@@ -28,7 +29,8 @@ INPUT_TYPES: Final = (*PARAMETER_TYPES, "object")
 """The types of inputs; `object` is any value."""
 
 _EXACT: Final[Mapping[str, type]] = {"int": int, "bool": bool, "str": str}
-_EXAMPLES: Final = {"int": "3", "float": "0.5", "bool": "True", "str": '"red"'}
+EXAMPLES: Final = {"int": "3", "float": "0.5", "bool": "True", "str": '"red"'}
+"""A literal of each type of parameters."""
 
 
 class ValueTextError(ValueError):
@@ -44,14 +46,14 @@ def parse_value(type_name: str, text: Text) -> object:
     try:
         value = ast.literal_eval(written)
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
-        example = _EXAMPLES.get(type_name, '["red", 3]')
+        example = EXAMPLES.get(type_name, '["red", 3]')
         raise ValueTextError(f"`{written[:40]}` is not a Python literal, such as `{example}`") from None
     if type_name == "object":
         return value
     if type_name == "float" and type(value) in (int, float):
         return _finite(value, written)
     if type(value) is not _EXACT.get(type_name):
-        message = f"`{written[:40]}` is not of type {type_name}, such as `{_EXAMPLES[type_name]}`"
+        message = f"`{written[:40]}` is not of type {type_name}, such as `{EXAMPLES[type_name]}`"
         raise ValueTextError(message)
     return value
 

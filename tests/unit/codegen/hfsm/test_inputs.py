@@ -62,7 +62,7 @@ INTERFACE = "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</n
             "its type must be one of int, float, bool, str, not `object`",
         ),
         ([value("parameter", "x", "", "1")], "its type must be one of int, float, bool, str"),
-        ([value("parameter", "x", "int")], "it has no default"),
+        ([value("parameter", "x", "int")], "it has no default: write one, such as `3`"),
         ([value("parameter", "x", "int", "1.5")], "`1.5` is not of type int, such as `3`"),
         ([value("parameter", "x", "int", "True")], "`True` is not of type int"),
         ([value("parameter", "x", "bool", "1")], "`1` is not of type bool"),
