@@ -18,7 +18,8 @@ from hfsm_runtime import (
     main,
     source_map,
 )
-from interfaces.jderobot import Pose3DEncodersPrx, Pose3DMotorsPrx
+from interfaces.jderobot import Pose3DEncodersPrx
+from interfaces.jderobot import Pose3DMotorsPrx
 
 from interfaces.jderobot import Pose3DMotorsData
 

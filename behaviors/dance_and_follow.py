@@ -20,7 +20,9 @@ from hfsm_runtime import (
     main,
     source_map,
 )
-from interfaces.jderobot import CameraPrx, Pose3DEncodersPrx, Pose3DMotorsPrx
+from interfaces.jderobot import CameraPrx
+from interfaces.jderobot import Pose3DEncodersPrx
+from interfaces.jderobot import Pose3DMotorsPrx
 from interfaces.nao import PoseHeadPrx
 
 from interfaces.jderobot import Pose3DMotorsData

@@ -19,8 +19,12 @@ from hfsm_runtime import (
     main,
     source_map,
 )
-from interfaces.jderobot import CameraPrx, EncodersPrx
-from interfaces.nao import MotionsPrx, PoseHeadPrx, PosturesPrx, WalkPrx
+from interfaces.jderobot import CameraPrx
+from interfaces.jderobot import EncodersPrx
+from interfaces.nao import MotionsPrx
+from interfaces.nao import PoseHeadPrx
+from interfaces.nao import PosturesPrx
+from interfaces.nao import WalkPrx
 
 import cmath
 import math

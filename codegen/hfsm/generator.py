@@ -213,7 +213,7 @@ class _Generator:
             if interface.proxy in self._named_proxy_classes:
                 found.add(interface.proxy)
         for package, classes in sorted(packages.items()):
-            yield f"from {package} import {', '.join(sorted(classes))}"
+            yield from (f"from {package} import {name}" for name in sorted(classes))
         ours = [_import(module) for module in self._old.modules.values()]
         theirs = {each.statement: each.library for each in reversed(self._analysis.imports)}
         if ours or theirs:
