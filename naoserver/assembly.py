@@ -189,7 +189,7 @@ class Assembly:
 
     def _add_motions(self) -> MotionPlayer:
         robot = self._robot
-        player = MotionPlayer(self.body, lambda: situation_of(robot), self._wake)
+        player = MotionPlayer(self.body, lambda: situation_of(robot), self._begin_motion)
         postures: PosturesI
         if robot.postures is None:
             postures = KeyFramePosturesI(player)
@@ -199,6 +199,12 @@ class Assembly:
             self.watched.append(postures)
         self._add(Motions=MotionsI(player), Postures=postures)
         return player
+
+    def _begin_motion(self) -> None:
+        """Play a motion as it is: it may also use hands and knees."""
+        if self._robot.balancer is not None:
+            self._robot.balancer.command(None)
+        self._wake()
 
     def _wake(self) -> None:
         self.on_wake()

@@ -1,4 +1,4 @@
-"""Optional abilities besides joints and cameras: a walk, senses, lights, a voice, postures, a stage.
+"""Optional abilities besides joints and cameras: a walk, balance, senses, lights, a voice, postures, a stage.
 
 Each is an attribute of `Robot`, None if the robot lacks it; the server adds servants for those that exist.
 The contract of `naoserver.robot` applies here, too: methods may be called from any thread, reading methods
@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Literal, Protocol, runtime_checkable
 
 Vector = tuple[float, float, float]
@@ -64,6 +65,26 @@ class Walker(Protocol):
 
     def odometry(self) -> Odometry:
         """Return where the robot believes it is, according to its joints and its inertial unit."""
+
+
+class Support(Enum):
+    """The feet over which a robot keeps its center of mass; values are NAOqi's names."""
+
+    LEGS = "Legs"
+    """Those that carry it."""
+    LEFT = "LLeg"
+    RIGHT = "RLeg"
+
+
+@runtime_checkable
+class Balancer(Protocol):
+    """Small corrections of the legs, beside the commanded angles, that keep a standing robot upright."""
+
+    def command(self, support: Support | None) -> None:
+        """Keep the center of mass over feet until the next command; None ends it."""
+
+    def support(self) -> Support | None:
+        """Return the newest command."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import Lights, OwnPostures, Senses, Stage, Voice, Walker
+from naoserver.capabilities import Balancer, Lights, OwnPostures, Senses, Stage, Voice, Walker
 from zenoh_ice import Clock
 
 if TYPE_CHECKING:
@@ -170,6 +170,10 @@ class Robot(JointDevice, Protocol):
     @property
     def walker(self) -> Walker | None:
         """Its walk; None when it has none."""
+
+    @property
+    def balancer(self) -> Balancer | None:
+        """What keeps it upright while its legs are commanded; None when it has none."""
 
     @property
     def senses(self) -> Senses | None:

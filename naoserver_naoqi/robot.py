@@ -147,6 +147,7 @@ class NaoqiRobot:
         self.body: Final = body
         self.joints: Final = body.joints
         self.mechanisms: Final = ()
+        self.balancer: Final = None
         self.stage: Final = None
         self.control_loop: Final = None
         self.clock: Final = WallClock()

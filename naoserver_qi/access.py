@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +14,7 @@ import qi
 
 from interfaces.nao import ActionStatus
 from naoserver.assembly import Assembly
-from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver.capabilities import Odometry, Support, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.kinematics import Matrix, place_of, rotation, torso_place
 from naoserver.robot import Robot
@@ -109,6 +109,14 @@ class Access:
             if call.stopped.is_set() or not self.body.claims.stop(joints):
                 return
             call.wait(PERIOD)
+
+    def balance(self, joints: Iterable[str]) -> None:
+        """Let the robot balance, if it can, from now on when any of some joints is in a leg."""
+        balancer = self.robot.balancer
+        if balancer is None or balancer.support() is not None:
+            return
+        if not set(self.joints.chains["Legs"]).isdisjoint(joints):
+            balancer.command(Support.LEGS)
 
     def angles(self, *, measured: bool) -> dict[str, float]:
         """Return the measured angle or the setpoint of every joint in rad."""

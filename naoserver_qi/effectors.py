@@ -104,7 +104,7 @@ def _interpolation(read: _Read) -> Operation:
             found, keys = start, []
             for moment in moments:
                 wanted = {name: (way(moment), mask) for name, (way, mask) in ways.items()}
-                found = _reach(wanted, base, start, found)
+                found = reach_places(wanted, base, start, found)
                 keys.append(found)
             return {
                 joint: smooth_trajectory(joint, start[joint], moments, [key[joint] for key in keys])
@@ -136,7 +136,7 @@ def _targets(read: _Read, *, absolute: bool) -> Operation:
         wanted = {}
         for name, goal in zip(names, map(read, goals), strict=True):
             wanted[name] = (goal if absolute else _moved(base @ place_of(name, start), goal), mask)
-        found, joints = _reach(wanted, base, start, start), _moving(names, self._access.joints)
+        found, joints = reach_places(wanted, base, start, start), _moving(names, self._access.joints)
         self._motion._send(joints, [found[joint] for joint in joints], fractionMaxSpeed)
 
     return send
@@ -227,7 +227,7 @@ def _at(times: Sequence[float], places: Sequence[Matrix], moment: float) -> Matr
     return between(places[before], places[later], share)
 
 
-def _reach(
+def reach_places(
     wanted: Mapping[str, tuple[Matrix, int]],
     base: Matrix,
     start: Mapping[str, float],

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import astuple
-from functools import partial
 from typing import Final
 
 from naoserver.capabilities import WalkVelocity
@@ -25,7 +24,6 @@ from naoserver_qi.arguments import (
     number_lists,
     number_within,
     numbers,
-    one_of,
     switch,
     text,
     texts,
@@ -53,9 +51,6 @@ _MOVE_CONFIG: Final = {
     "TorsoWy": (-0.122, 0.0, 0.122),
 }
 """Minimum, default and maximum of each parameter of NAOqi's gait; the parameters of steps limit the walk."""
-_SUPPORT: Final = one_of("leg", ("Legs", "LLeg", "RLeg"))
-_EFFECTOR: Final = one_of("effector", ("Head", "LArm", "RArm"))
-_whole_body: Final = partial(constant, "Do nothing but check the values: whole body control has no effect.")
 _CONFIGS: Final = ("Min", "Default", "Max")
 _ROBOT_CONFIG: Final[dict[str, object]] = {
     **dict.fromkeys(("Head Version", "Body Version", "Arm Version"), "VERSION_60"),
@@ -413,24 +408,8 @@ class ALMotion(Service):
 
     setWalkArmsEnabled = setMoveArmsEnabled  # its former name
 
-    # -- whole body control: the gains of the joints keep the robot upright, nothing else --------------------
+    # -- configuration -----------------------------------------------------------------------------------
 
-    wbEnable = _whole_body(isEnabled=switch)
-    wbFootState = constant(
-        "Do nothing but check the names: each foot is free.",
-        stateName=one_of("state of a foot", ("Fixed", "Plane", "Free")),
-        supportLeg=_SUPPORT,
-    )
-    wbEnableBalanceConstraint = _whole_body(isEnable=switch, supportLeg=_SUPPORT)
-    wbEnableEffectorControl = _whole_body(effectorName=_EFFECTOR, isEnabled=switch)
-    wbEnableEffectorOptimization = wbEnableEffectorControl
-    wbSetEffectorControl = _whole_body(effectorName=_EFFECTOR, targetCoordinate=vector)
-    wbGoToBalance = constant(
-        "Do nothing but check the name; return False, since the weight stays on both feet.",
-        False,
-        supportLeg=_SUPPORT,
-        duration=number,
-    )
     setMotionConfig = constant(
         "Do nothing but check that it is a list of names and values: the parameters have no effect.",
         config=lambda value, what: [text(listed(entry, what, 2)[0], what) for entry in listed(value, what)],

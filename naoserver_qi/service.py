@@ -44,6 +44,7 @@ from naoserver_qi.calls import Calls
 from naoserver_qi.clients import Client
 from naoserver_qi.connections import Connections, Offer
 from naoserver_qi.effectors import EffectorMotion
+from naoserver_qi.whole_body import WholeBody
 from zenoh_ice import WallClock
 
 _MODULES: Final = (
@@ -63,7 +64,7 @@ _MODULES: Final = (
 )
 SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
     **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
-    "ALMotion": (motion.ALMotion, EffectorMotion),
+    "ALMotion": (motion.ALMotion, EffectorMotion, WholeBody),
 }
 """The classes with the operations of each service; a class with a name such as ALLeds is a service."""
 

@@ -216,6 +216,7 @@ class JointTasks:
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
         self._body.gate.require("")  # even when nothing is left to move
+        self._access.balance(task.joints)
         begin, end = self._clock.now(), max(each.duration for each in trajectories.values())
         sent = done = 0.0  # times of the newest setpoints, and at which those of the end were sent
 

@@ -21,6 +21,7 @@ Links = Mapping[str, mujoco.MjsBody]
 
 TORSO: Final = "torso"
 SIDES: Final = ("left", "right")
+FEET: Final = ("l_foot", "r_foot")
 BUMPERS: Final = ("LFootBumperLeft", "LFootBumperRight", "RFootBumperLeft", "RFootBumperRight")
 _UNIT: Final = "inertial unit"
 

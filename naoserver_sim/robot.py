@@ -19,6 +19,7 @@ from naoserver.expression import FadingLights, TimedVoice
 from naoserver.jobs import ControlLoop
 from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim.appearance import Lamps
+from naoserver_sim.balance import SimulatedBalancer
 from naoserver_sim.cameras import CameraRenderer, put_cameras
 from naoserver_sim.image_sensor import ImageSensor, PictureNoise
 from naoserver_sim.model import DeviceIndex, Model, build_standing
@@ -144,13 +145,16 @@ class SimulatedRobot(SimulatedDevice):
             model, simulator, SenseNoise() if noise else None, np.random.default_rng(seed)
         )
         self.walker: Final = SimulatedWalker(model, simulator, self.senses.record, noise=noise)
+        self.balancer: Final = SimulatedBalancer(
+            model, simulator, self.senses.record, lambda: self.walker.walking, noise=noise
+        )
         self.stage: Final = SimulatedStage(
-            model, simulator, press=self.senses.press, moved=self.walker.abandon
+            model, simulator, press=self.senses.press, moved=self._lose_footing
         )
         self.control_loop: Final = ControlLoop()
         simulator.on_tick = self.control_loop.tick
         simulator.watchers.append(self.senses.look)
-        simulator.parts.extend((self.walker.tick, self.stage.tick))
+        simulator.parts.extend((self.walker.tick, self.balancer.tick, self.stage.tick))
         self._model = model
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
@@ -204,6 +208,11 @@ class SimulatedRobot(SimulatedDevice):
         """Raise RobotError when an error has stopped the physics."""
         if isinstance(self._simulator, PacedSimulator) and self._simulator.failure is not None:
             raise RobotError(f"the physics stopped: {self._simulator.failure}") from self._simulator.failure
+
+    def _lose_footing(self) -> None:
+        """End what holds only while it stands where it stood: it is placed elsewhere."""
+        self.walker.abandon()
+        self.balancer.abandon()
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.capabilities import (
+    Balancer,
     BatteryReading,
     FootReading,
     InertialReading,
@@ -352,6 +353,7 @@ class FakeRobot(FakeDevice):
     With `camera_failure` every capture raises HardwareFailure with that text.
     """
 
+    balancer: Balancer | None = None
     postures: OwnPostures | None = None
     stage: Stage | None = None
     control_loop: ControlLoop | None = None
