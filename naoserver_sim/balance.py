@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25
 from naoserver.capabilities import Support
+from naoserver.kinematics import rotation
 from naoserver_sim.body import FEET
 from naoserver_sim.model import Model
 from naoserver_sim.senses.record import SensorRecord, encoded
@@ -67,7 +68,7 @@ _FIRM: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class _Figure:
-    """Places in a frame that is parallel to the torso's or, given roll and pitch, upright in its heading."""
+    """Where the parts of the body are in the torso's frame, or in another one."""
 
     center: Array
     """The center of mass in m."""
@@ -76,25 +77,26 @@ class _Figure:
     axes: tuple[Array, Array]
     """Their rotations, shape (3, 3)."""
 
-    def seen_from(self, foot: int, *, upright: bool) -> _Figure:
-        """Return it in the frame of a foot, or in the upright frame there that has the foot's heading."""
-        turn = self.axes[foot]
-        if upright:
-            heading = math.atan2(turn[1, 0], turn[0, 0])
-            cosine, sine = math.cos(heading), math.sin(heading)
-            turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    def seen_from(self, foot: int, axes: Array) -> _Figure:
+        """Return it in a frame at a foot, with given axes as columns."""
         origin = self.feet[foot]
-        left, right = ((place - origin) @ turn for place in self.feet)
-        return _Figure(
-            (self.center - origin) @ turn,
-            (left, right),
-            (turn.T @ self.axes[_LEFT], turn.T @ self.axes[_RIGHT]),
-        )
+        left, right = ((place - origin) @ axes for place in self.feet)
+        turns = axes.T @ self.axes[_LEFT], axes.T @ self.axes[_RIGHT]
+        return _Figure((self.center - origin) @ axes, (left, right), turns)
 
     def corners(self, foot: int) -> Array:
         """Return the corners of a sole in m, shape (n, 3)."""
         corners: Array = _SOLES[foot] @ self.axes[foot].T + self.feet[foot]
         return corners
+
+
+def _upright(foot: Array, roll: float, pitch: float) -> Array:
+    """Return the axes, in the torso's frame, of the upright frame that has the heading of a foot."""
+    attitude = (rotation((0.0, 1.0, 0.0), pitch) @ rotation((1.0, 0.0, 0.0), roll))[:3, :3]
+    forward = attitude @ foot[:, 0]
+    heading = rotation((0.0, 0.0, 1.0), math.atan2(forward[1], forward[0]))[:3, :3]
+    axes: Array = attitude.T @ heading
+    return axes
 
 
 class SimulatedBalancer:
@@ -124,6 +126,8 @@ class SimulatedBalancer:
         self._joints = model.robot.qpos
         self._joint_motors = model.robot.motors
         self._scratch = mujoco.MjData(model.mj)
+        upright = (1.0, 0.0, 0.0, 0.0)
+        self._scratch.qpos[model.base.qpos : model.base.qpos + 7] = (0.0, 0.0, 0.0, *upright)
         self._feet = [model.mj.body(foot).id for foot in FEET]
         motors = dict(zip((joint.name for joint in model.robot.joints), model.robot.motors, strict=True))
         names = [side + joint for side in _SIDES for joint in ("AnklePitch", "AnkleRoll", "HipRoll")]
@@ -163,8 +167,8 @@ class SimulatedBalancer:
         self._simulator.data.ctrl[self._motors] = np.clip(targets, *self._ranges)
 
     def _begin(self) -> None:
-        self._center: Array | None = None  # of mass at the last tick, from the reference foot
-        self._motion = np.zeros(2)  # its speed in m/s, smoothed
+        self._arm: Array | None = None  # from the reference foot to the center of mass at the last tick
+        self._motion = np.zeros(2)  # speed of the center of mass in m/s, smoothed
 
     def _hindered(self, seconds: float) -> bool:
         """Return whether it does not stand on its feet; and smooth the loads of the feet."""
@@ -184,22 +188,25 @@ class SimulatedBalancer:
         angles = self._simulator.data.qpos[self._joints]
         if self._noise:
             angles = np.array(encoded(angles.tolist()))
-        measured = self._figure(angles, inertial.roll, inertial.pitch)
+        measured = self._figure(angles)
         reference, carrying = self._carrying(support, commanded)
         if reference != self._reference:
             self._reference = reference
             self._begin()
-        place = commanded.seen_from(reference, upright=False).center[:2]
-        now = measured.seen_from(reference, upright=True)
+        upright = _upright(measured.axes[reference], inertial.roll, inertial.pitch)
+        place = commanded.seen_from(reference, commanded.axes[reference]).center[:2]
+        now = measured.seen_from(reference, upright)
         corners = _OUTLINES[reference]
         if len(carrying) > 1:
             corners = np.concatenate([corners, now.corners(1 - reference)[:, :2]])
         goal = nearest_within(convex_hull(corners), place, _MARGIN)
         center = now.center[:2]
-        if self._center is not None:
-            speed = (center - self._center) / seconds
-            self._motion += (speed - self._motion) * (1.0 - _SMOOTHING_MOTION)
-        self._center = center
+        arm = measured.center - measured.feet[reference]
+        if self._arm is not None:
+            # The gyroscope tells a turn of the body better than two readings of its attitude.
+            speed = (arm - self._arm) / seconds + np.cross(inertial.angular_velocity, arm)
+            self._motion += ((speed @ upright)[:2] - self._motion) * (1.0 - _SMOOTHING_MOTION)
+        self._arm = arm
         height = max(float(now.center[2]) - _SOLE_HEIGHT, _LOWEST)
         shift = goal - place - _GAIN * (center - goal) - _DAMPING * self._motion
         forward, left = np.clip(shift / height, -_MOST, _MOST).tolist()
@@ -214,7 +221,7 @@ class SimulatedBalancer:
             foot = _LEFT if support is Support.LEFT else _RIGHT
             return foot, (foot,)
         left = float(self._loads[_LEFT] / self._loads.sum())
-        heights = commanded.seen_from(_LEFT, upright=False).corners(_RIGHT)[:, 2] - _SOLE_HEIGHT
+        heights = commanded.seen_from(_LEFT, commanded.axes[_LEFT]).corners(_RIGHT)[:, 2] - _SOLE_HEIGHT
         lowest, highest = float(heights.min()), float(heights.max())
         if highest - lowest < _LEVEL and abs(lowest) < _STEP:
             share = (left, 1.0 - left)[self._reference]
@@ -222,24 +229,15 @@ class SimulatedBalancer:
         reference = _LEFT if left >= 0.5 else _RIGHT
         return reference, (_BOTH if min(left, 1.0 - left) > _CARRIES else (reference,))
 
-    def _figure(self, angles: Array, roll: float = 0.0, pitch: float = 0.0) -> _Figure:
+    def _figure(self, angles: Array) -> _Figure:
         """Return where the feet and the center of mass are at angles of the joints in rad."""
-        data, base = self._scratch, self._base
+        data = self._scratch
         data.qpos[self._joints] = angles
-        cosine, sine = math.cos(roll / 2), math.sin(roll / 2)
-        cosine_pitch, sine_pitch = math.cos(pitch / 2), math.sin(pitch / 2)
-        data.qpos[base.qpos : base.qpos + 3] = 0.0
-        data.qpos[base.qpos + 3 : base.qpos + 7] = (
-            cosine * cosine_pitch,
-            sine * cosine_pitch,
-            cosine * sine_pitch,
-            -sine * sine_pitch,
-        )
         mujoco.mj_kinematics(self._mj, data)
         mujoco.mj_comPos(self._mj, data)
         left, right = self._feet
         return _Figure(
-            data.subtree_com[base.body].copy(),
+            data.subtree_com[self._base.body].copy(),
             (data.xpos[left].copy(), data.xpos[right].copy()),
             (data.xmat[left].reshape(3, 3).copy(), data.xmat[right].reshape(3, 3).copy()),
         )
