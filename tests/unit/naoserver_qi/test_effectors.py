@@ -127,12 +127,3 @@ def test_masses_are_those_of_the_body(rig):
     assert 0.2 < z < 0.35
     with pytest.raises(InvalidCommand, match="no part 'Tail'"):
         body.getMass("Tail")
-
-
-def test_the_names_of_balance_are_checked(rig):
-    body = rig.motion
-    body.wbEnable(True)
-    body.wbFootState("Fixed", "Legs")
-    assert body.wbGoToBalance("LLeg", 1.0) is False
-    with pytest.raises(InvalidCommand, match="no leg 'Tail'"):
-        body.wbEnableBalanceConstraint(True, "Tail")

@@ -73,6 +73,7 @@ def test_an_emergency_stop_holds_the_joints_and_it_goes_on_balancing():
         call = rig.begin(rig.motion.angleInterpolation, *ONE_LEG)
         rig.advance(2.2)
         rig.assembly.gate.stop("test")
+        rig.advance(0.04)
         call.join()
         held = rig.access.angles(measured=False)
         rig.advance(4.0)
