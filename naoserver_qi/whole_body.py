@@ -10,7 +10,7 @@ from naoserver.capabilities import Support
 from naoserver.kinematics import Matrix, center_of_mass, place_of
 from naoserver_qi.access import Access, Service
 from naoserver_qi.arguments import chosen, constant, number, one_of, switch, vector
-from naoserver_qi.clients import Activity, Call, begins
+from naoserver_qi.clients import SERVER, Activity, Call, Client, begins
 from naoserver_qi.effectors import EffectorMotion, reach_places
 from naoserver_qi.motion import ALMotion
 
@@ -41,6 +41,7 @@ class WholeBody(Service):
         super().__init__(access)
         self._motion = access.service(ALMotion)
         self._effectors = access.service(EffectorMotion)
+        self._client = SERVER  # that enabled it, or ended it
         self._enabled = False
         self._free: set[str] = set()  # feet
         self._constraint = Support.LEGS
@@ -49,6 +50,7 @@ class WholeBody(Service):
     def wbEnable(self, isEnabled: object) -> None:
         """Balance from now on, over the feet that carry the robot; or end every choice of other feet."""
         with self._lock:
+            self._client = self._access.calls.current.client
             self._enabled = bool(isEnabled)
             self._free.clear()
             self._controlled.clear()
@@ -122,6 +124,12 @@ class WholeBody(Service):
         effectorName=one_of("effector", (*_EFFECTORS, *_LEGS)),
         isActive=switch,
     )
+
+    def _forget(self, client: Client) -> None:
+        """End the choices of a lost client; the robot still balances."""
+        super()._forget(client)
+        if client is self._client:
+            self.wbEnable(False)
 
     def _choose(self) -> None:
         """Balance over the feet that the present choices leave."""

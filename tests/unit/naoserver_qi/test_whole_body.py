@@ -8,7 +8,7 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import Support
 from naoserver.errors import InvalidCommand
-from naoserver_qi.clients import Client
+from naoserver_qi.clients import Client, running
 from naoserver_qi.effectors import EffectorMotion
 from naoserver_qi.whole_body import WholeBody
 from naoserver_sim.robot import SimulatedRobot
@@ -148,6 +148,18 @@ def test_a_program_that_is_lost_on_one_leg_leaves_a_robot_that_stands(simulated)
     for _ in range(150):
         simulated.advance(0.02)
         assert simulated.robot.state().torso_tilt < UPRIGHT
+
+
+def test_the_choices_of_a_lost_program_end(simulated):
+    body, client = simulated.access.service(WholeBody), Client("lost")
+    with running(simulated.arrive(body.wbEnable, True, client=client)):
+        body.wbEnable(True)
+        body.wbFootState("Free", "RLeg")
+    assert simulated.robot.balancer.support() is Support.LEFT
+    simulated.access.lose(client)
+    assert simulated.robot.balancer.support() is Support.LEGS
+    body.wbFootState("Free", "RLeg")
+    assert simulated.robot.balancer.support() is Support.LEGS
 
 
 def test_an_effector_follows_its_target_while_it_is_controlled(rig):
