@@ -70,6 +70,8 @@ class Access:
         postures = assembly.servants["Postures"]
         assert isinstance(postures, PosturesI)
         self.postures: Final = postures
+        self.support = Support.LEGS
+        """The feet over which it balances while paths of its legs are followed."""
         self.walking: Final = Walking(self)
         """Its walk, renewed."""
         self.lend: Callable[[object], object] = lambda lent: lent
@@ -111,12 +113,12 @@ class Access:
             call.wait(PERIOD)
 
     def balance(self, joints: Iterable[str]) -> None:
-        """Let the robot balance, if it can, from now on when any of some joints is in a leg."""
+        """Let the robot balance over `support`, if it can, once any of some joints is in a leg."""
         balancer = self.robot.balancer
-        if balancer is None or balancer.support() is not None:
+        if balancer is None or balancer.support() is self.support:
             return
         if not set(self.joints.chains["Legs"]).isdisjoint(joints):
-            balancer.command(Support.LEGS)
+            balancer.command(self.support)
 
     def angles(self, *, measured: bool) -> dict[str, float]:
         """Return the measured angle or the setpoint of every joint in rad."""

@@ -216,7 +216,6 @@ class JointTasks:
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
         self._body.gate.require("")  # even when nothing is left to move
-        self._access.balance(task.joints)
         begin, end = self._clock.now(), max(each.duration for each in trajectories.values())
         sent = done = 0.0  # times of the newest setpoints, and at which those of the end were sent
 
@@ -263,6 +262,7 @@ class JointTasks:
             targets[joint], speeds[joint] = target, speed
         if targets:
             self._body.move(targets, speeds, client=task.call.client.name)
+            self._access.balance(targets)
 
     def _late(self, joint: str, target: float) -> bool:
         """Return whether a setpoint still has to approach its end; that of a limp motor never does."""

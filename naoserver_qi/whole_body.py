@@ -132,14 +132,16 @@ class WholeBody(Service):
             self.wbEnable(False)
 
     def _choose(self) -> None:
-        """Balance over the feet that the present choices leave."""
-        balancer = self._robot.balancer
-        if balancer is None or not (self._enabled or balancer.support()):
-            return
+        """Balance over the feet that the present choices leave; during a motion of the server, after it."""
         support = self._constraint
         if support is Support.LEGS and len(self._free) == 1:
             support = Support.RIGHT if "LLeg" in self._free else Support.LEFT
-        balancer.command(support if self._enabled else Support.LEGS)
+        access, balancer = self._access, self._robot.balancer
+        access.support = support if self._enabled else Support.LEGS
+        if balancer is None or access.player.busy:
+            return
+        if self._enabled or balancer.support() is not None:
+            balancer.command(access.support)
 
     def _shift(self, support: Support) -> tuple[float, float]:
         """Return how far forward and left in m the torso has to move, on both feet, to bring it there."""

@@ -150,6 +150,23 @@ def test_a_program_that_is_lost_on_one_leg_leaves_a_robot_that_stands(simulated)
         assert simulated.robot.state().torso_tilt < UPRIGHT
 
 
+def test_a_way_to_a_posture_is_not_balanced_whatever_a_program_sends(simulated, body):
+    motion, balancer = simulated.motion, simulated.robot.balancer
+    posture = simulated.begin(simulated.postures.goToPosture, "Crouch", 0.5)
+    simulated.advance(0.1)
+    assert balancer.support() is None
+    refused = simulated.begin(motion.angleInterpolation, "LAnkleRoll", 0.05, 0.5, True)
+    simulated.advance(0.1)
+    refused.join()
+    body.wbEnableBalanceConstraint(True, "LLeg")
+    assert "moved by the posture" in str(refused.error)
+    assert balancer.support() is None
+    while not posture.ended:
+        simulated.advance(0.02)
+    simulated.complete(motion.angleInterpolation, "LAnkleRoll", 0.02, 0.2, True)
+    assert balancer.support() is Support.LEFT
+
+
 def test_the_choices_of_a_lost_program_end(simulated):
     body, client = simulated.access.service(WholeBody), Client("lost")
     with running(simulated.arrive(body.wbEnable, True, client=client)):
