@@ -145,7 +145,7 @@ class SimulatedBalancer:
         return self._support
 
     def abandon(self) -> None:
-        """Begin anew: the robot was placed elsewhere."""
+        """Forget what was measured: the robot was placed elsewhere."""
         self._corrections = np.zeros(len(self._motors))
         self._loads = np.zeros(2)
         self._reference = _LEFT

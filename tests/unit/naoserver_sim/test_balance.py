@@ -114,7 +114,7 @@ def test_motions_postures_and_walks_of_the_server_are_left_as_they_are():
         robot.close()
 
 
-def test_a_robot_that_is_placed_elsewhere_begins_anew():
+def test_a_robot_that_is_placed_elsewhere_is_not_corrected():
     with standing() as rig:
         rig.robot.balancer.command(Support.LEFT)
         rig.advance(1.0)
