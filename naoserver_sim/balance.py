@@ -203,7 +203,7 @@ class SimulatedBalancer:
         center = now.center[:2]
         arm = measured.center - measured.feet[reference]
         if self._arm is not None:
-            # The gyroscope tells a turn of the body better than two readings of its attitude.
+            # The gyroscope measures a turn of the body better than two readings of its attitude do.
             speed = (arm - self._arm) / seconds + np.cross(inertial.angular_velocity, arm)
             self._motion += ((speed @ upright)[:2] - self._motion) * (1.0 - _SMOOTHING_MOTION)
         self._arm = arm
