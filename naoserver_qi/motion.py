@@ -24,6 +24,7 @@ from naoserver_qi.arguments import (
     number_lists,
     number_within,
     numbers,
+    one_of,
     switch,
     text,
     texts,
