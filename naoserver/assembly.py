@@ -23,6 +23,7 @@ from naoserver.safety import JointSafety
 from naoserver.servants.body import JointsI, PoseHeadI
 from naoserver.servants.camera import CameraI
 from naoserver.servants.expression import LedsI, SpeechI
+from naoserver.servants.head_history import HeadHistory
 from naoserver.servants.health import ClockI, HealthI, SafetyI
 from naoserver.servants.hinge import BALL_AXES, HINGES, Hinge, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
 from naoserver.servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
@@ -87,6 +88,7 @@ class Assembly:
             self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
+        self._head = HeadHistory(robot, self._wake)
         self._cameras = self._add_cameras()
         if robot.lights is not None:
             self._add(Leds=LedsI(robot.lights, time))
@@ -181,7 +183,7 @@ class Assembly:
             names = ", ".join(facts.name for facts in robot.cameras)
             raise RobotError(f"there is no camera {sorted(unknown)[0]!r}; there are {names}")
         cameras = [
-            CameraI(robot, facts, given.get(facts.name, CameraOptions()), self.events)
+            CameraI(robot, facts, given.get(facts.name, CameraOptions()), self.events, self._head)
             for facts in robot.cameras
         ]
         self._add(**{camera.facts.name: camera for camera in cameras})
@@ -232,6 +234,7 @@ class Assembly:
             ),
             Periodic("reports", self._wall, lambda: _HEALTH_PERIOD, report),
             *(self._camera_job(camera) for camera in self._cameras),
+            self._head.job,
         ]
 
     def _move_jobs(self) -> list[Job]:

@@ -103,9 +103,9 @@ class _Request:
 
 
 class CameraRenderer:
-    """Render the newest snapshot as seen by a camera, with the present lights.
+    """Render what a camera sees, with the present lights; `past` returns the snapshot of some seconds ago.
 
-    With a `sensor`, the pictures of its cameras have the imperfections that it adds.
+    With a `sensor`, the pictures of its cameras have the imperfections that it adds, and its latency.
 
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
     other. Without a GL library everything but `capture` works.
@@ -117,7 +117,7 @@ class CameraRenderer:
         self,
         mj: mujoco.MjModel,
         cameras: tuple[CameraFacts, ...],
-        newest: Callable[[], Snapshot],
+        past: Callable[[float], Snapshot],
         lamps: Lamps,
         sensor: ImageSensor | None = None,
         *,
@@ -125,7 +125,7 @@ class CameraRenderer:
     ) -> None:
         self._mj = mj
         self._cameras: Mapping[str, CameraFacts] = {camera.name: camera for camera in cameras}
-        self._newest = newest
+        self._past = past
         self._lamps = lamps
         self._sensor = sensor
         self._frame_timeout = _VIRTUAL_TIMEOUT if virtual else _FRAME_TIMEOUT
@@ -168,7 +168,7 @@ class CameraRenderer:
                 _log.error("the camera thread did not end within %g s", _SETUP_TIMEOUT)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Return an image of the newest state.
+        """Return an image of the newest state, or with a `sensor` of one that is as old as its latency.
 
         Waits at most 1 s altogether, and 10 s for GL at its first use; in virtual time 60 s for each.
         Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
@@ -216,11 +216,12 @@ class CameraRenderer:
 
     def _serve(self, scene: _Scene, request: _Request) -> None:
         try:
-            snapshot = self._newest()
+            camera = request.camera
+            sensor = self._sensor if self._sensor is not None and self._sensor.sees(camera) else None
+            snapshot = self._past(sensor.latency(camera) if sensor is not None else 0.0)
             self._lamps.show()
-            camera, sensor = request.camera, self._sensor
             pixels = scene.render(snapshot.qpos, camera, request.width, request.height)
-            if sensor is not None and sensor.sees(camera):
+            if sensor is not None:
                 turning = scene.turning(snapshot.qvel, camera)
                 measure = partial(scene.brightness, camera)
                 pixels = sensor.develop(pixels, camera, snapshot.time, turning, measure)

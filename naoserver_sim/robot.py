@@ -21,6 +21,7 @@ from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.balance import SimulatedBalancer
 from naoserver_sim.cameras import CameraRenderer, put_cameras
+from naoserver_sim.gears import GearNoise, Gears
 from naoserver_sim.image_sensor import ImageSensor, PictureNoise
 from naoserver_sim.model import DeviceIndex, Model, build_standing
 from naoserver_sim.motors import SetpointController
@@ -108,7 +109,8 @@ class SimulatedRobot(SimulatedDevice):
     commands at the same times with the same seed give the same trace bit by bit.
 
     `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
-    `noise`, senses and pictures are as imperfect as those of a real robot, with random numbers from the seed.
+    `noise`, senses, pictures and gears are as imperfect as those of a real robot, with random numbers from
+    the seed.
     """
 
     postures: OwnPostures | None = None
@@ -130,20 +132,22 @@ class SimulatedRobot(SimulatedDevice):
             world = scattered(world, np.random.default_rng(seed))
         model, data = build_standing(world, posture, skin=skin, body=body)
         setpoints = _setpoints(model, data)
+        random = np.random.default_rng(seed)
+        gears = None
+        if noise:
+            gears = Gears(GearNoise(), data.ctrl, len({*model.robot.motors}), random.spawn(1)[0])
         simulator: PacedSimulator | VirtualSimulator
         self.clock: Clock
         if clock is None:
-            simulator = PacedSimulator(model.mj, data, setpoints, Pacer(speed))
+            simulator = PacedSimulator(model.mj, data, setpoints, Pacer(speed), gears)
             self.clock = SimulationClock(simulator)
         else:
-            simulator, self.clock = VirtualSimulator(model.mj, data, setpoints, clock), clock
+            simulator, self.clock = VirtualSimulator(model.mj, data, setpoints, clock, gears), clock
         super().__init__("Nao", simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
         self._noise = noise
-        self.senses: Final = SimulatedSenses(
-            model, simulator, SenseNoise() if noise else None, np.random.default_rng(seed)
-        )
+        self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
         self.walker: Final = SimulatedWalker(model, simulator, self.senses.record, noise=noise)
         self.balancer: Final = SimulatedBalancer(
             model, simulator, self.senses.record, lambda: self.walker.walking, noise=noise
@@ -164,7 +168,7 @@ class SimulatedRobot(SimulatedDevice):
             sensor = ImageSensor(PictureNoise(), body.cameras, seed, data.qpos)
             simulator.watchers.append(partial(sensor.look, qpos=data.qpos))
         self._renderer = CameraRenderer(
-            model.mj, model.cameras, simulator.newest, lamps, sensor, virtual=clock is not None
+            model.mj, model.cameras, simulator.past, lamps, sensor, virtual=clock is not None
         )
         self.mechanisms: Final = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()

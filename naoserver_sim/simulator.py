@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
+from naoserver_sim.gears import Gears
 from naoserver_sim.motors import Array, Motors, SetpointController
 from zenoh_ice import VirtualClock
 
@@ -26,6 +27,8 @@ STEPS_PER_TICK = 4
 _MOST_TICKS_AT_ONCE = 10
 _JOIN_TIMEOUT = 5.0
 _ROUNDING = 1e-6
+_REMEMBERED: Final = 16
+"""Snapshots that are kept: those of 0.15 s."""
 _DIVERGED: Final = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADCTRL) + 1)
 _SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
@@ -55,13 +58,20 @@ class Simulator:
     All attributes are for the thread of the physics only; other threads read `newest` and give orders.
     """
 
-    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController) -> None:
+    def __init__(
+        self,
+        mj: mujoco.MjModel,
+        data: mujoco.MjData,
+        setpoints: SetpointController,
+        gears: Gears | None = None,
+    ) -> None:
         # By default, MuJoCo writes a file into the current directory.
         mujoco.set_mju_user_warning(_log.warning)
         self.mj: Final = mj
         self.data: Final = data
         self.setpoints: Final = setpoints
         self.motors: Final = Motors(mj)
+        self._gears = gears
         # Actions for the next tick; appending and popping are atomic.
         self._orders: deque[Callable[[], None]] = deque()
         self.parts: Final[list[Callable[[float], None]]] = []
@@ -75,11 +85,18 @@ class Simulator:
         self._option = mj.opt
         self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]  # a view
         data.ctrl[:] = setpoints.setpoints
-        self._snapshot = self._take_snapshot()
+        self.commands: Final[Array] = data.ctrl if gears is None else data.ctrl.copy()
+        """Where the motors are to be in this tick; controllers change it."""
+        self._snapshots = deque([self._take_snapshot()], _REMEMBERED)
 
     def newest(self) -> Snapshot:
         """Return the newest snapshot."""
-        return self._snapshot
+        return self._snapshots[-1]
+
+    def past(self, seconds: float) -> Snapshot:
+        """Return the snapshot of some seconds ago, 0.15 at most, or the oldest that there is."""
+        ago = round(seconds / self.tick_period) + 1
+        return self._snapshots[-min(ago, len(self._snapshots))]
 
     def order(self, action: Callable[[], None]) -> None:
         """Run an action in the thread of the physics at the next control tick."""
@@ -91,27 +108,35 @@ class Simulator:
         """Put some joints at positions, at rest, held by their motors."""
         self.data.qpos[qpos] = positions
         self.data.qvel[dofs] = 0.0
-        self.setpoints.place(motors, positions, self.data.ctrl)
+        self.hold(motors, positions)
+
+    def hold(self, motors: NDArray[np.intp], positions: Array) -> None:
+        """Let some motors hold positions at once."""
+        self.setpoints.place(motors, positions, self.commands)
+        if self._gears is not None:
+            self._gears.settle(motors, positions)
 
     def advance(self, ticks: int) -> None:
         """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
-        data, motors, setpoints = self.data, self.motors, self.setpoints
+        data, motors, setpoints, gears = self.data, self.motors, self.setpoints, self._gears
         for _ in range(ticks):
             while self._orders:
                 self._orders.popleft()()
             motors.tick(self.tick_period, data.actuator_force)
             if motors.limp.size:  # the setpoint of a limp motor follows its joint
-                setpoints.place(motors.limp, data.actuator_length[motors.limp], data.ctrl)
-            setpoints.tick(self.tick_period, data.ctrl)
+                setpoints.place(motors.limp, data.actuator_length[motors.limp], self.commands)
+            setpoints.tick(self.tick_period, self.commands)
             for part in self.parts:
                 part(self.tick_period)
+            if gears is not None:
+                gears.tick(self.commands, data.actuator_length, data.ctrl)
             self._step()
             self._ticks += 1
             for watch in self.watchers:
                 watch(self._time)
             if any(self._diverged.tolist()):
                 raise RobotError(f"the simulation became unstable before {self._time:.2f} s")
-            self._snapshot = self._take_snapshot()
+            self._snapshots.append(self._take_snapshot())
             self.on_tick()
 
     @property
@@ -147,9 +172,14 @@ class PacedSimulator(Simulator):
     """
 
     def __init__(
-        self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController, pacer: Pacer
+        self,
+        mj: mujoco.MjModel,
+        data: mujoco.MjData,
+        setpoints: SetpointController,
+        pacer: Pacer,
+        gears: Gears | None = None,
     ) -> None:
-        super().__init__(mj, data, setpoints)
+        super().__init__(mj, data, setpoints, gears)
         self._pacer = pacer
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
@@ -192,17 +222,17 @@ class PacedSimulator(Simulator):
 
     def _run(self) -> None:
         pacer = self._pacer
-        pacer.start(self._snapshot.time, self.tick_period)
+        pacer.start(self.newest().time, self.tick_period)
         try:
             while not self._ending.is_set():
-                if ticks := pacer.due(self._snapshot.time, _MOST_TICKS_AT_ONCE):
+                if ticks := pacer.due(self.newest().time, _MOST_TICKS_AT_ONCE):
                     self.advance(ticks)
-                    pacer.record(self._snapshot.time)
+                    pacer.record(self.newest().time)
                 else:
-                    self._ending.wait(pacer.wait_time(self._snapshot.time))
+                    self._ending.wait(pacer.wait_time(self.newest().time))
         except Exception as error:  # noqa: BLE001 - readers must learn of it: see `failure`
             self.failure = error
-            _log.exception("the physics stopped at %.3f s", self._snapshot.time)
+            _log.exception("the physics stopped at %.3f s", self.newest().time)
 
 
 class VirtualSimulator(Simulator):
@@ -211,15 +241,20 @@ class VirtualSimulator(Simulator):
     lag: Final = 0.0
 
     def __init__(
-        self, mj: mujoco.MjModel, data: mujoco.MjData, setpoints: SetpointController, clock: VirtualClock
+        self,
+        mj: mujoco.MjModel,
+        data: mujoco.MjData,
+        setpoints: SetpointController,
+        clock: VirtualClock,
+        gears: Gears | None = None,
     ) -> None:
-        super().__init__(mj, data, setpoints)
+        super().__init__(mj, data, setpoints, gears)
         self._detach = clock.call_every(self.tick_period, lambda: self.advance(1))
 
     def at_once(self, action: Callable[[], None]) -> None:
         """Run an action now, between two ticks, and publish the state after it."""
         action()
-        self._snapshot = self._take_snapshot()
+        self._snapshots[-1] = self._take_snapshot()
 
     def start(self) -> None:
         """Do nothing: time passes by the clock."""

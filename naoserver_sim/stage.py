@@ -203,7 +203,7 @@ class SimulatedStage:
         data.qacc_warmstart[:] = 0.0
         data.xfrc_applied[:] = 0.0
         self._pushes.clear()
-        self._simulator.setpoints.place(motors, self._start_ctrl[motors], data.ctrl)
+        self._simulator.hold(motors, self._start_ctrl[motors])
         self._simulator.motors.stiffen(motors, np.ones(len(motors)), 0.0)
         self._moved()
 

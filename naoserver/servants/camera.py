@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from interfaces.jderobot import (
     Camera,
@@ -24,10 +23,11 @@ from interfaces.nao import Severity
 from naoserver.body import H25
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.event_log import EventLog
-from naoserver.kinematics import Matrix, matrix_of, place_of, torso_place
+from naoserver.kinematics import Matrix, matrix_of
 from naoserver.options import CameraOptions
 from naoserver.pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
 from naoserver.robot import CameraFacts, Frame, Robot
+from naoserver.servants.head_history import HeadHistory, Situation
 from naoserver.servants.shared import MOST_QUOTED, require_finite, to_time
 from zenoh_ice import Current
 
@@ -56,21 +56,28 @@ class RateMeter:
 
 
 class _Shot(NamedTuple):
-    """How an image was taken: its size in pixels, and `CameraI._situation` at its time."""
+    """How an image was taken: its size in pixels, and the body at its time."""
 
     width: int
     height: int
-    situation: NDArray[np.float64]
+    situation: Situation
 
 
 class CameraI(Camera):
     """Serve one camera of a robot.
 
     No image is taken while nobody calls, listens or has started streaming with startCameraStreaming. A call
-    returns the newest image if that is younger than one period, else it takes a new one.
+    returns the newest image if that was taken less than one period ago, else it takes a new one.
     """
 
-    def __init__(self, robot: Robot, facts: CameraFacts, options: CameraOptions, events: EventLog) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        facts: CameraFacts,
+        options: CameraOptions,
+        events: EventLog,
+        head: HeadHistory,
+    ) -> None:
         """Serve the camera `facts` of `robot`; raises RobotError for options that it does not support."""
         if problem := _problem(facts, options):
             raise RobotError(problem)
@@ -78,13 +85,16 @@ class CameraI(Camera):
         self._robot = robot
         self._options = options
         self._events = events
+        self._head = head
         self._settings = options  # replaced as a whole, so that it may be read without a lock
         self._streaming: set[str] = set()
         """The clients that have started streaming. Each operation on the set is atomic: it needs no lock."""
         self._newest: Frame | None = None
+        self._taken = -math.inf
+        """When it was taken, in robot time: its own time is that of the exposure, which may be earlier."""
         self._shot: _Shot | None = None  # replaced as a whole, too
         """How the newest image was taken."""
-        self._place: tuple[NDArray[np.float64] | None, Matrix] = (None, np.eye(4))
+        self._place: tuple[Situation | None, Matrix] = (None, np.eye(4))
         """A situation and the camera's place in it: cached, because all points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
@@ -154,10 +164,11 @@ class CameraI(Camera):
         if self.facts.name not in _ON_THE_HEAD:
             raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
         settings = self._settings
-        shot = self._shot or _Shot(settings.width, settings.height, self._situation())
+        shot = self._shot or _Shot(settings.width, settings.height, self._head.note())
         situation, camera = self._place
         if situation is not shot.situation:
-            camera = self._place_in(shot.situation)
+            mounted = matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
+            camera = self._head.place_in(shot.situation) @ mounted
             self._place = shot.situation, camera
         focal = self._focal_length(shot.width)
         right, down = u - (shot.width - 1) / 2, v - (shot.height - 1) / 2
@@ -211,7 +222,7 @@ class CameraI(Camera):
             if (
                 frame is not None
                 and (frame.width, frame.height) == (settings.width, settings.height)
-                and 0.0 <= self._robot.clock.now() - frame.time < self.period
+                and 0.0 <= self._robot.clock.now() - self._taken < self.period
             ):
                 return frame
             try:
@@ -223,38 +234,20 @@ class CameraI(Camera):
     def _take(self) -> Frame:
         settings = self._settings
         self._newest = None  # not kept if the next capture fails
-        before = self._situation()
-        frame = self._newest = self._robot.capture(self.facts.name, settings.width, settings.height)
-        self._shot = _Shot(frame.width, frame.height, _between(before, self._situation(), frame.time))
-        self._meter.count(frame.time)
+        self._head.note()
+        frame = self._robot.capture(self.facts.name, settings.width, settings.height)
+        self._head.note()
+        self._newest, self._taken = frame, self._robot.clock.now()
+        self._shot = _Shot(frame.width, frame.height, self._head.at(frame.time))
+        self._meter.count(self._taken)
         return frame
 
     def _focal_length(self, width: int) -> float:
         """Return the focal length in pixels of images of some width."""
         return width / 2 / math.tan(self.facts.horizontal_fov / 2)
 
-    def _situation(self) -> NDArray[np.float64]:
-        """Return the robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""
-        joints, senses = self._robot.read(), self._robot.senses
-        inertial = senses.inertial() if senses else None
-        tilt = (inertial.roll, inertial.pitch) if inertial else (0.0, 0.0)
-        return np.array([joints.time, *tilt, *joints.positions])
-
-    def _place_in(self, situation: NDArray[np.float64]) -> Matrix:
-        """Return where the camera is in the robot's frame."""
-        _, roll, pitch, *positions = situation.tolist()
-        angles = dict(zip((joint.name for joint in self._robot.joints), positions, strict=True))
-        head = torso_place(angles, roll, pitch) @ place_of("Head", angles)
-        return head @ matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
-
     def _report(self, failure: HardwareFailure) -> None:
         self._events.add(Severity.Error, self.facts.name, str(failure), "camera")
-
-
-def _between(before: NDArray[np.float64], after: NDArray[np.float64], time: float) -> NDArray[np.float64]:
-    """Return the situation at a time between two situations, whose first numbers are their times."""
-    share = (time - float(before[0])) / max(float(after[0] - before[0]), 1e-6)
-    return np.asarray(before + min(max(share, 0.0), 1.0) * (after - before), np.float64)
 
 
 def _problem(facts: CameraFacts, settings: CameraOptions) -> str:

@@ -265,7 +265,7 @@ class SimulatedWalker:
         turning, shift = self._inertial.angular_velocity, self._trim.shift
         angles = controller.tick(seconds, self._velocity, turning, self._loads, shift)
         self._place(np.array(angles))
-        self._arms.tick(controller.gait.feet, self._data.ctrl)
+        self._arms.tick(controller.gait.feet, self._simulator.commands)
         if controller.gait.walking:
             self._stage = _Stage.STEPPING
         elif self._stage is _Stage.STEPPING:
@@ -274,4 +274,4 @@ class SimulatedWalker:
             self._enter(_Stage.RESTING)
 
     def _place(self, angles: NDArray[np.float64]) -> None:
-        self._setpoints.place(self._motors, angles, self._data.ctrl)
+        self._setpoints.place(self._motors, angles, self._simulator.commands)
