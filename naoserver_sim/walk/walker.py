@@ -106,9 +106,9 @@ _SLOWEST: Final = 1e-3
 
 # Factors of commanded velocities: the feet lag and slip, so the robot walks a little slower than commanded.
 # Measured by benchmarks/bench_walk.py.
-_FORWARD_GAIN: Final = 1.16
-_LEFT_GAIN: Final = 1.17
-_TURN_GAIN: Final = 1.14
+_EXACT_GAINS: Final = WalkVelocity(forward=1.16, left=1.17, turn=1.14)
+_BACKLASH_GAINS: Final = WalkVelocity(forward=1.27, left=1.42, turn=1.36)
+"""Those of a robot whose gears have backlash, which takes away a part of each step."""
 
 _PACE: Final = 1.0
 """Speed in rad/s at which the legs move into the stance of the walk."""
@@ -136,7 +136,7 @@ class SimulatedWalker:
 
     Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
     `abandon` are for the thread of the physics only. With `noise`, the odometry uses the angles of the legs
-    as reported by their encoders.
+    as reported by their encoders, and the steps make up for the backlash of the gears.
     """
 
     limits = LIMITS
@@ -223,8 +223,9 @@ class SimulatedWalker:
     def _take(self, velocity: WalkVelocity) -> None:
         if velocity is self._newest:
             self._commanded = velocity  # even if a walk was ended since then
+        gains = _BACKLASH_GAINS if self._noise else _EXACT_GAINS
         self._velocity = WalkVelocity(
-            velocity.forward * _FORWARD_GAIN, velocity.left * _LEFT_GAIN, velocity.turn * _TURN_GAIN
+            velocity.forward * gains.forward, velocity.left * gains.left, velocity.turn * gains.turn
         )
 
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:

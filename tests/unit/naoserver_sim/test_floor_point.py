@@ -1,6 +1,7 @@
 """What a pixel shows on the floor, against the simulation's truth."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from interfaces.jderobot import ConfigurationNotExistException, InvalidValueException
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
+from naoserver.jobs import is_due
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock
@@ -135,3 +137,53 @@ def test_a_reset_by_one_client_ends_nobody_elses_streaming():
     assert camera.wanted
     camera.reset(other)
     assert not camera.wanted
+
+
+class LateCamera(FakeRobot):
+    """Delivers its pictures 80 ms late."""
+
+    def capture(self, camera, width, height):
+        frame = super().capture(camera, width, height)
+        return replace(frame, time=frame.time - 0.08)
+
+
+def test_it_is_where_a_late_picture_showed_it_however_the_head_has_turned_since():
+    clock = VirtualClock()
+    robot = LateCamera(clock)
+    woken = []
+    assembly = Assembly(robot, ServerOptions(), clock)
+    assembly.on_wake = lambda: woken.append(clock.now())
+    camera: Any = assembly.servants["CameraBottom"]
+    job = next(job for job in assembly.jobs if job.name == "places of the head")
+    assert not is_due(job, clock.now())
+    robot.command_velocities({"HeadYaw": 1.0})
+    camera.getImageData("GRAY8", None)
+    assert woken == [0.0]
+    yaws = {}
+    for tick in range(1, 43):
+        clock.advance(0.01)
+        yaws[tick] = robot.read().positions[0]
+        if tick == 25:
+            robot.command_velocities({"HeadYaw": -3.0})
+        if is_due(job, clock.now()):
+            job.run()
+        if tick in (20, 31, 42):
+            camera.getImageData("GRAY8", None)
+            view = camera.getCameraDescription(None)
+            point = camera.getFloorPoint(view.u0, view.v0, 0.0, None)
+            assert math.atan2(point.y, point.x) == pytest.approx(yaws[tick - 8], abs=0.01)
+    clock.advance(5.0)
+    assert not is_due(job, clock.now())
+
+
+def test_an_image_is_as_fresh_as_its_arrival_and_not_as_its_exposure():
+    clock = VirtualClock()
+    robot = LateCamera(clock)
+    camera: Any = Assembly(robot, ServerOptions(), clock).servants["CameraBottom"]
+    period = 1.0 / camera.getCameraDescription(None).rate
+    clock.advance(1.0)
+    first = camera.getImageData("GRAY8", None).timeStamp
+    clock.advance(0.8 * period)
+    assert camera.getImageData("GRAY8", None).timeStamp == first
+    clock.advance(0.4 * period)
+    assert camera.getImageData("GRAY8", None).timeStamp != first
