@@ -165,7 +165,9 @@ def naoserver_sim(
     ] = True,
     noise: Annotated[
         bool,
-        typer.Option("--noise/--no-noise", help="Make sensors and pictures as imperfect as a real robot's."),
+        typer.Option(
+            "--noise/--no-noise", help="Make sensors, pictures and gears as imperfect as a real robot's."
+        ),
     ] = False,
     seed: Annotated[
         int | None,
