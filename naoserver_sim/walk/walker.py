@@ -109,6 +109,8 @@ _SLOWEST: Final = 1e-3
 _EXACT_GAINS: Final = WalkVelocity(forward=1.16, left=1.17, turn=1.14)
 _BACKLASH_GAINS: Final = WalkVelocity(forward=1.27, left=1.42, turn=1.36)
 """Those of a robot whose gears have backlash, which takes away a part of each step."""
+_BACKLASH_TURN: Final = 0.7
+"""Turn in rad for each m to the left that makes up for the one by which that robot turns to the right."""
 
 _PACE: Final = 1.0
 """Speed in rad/s at which the legs move into the stance of the walk."""
@@ -224,8 +226,9 @@ class SimulatedWalker:
         if velocity is self._newest:
             self._commanded = velocity  # even if a walk was ended since then
         gains = _BACKLASH_GAINS if self._noise else _EXACT_GAINS
+        turn = velocity.turn + (_BACKLASH_TURN * velocity.left if self._noise else 0.0)
         self._velocity = WalkVelocity(
-            velocity.forward * gains.forward, velocity.left * gains.left, velocity.turn * gains.turn
+            velocity.forward * gains.forward, velocity.left * gains.left, turn * gains.turn
         )
 
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
