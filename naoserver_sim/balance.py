@@ -164,7 +164,7 @@ class SimulatedBalancer:
         reach = _FASTEST * seconds
         self._corrections += np.clip(wanted - self._corrections, -reach, reach)
         targets = self._simulator.setpoints.setpoints[self._motors] + self._corrections
-        self._simulator.data.ctrl[self._motors] = np.clip(targets, *self._ranges)
+        self._simulator.commands[self._motors] = np.clip(targets, *self._ranges)
 
     def _begin(self) -> None:
         self._arm: Array | None = None  # from the reference foot to the center of mass at the last tick
