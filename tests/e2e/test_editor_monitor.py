@@ -186,18 +186,21 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect(output).to_have_text("Running")
 
 
-def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(shown: EditorPage) -> None:
+def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(
+    browser: Browser, served: tuple[ServedRobot, Editor]
+) -> None:
     waiting: list[Route] = []
-    shown.page.route("**/panels/output.js", lambda route: waiting.append(route))
-    with shown.page.expect_request("**/panels/output.js"):
-        shown.press("Alt+o")
-    run(shown)
-    while not waiting:
-        shown.page.wait_for_timeout(20)
-    waiting[0].continue_()
-    output = shown.page.locator("hfsm-output")
-    expect(output.get_by_role("status")).to_have_text("Running")
-    expect(output.locator(".line")).to_have_count(0)
+    with monitor_page(browser, served[1], cached=False) as shown:
+        shown.page.route("**/panels/output.js", lambda route: waiting.append(route))
+        with shown.page.expect_request("**/panels/output.js"):
+            shown.press("Alt+o")
+        run(shown)
+        while not waiting:
+            shown.page.wait_for_timeout(20)
+        waiting[0].continue_()
+        output = shown.page.locator("hfsm-output")
+        expect(output.get_by_role("status")).to_have_text("Running")
+        expect(output.locator(".line")).to_have_count(0)
 
 
 def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(

@@ -263,7 +263,7 @@ def test_interfaces_that_no_robot_of_ours_has_are_served_by_stand_ins(tmp_path: 
         run = VirtualRun(component)
         run.advance(1.0)
     assert run.errors == ()
-    assert vars(component)["seen"] == [0, [], 0.0, 0, [], 0]
+    assert vars(component)["seen"] == [0, [0], 0.0, 0, [0.0], 0]
 
 
 def test_a_function_that_is_called_without_self_is_named(tmp_path: Path) -> None:
