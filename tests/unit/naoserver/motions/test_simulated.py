@@ -44,6 +44,7 @@ def test_it_goes_into_every_posture_and_is_in_it(rig):
         assert rig.posture == posture
 
 
+@pytest.mark.timeout(900)
 def test_it_sits_down_and_stands_up_twenty_times_in_a_row(rig):
     for _ in range(20):
         for posture in ("Sit", "Stand"):
