@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -81,9 +82,18 @@ def test_code_is_typed_in_named_steps(shown: EditorPage, path: Path, monkeypatch
     assert document.automata[0].states[0].code.text == "count += 1\nif count > 3:\n    self.log.info('many')"
 
 
+@pytest.fixture
+def fresh(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    """A window without a cache, so that all that it loads is seen."""
+    with editor_page(browser, running, cached=False) as shown:
+        shown.state("wait").wait_for()
+        yield shown
+
+
 def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
-    shown: EditorPage, running: Editor, path: Path
+    fresh: EditorPage, running: Editor, path: Path
 ) -> None:
+    shown = fresh
     # What is typed before the panel is there is typed into it.
     waiting: list[Route] = []
     shown.page.route("**/panels/editor.js", lambda route: waiting.append(route))
