@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-import hfsm_command
+from zenoh_ice.application import begin_loading
 
 
 def main() -> NoReturn:
     """Run the command."""
-    hfsm_command.begin_loading()
-    from hfsm_command.cli import run
+    begin_loading()
+    from zenoh_ice.application.cli import run
 
     from .cli import app
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hfsm_command.cli import finite, stop_on_signals, with_settings
+from zenoh_ice.application.cli import finite, stop_on_signals, with_settings
 from zenoh_ice.settings import Settings
 
 from .color import Color

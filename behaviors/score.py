@@ -32,8 +32,8 @@ import cv2
 import numpy as np
 from functools import cached_property
 from interfaces.nao import ActionStatus
-from soccer_field.localization import Localizer
-from soccer_field.model import Field
+from naoserver.soccer_field.localization import Localizer
+from naoserver.soccer_field.model import Field
 
 
 class Score(Component, document="score.xml", on_error="stop"):
@@ -559,11 +559,11 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ("library from interfaces.nao import ActionStatus",
         0, "library from interfaces.nao import ActionStatus", 0,
     ),
-    ("library from soccer_field.localization import Localizer",
-        0, "library from soccer_field.localization import Localizer", 0,
+    ("library from naoserver.soccer_field.localization import Localizer",
+        0, "library from naoserver.soccer_field.localization import Localizer", 0,
     ),
-    ("library from soccer_field.model import Field",
-        0, "library from soccer_field.model import Field", 2,
+    ("library from naoserver.soccer_field.model import Field",
+        0, "library from naoserver.soccer_field.model import Field", 2,
     ),
     ("interface CameraBottom",
         7,

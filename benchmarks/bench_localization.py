@@ -22,13 +22,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from hfsm_pytest.clock import TaskClock
-from hfsm_pytest.communicator import VirtualNetwork
-from hfsm_pytest.robot import RobotUnderTest
 from interfaces.jderobot import CameraPrx, EncodersPrx
 from interfaces.nao import ActionStatus, PoseHeadPrx, WalkPrx
-from soccer_field.localization import Localizer
-from soccer_field.model import Field
+from naoserver.soccer_field.localization import Localizer
+from naoserver.soccer_field.model import Field
+from visualhfsm.testing.clock import TaskClock
+from visualhfsm.testing.communicator import VirtualNetwork
+from visualhfsm.testing.robot import RobotUnderTest
 
 START: Final = -0.75
 OFF: Final = 0.15, math.radians(8)

@@ -31,10 +31,10 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
+from naoserver.naoqi.libqi import connect
+from naoserver.naoqi.link import Link, RobotAddress, call
 from naoserver.options import ServerOptions
-from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import Link, RobotAddress, call
-from naoserver_qi import serve_as_naoqi
+from naoserver.qi import serve_as_naoqi
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import Communicator, ObjectPrx, WallClock, initialize
 
@@ -96,7 +96,7 @@ def processes() -> Iterator[Bench]:
     with ComponentProcess([sys.executable, __file__, "--robot"]) as robot:
         url = robot.wait_for(r"^ready: (\S+)").group(1)
         server = ComponentProcess(
-            module("naoserver_naoqi", "--robot", url, "--listen", endpoint, "--realm", "bench")
+            module("naoserver.naoqi", "--robot", url, "--listen", endpoint, "--realm", "bench")
         )
         with (
             server,

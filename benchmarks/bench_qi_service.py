@@ -37,7 +37,7 @@ CALLS = 1000
 @contextmanager
 def robot(simulated: bool) -> Iterator[str]:
     """Serve a robot in another process and yield its address."""
-    options = ["naoserver_qi", "--qi", ANYWHERE]
+    options = ["naoserver.qi", "--qi", ANYWHERE]
     if simulated:
         options = ["naoserver_sim", "--listen", "tcp/127.0.0.1:0", "--qi", ANYWHERE]
     process = subprocess.Popen(

@@ -20,9 +20,9 @@ from typing import Final
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from ros2 import Types
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.rmw_zenoh import GenuineNode
+from zenoh_ros2 import Types
 
 LIMIT: Final = 10.0
 """Seconds within which nodes are to find each other."""
@@ -64,14 +64,14 @@ def main() -> None:
     with ExitStack() as processes:
         server = ["--listen", endpoint]
         if not asked.without_router:
-            command = module("deploy.nao", "router", "--listen", endpoint)
+            command = module("visualhfsm.nao", "router", "--listen", endpoint)
             processes.enter_context(ComponentProcess(command)).wait_for("the router listens")
             server = ["--listen", own, "--connect", endpoint]
         robot = ComponentProcess(module("naoserver.fake", *server))
         processes.enter_context(robot).wait_for("^ready")
         for first in range(0, asked.nodes, asked.together):
             count = min(asked.together, asked.nodes - first)
-            with ComponentProcess(module("naoserver_ros2", "--connect", endpoint)) as gateway:
+            with ComponentProcess(module("naoserver.ros2", "--connect", endpoint)) as gateway:
                 gateway.wait_for("^ready")
                 group, pairs = measure(endpoint, count, types)
             delays += group

@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import psutil
 
 from interfaces.nao import JointsPrx, JointState, PoseHeadPrx
-from ros2 import Node, QoS
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import Sample, Settings, initialize
+from zenoh_ros2 import Node, QoS
 
 ADDED: Final = 1.0
 """The largest median delay in ms."""
@@ -80,7 +80,7 @@ def main() -> None:
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("^ready")
         for topics in ({}, more):
-            with ComponentProcess(module("naoserver_ros2", "--connect", endpoint)) as gateway:
+            with ComponentProcess(module("naoserver.ros2", "--connect", endpoint)) as gateway:
                 gateway.wait_for("^ready")
                 added, share = measure(endpoint, seconds, topics, psutil.Process(gateway.process.pid))
             tenth, *_, last = statistics.quantiles(added, n=10)

@@ -6,12 +6,12 @@ import signal
 import sys
 from types import FrameType
 
-import hfsm_command
+from zenoh_ice.application import end_at_ctrl_c
 
 
 def main() -> None:
     """Run the command; Ctrl-C and SIGTERM end it with exit code 130 and 143."""
-    hfsm_command.end_at_ctrl_c()
+    end_at_ctrl_c()
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)
     arguments = sys.argv[1:]

@@ -37,14 +37,14 @@ COMMANDS: Final = {
     "visualhfsm": "visualhfsm.command",
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim.command",
-    "naoserver-naoqi": "naoserver_naoqi.command",
-    "naoserver-ros2": "naoserver_ros2.command",
+    "naoserver-naoqi": "naoserver.naoqi.command",
+    "naoserver-ros2": "naoserver.ros2.command",
     "ballmover": "ballmover.cli",
-    "nao": "deploy.nao.command",
+    "nao": "visualhfsm.nao.command",
 }
 PARTS: Final = {"codegen diff": "codegen.diff"}
 """Commands that are part of another one, each with its module."""
-SHARED: Final = "Shared by all commands"  # the panel of hfsm_command.cli
+SHARED: Final = "Shared by all commands"  # the panel of zenoh_ice.application.cli
 _WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"][
     "hatch"
 ]["build"]["targets"]["wheel"]
@@ -276,7 +276,7 @@ def edits() -> str:
 
 def naoqi() -> str:
     """Return a table of the operations of NAOqi's services on the virtual Nao."""
-    from naoserver_qi import service
+    from naoserver.qi import service
 
     rows = []
     for name in sorted({*service.SERVICES, *service.REFUSED}):

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
 import msgspec
 import typer
 
-from hfsm_command import cli
-from hfsm_command.last_cycle import CycleFile
 from interfaces.hfsm import Breakpoint
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, Settings, initialize
+from zenoh_ice.application import cli
+from zenoh_ice.application.last_cycle import CycleFile
 
 from .component import Component, Parameter, parameters_of, ros_of
 from .debugger.monitor import Monitor
@@ -331,7 +331,7 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
 @contextmanager
 def _ros_node(component: type[Component], settings: Settings, options: Mapping[str, Any]) -> Iterator[Node]:
     """Open a node of ROS for a component in a `with` block."""
-    from ros2 import RosError, settings_of_node  # only components that use ROS need its libraries
+    from zenoh_ros2 import RosError, settings_of_node  # only components that use ROS need its libraries
 
     from .ros import Node
 

@@ -60,8 +60,8 @@ class Proxy(_Declared[P]):
 class Ros(_Declared[Any]):
     """Declare a topic, service or action of ROS 2 that a component uses.
 
-    `kind` is `publish`, `subscribe`, `service` or `action`, and `qos` has fields of `ros2.QoS`. With `stop` a
-    default message is published when the component stops, if it has published before.
+    `kind` is `publish`, `subscribe`, `service` or `action`, and `qos` has fields of `zenoh_ros2.QoS`. With
+    `stop` a default message is published when the component stops, if it has published before.
     """
 
     def __init__(self, kind: str, target: str, type: str, *, stop: bool = False, **qos: object) -> None:

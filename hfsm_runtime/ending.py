@@ -17,7 +17,7 @@ from pathlib import PurePath
 from types import FrameType
 from typing import Any, Final
 
-from hfsm_command.last_cycle import CycleFile
+from zenoh_ice.application.last_cycle import CycleFile
 
 from .automaton import Transition
 from .cycle import run_cycle
@@ -54,7 +54,7 @@ def report_abrupt_ends(file: str) -> None:
 
 def _report(call: str, caller: FrameType, file: str) -> None:
     """Log a call that ends the process, if it is one in the code of the document."""
-    ours = str(caller.f_globals.get("__name__")).startswith("hfsm_command.")  # at Ctrl-C
+    ours = str(caller.f_globals.get("__name__")).startswith("zenoh_ice.application")  # at Ctrl-C
     location = "" if ours else locate_frame(caller, file)
     if location.endswith(")"):  # it has a place in the document
         logging.getLogger(PurePath(file).stem).error(

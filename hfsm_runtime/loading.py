@@ -13,7 +13,7 @@ from pathlib import Path, PurePath
 from types import ModuleType, TracebackType
 from typing import Any, Final
 
-import hfsm_command
+from zenoh_ice.application import begin_loading
 
 from .errors import ComponentError, MissingLibraryError
 from .source_map import last_line, line_of_frame
@@ -33,7 +33,7 @@ def prepare_program() -> None:
     """
     program = sys.modules["__main__"]
     if program_file():
-        hfsm_command.begin_loading()
+        begin_loading()
         sys.excepthook = _report_uncaught
         builtins.__import__ = partial(_import_for, vars(program))
 

@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Final, Protocol
 
-import ros2
-from ros2 import QoS, RosError, Types
+import zenoh_ros2
 from zenoh_ice import Sample, ZenohIceError
+from zenoh_ros2 import QoS, RosError, Types
 
 from .component import Component, Ros, ros_of
 from .errors import ComponentError
@@ -75,7 +75,7 @@ class ActionClient(Protocol):
 
 
 class RosNode(Protocol):
-    """A maker of the ends of topics, services and actions: `ros2.Node`, or a stand-in for it."""
+    """A maker of the ends of topics, services and actions: `zenoh_ros2.Node`, or a stand-in for it."""
 
     def create_publisher(self, type: str, name: str, qos: QoS, /) -> Outgoing: ...
     def create_subscription(self, type: str, name: str, *, qos: QoS) -> Incoming: ...
@@ -83,12 +83,12 @@ class RosNode(Protocol):
     def create_action_client(self, type: str, name: str, /) -> ActionClient: ...
 
 
-class Node(ros2.Node):
+class Node(zenoh_ros2.Node):
     """A node of ROS for a component."""
 
-    def create_action_client(self, type_name: str, name: str, /) -> ros2.ActionClient:
+    def create_action_client(self, type_name: str, name: str, /) -> zenoh_ros2.ActionClient:
         """Announce that goals of an action will be sent."""
-        return ros2.ActionClient(self, type_name, name)
+        return zenoh_ros2.ActionClient(self, type_name, name)
 
 
 class Publisher:
@@ -106,7 +106,7 @@ class Publisher:
         return self.end.subscribers
 
     def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
-        """Publish a message, or one with the given fields: the others are zero. Raises ros2.MessageError."""
+        """Publish a message, or one with the given fields: the others are zero. Raises MessageError."""
         whole = self._make(message, **fields)
         self._is_driving = True  # set first: a stop may arrive during the publication
         self.end.publish(whole)
@@ -169,7 +169,7 @@ class Action:
         self._goals: list[Goal] = []
 
     def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:  # noqa: ANN401
-        """Send a goal, or one with the given fields. Raises ros2.GoalRejectedError.
+        """Send a goal, or one with the given fields. Raises zenoh_ros2.GoalRejectedError.
 
         The returned goal has `status`, `feedback` (the newest, or None), `done`, `result(timeout)` and
         `cancel(timeout)`.
@@ -236,7 +236,7 @@ class Endpoints:
 
 
 def message_of(types: Types, name: str, message: Any = None, /, **fields: object) -> Any:  # noqa: ANN401
-    """Return a message of a type: the given one, or one with the given fields. Raises ros2.MessageError."""
+    """Return a message of a type: the given one, or one with the given fields. Raises MessageError."""
     return types.coerce(name, message, **fields)
 
 

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from hfsm_command.kept_stop import KeptLease
 from interfaces.nao import SafetyState, Severity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
 from naoserver.latch import Latch
+from zenoh_ice.application.kept_stop import KeptLease
 
 _logger = logging.getLogger(__name__)
 

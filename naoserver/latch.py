@@ -16,8 +16,8 @@ from typing import Final, Self
 
 import msgspec
 
-from hfsm_command.kept_stop import UNREADABLE, Kept, KeptLease, kept_directory, read_kept
 from naoserver.errors import RobotError
+from zenoh_ice.application.kept_stop import UNREADABLE, Kept, KeptLease, kept_directory, read_kept
 from zenoh_ice.settings import Settings
 
 _logger = logging.getLogger(__name__)

@@ -17,18 +17,18 @@ from typing import Annotated, Final
 
 import typer
 
-import hfsm_command
-from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.body import BODIES, H25, find_body
 from naoserver.errors import RobotError
 from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
+from naoserver.qi import DISK_HELP, serve_as_naoqi
 from naoserver.robot import CameraFacts
 from naoserver.server import JointSpeed, problem_of, serve
-from naoserver_qi import DISK_HELP, serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
+from zenoh_ice.application import tether_command
+from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 MOST_ROBOTS: Final = 16
@@ -70,7 +70,7 @@ def run_team(commands: Iterable[Sequence[str]], stop: threading.Event) -> None:
     processes: list[subprocess.Popen[bytes]] = []
     try:
         for command in commands:
-            tethered = [*hfsm_command.tether_command(), *command]
+            tethered = [*tether_command(), *command]
             processes.append(subprocess.Popen(tethered, stdin=subprocess.DEVNULL, start_new_session=True))
         while not stop.wait(_POLL):
             for number, process in enumerate(processes):

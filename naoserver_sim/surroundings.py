@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsm_command import missing_package
 from naoserver.errors import RobotError
 from naoserver.robot import CameraFacts
+from naoserver.soccer_field.model import POST_RADIUS, Field
 from naoserver_sim.body import add_camera, add_motor
 from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Light, Sign, World
-from soccer_field.model import POST_RADIUS, Field
+from zenoh_ice.application import missing_package
 
 SPECTATOR: Final = CameraFacts(
     name="CameraOutside",

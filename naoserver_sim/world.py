@@ -18,7 +18,7 @@ from msgspec import Meta, Struct
 
 from naoserver.errors import RobotError
 from naoserver.robot import JointFacts
-from soccer_field.model import Field, Share, Size
+from naoserver.soccer_field.model import Field, Share, Size
 from zenoh_ice.toml_file import parse_toml, read_text
 
 BALL_RADIUS: Final = 0.06

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-import hfsm_command
+from zenoh_ice.application import begin_loading
 
 
 def main() -> NoReturn:
     """Run the command."""
-    hfsm_command.begin_loading()
-    from hfsm_command.cli import run
+    begin_loading()
     from visualhfsm.command import app
     from visualhfsm.errors import VisualHfsmError
+    from zenoh_ice.application.cli import run
 
     run(app, expected=(VisualHfsmError,))
 

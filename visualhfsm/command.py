@@ -14,7 +14,6 @@ from urllib.parse import urlsplit
 import typer
 
 from codegen.options import require_directories
-from hfsm_command.cli import finite, report_ready, with_settings
 from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
@@ -29,6 +28,7 @@ from visualhfsm.replay import replay
 from visualhfsm.report import EPILOG as REPORT_EPILOG
 from visualhfsm.report import report
 from visualhfsm.steer.commands import register as register_steering
+from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import Settings
 
 if TYPE_CHECKING:  # it needs the packages of the extra `web`

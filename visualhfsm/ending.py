@@ -6,9 +6,9 @@ import re
 import signal
 from typing import Final
 
-from hfsm_command.last_cycle import LastCycle
 from visualhfsm.origins import Origin, Origins
 from visualhfsm.watched import describe_exit
+from zenoh_ice.application.last_cycle import LastCycle
 
 _NO_ERROR: Final = re.compile(r"[\d-]+ [\d:.]+ (DEBUG|INFO|WARNING) ")
 """The beginning of a line of the log that reports no error."""

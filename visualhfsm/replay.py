@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from codegen.options import require_directories
-from hfsm_command.cli import finite
+from zenoh_ice.application.cli import finite
 
 EPILOG: Final = """Examples:
 

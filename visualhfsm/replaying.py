@@ -20,13 +20,22 @@ from msgspec.structs import replace
 
 from codegen.diagnostics import Diagnostics
 from codegen.options import ErrorFormat, show
-from hfsm_command.child import ChildProcess
-from hfsm_command.cli import stop_on_signals
-from hfsm_recording.messages import WATCHED
-from hfsm_recording.outcome import Begin, Difference, Divergence, Line, Outcome, Progress, Side, Step
-from hfsm_recording.reader import RecordingError, RecordingFile
+from hfsm_runtime.recording_file.messages import WATCHED
+from hfsm_runtime.recording_file.outcome import (
+    Begin,
+    Difference,
+    Divergence,
+    Line,
+    Outcome,
+    Progress,
+    Side,
+    Step,
+)
+from hfsm_runtime.recording_file.reader import RecordingError, RecordingFile
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
+from zenoh_ice.application.child import ChildProcess
+from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.text import printable
 
 _T = TypeVar("_T", Step, Divergence, Difference)

@@ -145,7 +145,7 @@ class Robots:
             raise VisualHfsmError(f"{address[:60]} is not a robot address: write nao.local or 192.168.1.20")
         url = address if match["scheme"] else f"tcp://{address}"
         options = [f"--robot={url}", f"--start={start}", f"--end={'rest' if start == 'stand' else 'leave'}"]
-        await complete(self._start("real", address, "naoserver_naoqi", options))
+        await complete(self._start("real", address, "naoserver.naoqi", options))
 
     async def move_balls(self, *, moving: bool) -> None:
         """Move the balls of the simulation along their routes, or leave them where they are."""

@@ -25,7 +25,7 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
-from hfsm_recording.messages import Shape
+from hfsm_runtime.recording_file.messages import Shape
 from interfaces.hfsm import ComponentStructure
 from visualhfsm.editing.views import view
 from visualhfsm.errors import VisualHfsmError

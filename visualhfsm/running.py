@@ -23,7 +23,6 @@ from codegen.hfsm import (
     write_document,
 )
 from codegen.hfsm.document import Document
-from hfsm_command import last_cycle
 from visualhfsm.child import child_environment
 from visualhfsm.ending import LastWords, describe_end
 from visualhfsm.errors import VisualHfsmError
@@ -32,6 +31,7 @@ from visualhfsm.origins import Origin, Origins, read_origins
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source, complete
 from visualhfsm.watched import Lines, WatchedProcess
 from zenoh_ice import Settings
+from zenoh_ice.application import last_cycle
 
 _Status = Literal["generating", "starting", "running", "stopping", "ended"]
 
@@ -40,7 +40,7 @@ _PATIENCE: Final = (5.0, 3.0)
 
 _CLOSE_PATIENCE: Final = (3.0, 2.0)
 
-_TRIAL: Final = "hfsm_pytest.trial"
+_TRIAL: Final = "visualhfsm.testing.trial"
 """The module that runs a component without a robot."""
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from hfsm_command.child import ChildProcess, signal_name
+from zenoh_ice.application.child import ChildProcess, signal_name
 
 Stream = Literal["out", "err"]
 

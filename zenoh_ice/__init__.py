@@ -1,71 +1,94 @@
 """Ice's object model over Eclipse Zenoh: communicators, adapters, servants, proxies and streams."""
 
-from ._presence import ClientWatch, ServantInfo
-from .clock import Clock, RobotClock, VirtualClock, WallClock
-from .communicator import Communicator, initialize
-from .exceptions import (
-    AccessDeniedException,
-    AlreadyRegisteredException,
-    BusyException,
-    CommunicatorDestroyedException,
-    ConfigurationException,
-    ConnectFailedException,
-    ConnectionLostException,
-    EndpointInUseException,
-    InterfaceMismatchException,
-    MarshalException,
-    ObjectNotExistException,
-    OperationNotExistException,
-    SystemException,
-    TimeoutException,
-    TwowayOnlyException,
-    UnknownException,
-    UserException,
-    ZenohIceError,
-)
-from .proxy import ObjectPrx
-from .servant import Current, Object, ObjectAdapter
-from .settings import Settings, load_settings
-from .status import ProcessStatus, ServantStatus
-from .streams import Publisher, Sample, Samples, Subscription
+from __future__ import annotations
 
-__all__ = [
-    "AccessDeniedException",
-    "AlreadyRegisteredException",
-    "BusyException",
-    "ClientWatch",
-    "Clock",
-    "Communicator",
-    "CommunicatorDestroyedException",
-    "ConfigurationException",
-    "ConnectFailedException",
-    "ConnectionLostException",
-    "Current",
-    "EndpointInUseException",
-    "InterfaceMismatchException",
-    "MarshalException",
-    "Object",
-    "ObjectAdapter",
-    "ObjectNotExistException",
-    "ObjectPrx",
-    "OperationNotExistException",
-    "ProcessStatus",
-    "Publisher",
-    "RobotClock",
-    "Sample",
-    "Samples",
-    "ServantInfo",
-    "ServantStatus",
-    "Settings",
-    "Subscription",
-    "SystemException",
-    "TimeoutException",
-    "TwowayOnlyException",
-    "UnknownException",
-    "UserException",
-    "VirtualClock",
-    "WallClock",
-    "ZenohIceError",
-    "initialize",
-    "load_settings",
-]
+import importlib
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from ._presence import ClientWatch as ClientWatch
+    from ._presence import ServantInfo as ServantInfo
+    from .clock import Clock as Clock
+    from .clock import RobotClock as RobotClock
+    from .clock import VirtualClock as VirtualClock
+    from .clock import WallClock as WallClock
+    from .communicator import Communicator as Communicator
+    from .communicator import initialize as initialize
+    from .exceptions import AccessDeniedException as AccessDeniedException
+    from .exceptions import AlreadyRegisteredException as AlreadyRegisteredException
+    from .exceptions import BusyException as BusyException
+    from .exceptions import CommunicatorDestroyedException as CommunicatorDestroyedException
+    from .exceptions import ConfigurationException as ConfigurationException
+    from .exceptions import ConnectFailedException as ConnectFailedException
+    from .exceptions import ConnectionLostException as ConnectionLostException
+    from .exceptions import EndpointInUseException as EndpointInUseException
+    from .exceptions import InterfaceMismatchException as InterfaceMismatchException
+    from .exceptions import MarshalException as MarshalException
+    from .exceptions import ObjectNotExistException as ObjectNotExistException
+    from .exceptions import OperationNotExistException as OperationNotExistException
+    from .exceptions import SystemException as SystemException
+    from .exceptions import TimeoutException as TimeoutException
+    from .exceptions import TwowayOnlyException as TwowayOnlyException
+    from .exceptions import UnknownException as UnknownException
+    from .exceptions import UserException as UserException
+    from .exceptions import ZenohIceError as ZenohIceError
+    from .proxy import ObjectPrx as ObjectPrx
+    from .servant import Current as Current
+    from .servant import Object as Object
+    from .servant import ObjectAdapter as ObjectAdapter
+    from .settings import Settings as Settings
+    from .settings import load_settings as load_settings
+    from .status import ProcessStatus as ProcessStatus
+    from .status import ServantStatus as ServantStatus
+    from .streams import Publisher as Publisher
+    from .streams import Sample as Sample
+    from .streams import Samples as Samples
+    from .streams import Subscription as Subscription
+
+_MODULES: Final = {
+    "AccessDeniedException": "exceptions",
+    "AlreadyRegisteredException": "exceptions",
+    "BusyException": "exceptions",
+    "ClientWatch": "_presence",
+    "Clock": "clock",
+    "Communicator": "communicator",
+    "CommunicatorDestroyedException": "exceptions",
+    "ConfigurationException": "exceptions",
+    "ConnectFailedException": "exceptions",
+    "ConnectionLostException": "exceptions",
+    "Current": "servant",
+    "EndpointInUseException": "exceptions",
+    "InterfaceMismatchException": "exceptions",
+    "MarshalException": "exceptions",
+    "Object": "servant",
+    "ObjectAdapter": "servant",
+    "ObjectNotExistException": "exceptions",
+    "ObjectPrx": "proxy",
+    "OperationNotExistException": "exceptions",
+    "ProcessStatus": "status",
+    "Publisher": "streams",
+    "RobotClock": "clock",
+    "Sample": "streams",
+    "Samples": "streams",
+    "ServantInfo": "_presence",
+    "ServantStatus": "status",
+    "Settings": "settings",
+    "Subscription": "streams",
+    "SystemException": "exceptions",
+    "TimeoutException": "exceptions",
+    "TwowayOnlyException": "exceptions",
+    "UnknownException": "exceptions",
+    "UserException": "exceptions",
+    "VirtualClock": "clock",
+    "WallClock": "clock",
+    "ZenohIceError": "exceptions",
+    "initialize": "communicator",
+    "load_settings": "settings",
+}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    # Each command begins with `zenoh_ice.application`, before anything that takes time to import.
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)

@@ -1,6 +1,6 @@
 """Settings of a component: defaults, overlaid by a TOML file, then by the environment, then by flags.
 
-The types say what each setting may be; `hfsm_command.cli` has the flags.
+The types say what each setting may be; `zenoh_ice.application.cli` has the flags.
 """
 
 from __future__ import annotations

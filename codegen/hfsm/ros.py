@@ -1,6 +1,6 @@
 """The topics, services and actions of ROS 2 in documents: the meaning of their words, and their types.
 
-`ros2` knows the types; it is imported only for documents that use some.
+`zenoh_ros2` knows the types; it is imported only for documents that use some.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 from ..files import read_regular
 
 if TYPE_CHECKING:
-    from ros2 import Types
+    from zenoh_ros2 import Types
 
 __all__ = ["FOLDERS", "TF", "RosTypes", "is_ros_name", "parse_qos", "stops"]
 
@@ -55,7 +55,7 @@ def is_ros_name(name: str) -> bool:
 
 
 def parse_qos(text: str) -> dict[str, object]:
-    """Return the fields of `ros2.QoS` from words, such as `best_effort depth=5`, of which later ones win.
+    """Return the fields of `QoS` from words, such as `best_effort depth=5`, of which later ones win.
 
     Raises ValueError.
     """
@@ -79,7 +79,7 @@ def stops(kind: str, type_name: str, stop: str) -> bool:
 
 @dataclass(frozen=True)
 class RosTypes:
-    """The types that a document may use: those of `ros2`, and those of files below some `directories`.
+    """The types that a document may use: those of `zenoh_ros2`, and those of files below some `directories`.
 
     Such a file lies in the folder of its kind in that of its package, as in ROS: `my_msgs/msg/Ball.msg`.
     """
@@ -134,7 +134,7 @@ class RosTypes:
 
 
 class _Loaded(NamedTuple):
-    """Types, None where `ros2` is not installed, and why some could not be read, by their names."""
+    """Types, None where `zenoh_ros2` is not installed, and why some could not be read, by their names."""
 
     types: Types | None
     failures: dict[str, str]
@@ -154,7 +154,7 @@ def _with_needed(used: Sequence[str], texts: Mapping[str, str]) -> dict[str, str
     def add(name: str) -> None:
         if name in found or name not in texts:
             return
-        found[name] = ""  # in case types need each other, which `ros2` reports
+        found[name] = ""  # in case types need each other, which `zenoh_ros2` reports
         for needed in _needed(name, texts[name]):
             add(needed)
         del found[name]  # after the types that it needs
@@ -175,7 +175,7 @@ def _needed(name: str, text: str) -> Iterator[str]:
 @lru_cache(maxsize=8)
 def _load(texts: tuple[tuple[str, str], ...]) -> _Loaded:
     try:
-        from ros2 import RosError, Types
+        from zenoh_ros2 import RosError, Types
     except ImportError:
         return _Loaded(None, {})
     types = Types()

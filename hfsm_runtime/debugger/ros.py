@@ -14,7 +14,7 @@ from typing import Any, Final, Self
 import msgspec
 
 from interfaces import hfsm
-from ros2 import InvalidNameError, Node, Parameters, QoS, RosError, RosoutHandler, Service
+from zenoh_ros2 import InvalidNameError, Node, Parameters, QoS, RosError, RosoutHandler, Service
 
 from ..automaton import Automaton, Transition
 from ..component import parameter_values, parameters_of

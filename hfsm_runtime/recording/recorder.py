@@ -10,8 +10,8 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_recording import messages
-from hfsm_recording.writer import Entry
+from hfsm_runtime.recording_file import messages
+from hfsm_runtime.recording_file.writer import Entry
 
 from ..automaton import Automaton, Event, Transition
 from ..errors import describe

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_recording.messages import Image, Message, Missing, Result, Stamp
+from hfsm_runtime.recording_file.messages import Image, Message, Missing, Result, Stamp
 from zenoh_ice import MarshalException, ObjectPrx, ZenohIceError
 from zenoh_ice.interface import Operation
 from zenoh_ice.transport import Parted, encode_error

@@ -15,9 +15,9 @@ from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from typing import Any, Final
 
-import ros2
-from ros2 import MessageError, QoS, RosError, Types
+import zenoh_ros2
 from zenoh_ice import Sample
+from zenoh_ros2 import MessageError, QoS, RosError, Types
 
 from ..component import Component, ros_of
 from ..ros import Endpoints, types_of
@@ -51,7 +51,7 @@ class _Asked:
 
         found = self._node.ask(f"ros {self._name} {what}", attempt, None if waits is None else lambda: waits)
         if isinstance(found, dict) and "error" in found:
-            kind = getattr(ros2, str(found["error"]), RosError)
+            kind = getattr(zenoh_ros2, str(found["error"]), RosError)
             is_known = isinstance(kind, type) and issubclass(kind, RosError)
             raise (kind if is_known else RosError)(str(found.get("text")))
         return found
@@ -115,7 +115,7 @@ class _Subscription(_Asked):
         found = self._ask("next", lambda: self._described(self._end.next(timeout)), timeout)
         sample = self._sample(found)
         if sample is None:
-            raise ros2.CallTimeoutError(f"{self._name}: no message was recorded")
+            raise zenoh_ros2.CallTimeoutError(f"{self._name}: no message was recorded")
         return sample
 
     def _described(self, sample: Sample[Any] | None) -> dict[str, Any]:
@@ -165,7 +165,7 @@ class _Client(_Asked):
     def response(self, what: str, read: Callable[[], Any], waits: float | None) -> Any:  # noqa: ANN401
         message, is_known = self._message(what, "_Response", read, waits)
         if not is_known:
-            raise ros2.CallTimeoutError(f"{self._name}: no response was recorded")
+            raise zenoh_ros2.CallTimeoutError(f"{self._name}: no response was recorded")
         return message
 
 
@@ -197,11 +197,11 @@ class _ActionClient(_Asked):
 
 class _Goal(_Asked):
     @property
-    def status(self) -> ros2.Status:
+    def status(self) -> zenoh_ros2.Status:
         found = self._ask("status", lambda: int(self._end.status))
         with suppress(ValueError):
-            return ros2.Status(found if isinstance(found, int) else 0)
-        return ros2.Status(0)
+            return zenoh_ros2.Status(found if isinstance(found, int) else 0)
+        return zenoh_ros2.Status(0)
 
     @property
     def feedback(self) -> Any:  # noqa: ANN401
@@ -214,7 +214,7 @@ class _Goal(_Asked):
     def result(self, timeout: float = 2.0) -> Any:  # noqa: ANN401
         message, is_known = self._message("result", "_Result", lambda: self._end.result(timeout), timeout)
         if not is_known:
-            raise ros2.CallTimeoutError(f"{self._name}: no result was recorded")
+            raise zenoh_ros2.CallTimeoutError(f"{self._name}: no result was recorded")
         return message
 
     def cancel(self, timeout: float = 2.0) -> object:

@@ -17,9 +17,9 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_recording import messages
-from hfsm_recording.messages import SOURCES, Action
-from hfsm_recording.writer import RecordingFailedError, RecordingWriter
+from hfsm_runtime.recording_file import messages
+from hfsm_runtime.recording_file.messages import SOURCES, Action
+from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from zenoh_ice import ObjectPrx
 from zenoh_ice.clock import Clock
 

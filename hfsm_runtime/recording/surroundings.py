@@ -11,7 +11,7 @@ import threading
 from collections.abc import Iterator
 from typing import Final
 
-from hfsm_recording.messages import RobotPose, Shape, World, values_of
+from hfsm_runtime.recording_file.messages import RobotPose, Shape, World, values_of
 from interfaces.nao import GroundTruthPrx, JointsPrx, Pose, ScenePrx
 from zenoh_ice import Communicator, ZenohIceError
 

@@ -17,10 +17,10 @@ from typing import Annotated, Final, NoReturn
 import msgspec
 import typer
 
-from hfsm_command.cli import finite
-from hfsm_command.cli import run as run_command
-from hfsm_recording.outcome import Begin, Line, Outcome, Progress
-from hfsm_recording.reader import RecordingError
+from hfsm_runtime.recording_file.outcome import Begin, Line, Outcome, Progress
+from hfsm_runtime.recording_file.reader import RecordingError
+from zenoh_ice.application.cli import finite
+from zenoh_ice.application.cli import run as run_command
 
 from ..component import Component
 from ..debugger.reload import components_in

@@ -8,8 +8,8 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from hfsm_recording import messages
-from hfsm_recording.outcome import Difference, Divergence, Side, Step
+from hfsm_runtime.recording_file import messages
+from hfsm_runtime.recording_file.outcome import Difference, Divergence, Side, Step
 
 from .script import Record
 

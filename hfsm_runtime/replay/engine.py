@@ -8,8 +8,8 @@ from contextlib import ExitStack, suppress
 from functools import partial
 from typing import Any, Final, Self
 
-from hfsm_recording.messages import Action, Change, Cycle, Gap, Message, Overlap, Reading, Result
-from hfsm_recording.writer import Entry
+from hfsm_runtime.recording_file.messages import Action, Change, Cycle, Gap, Message, Overlap, Reading, Result
+from hfsm_runtime.recording_file.writer import Entry
 
 from ..component import Component
 from ..cycle import run_cycle

@@ -9,7 +9,7 @@ from typing import Final
 
 import msgspec
 
-from hfsm_recording.messages import Action
+from hfsm_runtime.recording_file.messages import Action
 from zenoh_ice.clock import VirtualClock
 
 from ..automaton import Automaton, Transition

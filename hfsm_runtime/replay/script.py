@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from hfsm_recording.messages import (
+from hfsm_runtime.recording_file.messages import (
     TO_LOOK_AT,
     Action,
     Cycle,
@@ -20,7 +20,7 @@ from hfsm_recording.messages import (
     Reading,
     Result,
 )
-from hfsm_recording.reader import ImageHash, RecordingError, RecordingFile, decode
+from hfsm_runtime.recording_file.reader import ImageHash, RecordingError, RecordingFile, decode
 
 from ..errors import ComponentError
 from ..recording.recorder import automaton_context

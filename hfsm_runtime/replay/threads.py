@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Final, NoReturn
 
-from hfsm_recording.messages import Reading, Result
+from hfsm_runtime.recording_file.messages import Reading, Result
 
 from ..recording.results import arguments_of
 from .comparison import Comparison

@@ -11,7 +11,7 @@ from typing import Any, Final, NoReturn
 
 import msgspec
 
-from hfsm_recording.messages import Missing, Reading, Result
+from hfsm_runtime.recording_file.messages import Missing, Reading, Result
 from zenoh_ice import ConfigurationException, MarshalException, ObjectPrx, Settings, ZenohIceError, exceptions
 from zenoh_ice.exceptions import SystemException, TimeoutException, UnknownException
 from zenoh_ice.interface import Operation

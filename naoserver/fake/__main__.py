@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
-from hfsm_command.cli import report_ready, run, stop_on_signals, with_settings
 from naoserver.body import BODIES, H25, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.latch import latch_of
 from naoserver.server import problem_of, serve
 from zenoh_ice import initialize
+from zenoh_ice.application.cli import report_ready, run, stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")

@@ -78,7 +78,7 @@ class SafetyI(Safety):
 
     ice_concurrent = True  # a stop waits for no other call
     ice_urgent = True  # and is never refused for lack of a thread
-    ice_frozen = frozenset({"emergencyStop"})  # hfsm_command/emergency_stop.py says what is sent
+    ice_frozen = frozenset({"emergencyStop"})  # zenoh_ice/application/emergency_stop.py says what is sent
 
     def __init__(self, gate: Gate, moves_for: Callable[[str], bool]) -> None:
         self._gate = gate

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
-from hfsm_recording.reader import RecordingFile
+from hfsm_runtime.recording_file.reader import RecordingFile
 from tests.support.browser import EditorPage
 from tests.support.editor import Editor
 from tests.support.monitor import (

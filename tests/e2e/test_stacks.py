@@ -14,12 +14,12 @@ from pathlib import Path
 import psutil
 import pytest
 
-from ros2 import Types
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, free_endpoint, module
 from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
 from tests.support.security import Keys
 from tests.support.waiting import until
+from zenoh_ros2 import Types
 
 CLOCK, TEXT = "rosgraph_msgs/msg/Clock", "std_msgs/msg/String"
 CLOCK_HASH, TEXT_HASH = (Types().hash(name) for name in (CLOCK, TEXT))
@@ -39,7 +39,7 @@ def child(stack: ComponentProcess, *words: str) -> psutil.Process | None:
 
 
 def stack_in(folder: Path, name: str, *options: str, **environment: str) -> ComponentProcess:
-    program = f"import os; os.chdir({str(folder)!r}); from deploy.nao.__main__ import main; main()"
+    program = f"import os; os.chdir({str(folder)!r}); from visualhfsm.nao.__main__ import main; main()"
     return ComponentProcess([sys.executable, "-c", program, "stack", name, *options], environment)
 
 
@@ -71,7 +71,7 @@ def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
     environment = os.environ | {"VISUALHFSM_CONFIG": str(keys / "student.toml")}
 
     def call(*words: str) -> subprocess.CompletedProcess[str]:
-        command = module("deploy.nao", "call", *words)
+        command = module("visualhfsm.nao", "call", *words)
         return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT)
 
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
@@ -108,7 +108,7 @@ def test_genuine_nodes_find_the_robot_and_each_other_in_the_stack_for_ros(tmp_pa
 
         until(met, START_LIMIT)
         stopped = subprocess.run(
-            module("deploy.nao", "stop", "--connect", endpoint),
+            module("visualhfsm.nao", "stop", "--connect", endpoint),
             capture_output=True,
             text=True,
             timeout=RUN_LIMIT,

@@ -12,9 +12,9 @@ from typer import Typer
 from typer.testing import CliRunner
 
 import ballmover.cli
-import deploy.nao.command
 import naoserver_sim.command
 import visualhfsm.command
+import visualhfsm.nao.command
 from behaviors.dance import Dance
 from hfsm_runtime.command import make_app
 from naoserver.errors import RobotError
@@ -58,7 +58,7 @@ LOADS = {
     "ballmover": (module("ballmover", "green"), ("typer",)),
     "visualhfsm": (module("visualhfsm", "watch"), ("typer",)),
     "codegen": (module("codegen", "behaviors/dance.xml"), ("typer",)),
-    "stack": (module("deploy.nao", "stack", "demo"), ("typer",)),
+    "stack": (module("visualhfsm.nao", "stack", "demo"), ("typer",)),
 }
 
 
@@ -90,7 +90,7 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
         (ballmover.cli.app, ["green", "--limit"]),
         (visualhfsm.command.app, ["watch", "--seconds"]),
         (visualhfsm.command.app, ["watch", "--wait"]),
-        (deploy.nao.command.app, ["stack", "none", "--seconds"]),
+        (visualhfsm.nao.command.app, ["stack", "none", "--seconds"]),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

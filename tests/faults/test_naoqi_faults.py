@@ -10,9 +10,9 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
-from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import RobotAddress
-from naoserver_naoqi.robot import NaoqiRobot
+from naoserver.naoqi.libqi import connect
+from naoserver.naoqi.link import RobotAddress
+from naoserver.naoqi.robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module
@@ -21,7 +21,7 @@ from tests.support.robot_server import eventually, served_to_client, wait_for
 
 @pytest.fixture(scope="module")
 def process():
-    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
         yield process
 
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import zenoh
 
-from ros2 import MessageError, Node, QoS, Sender, Types
-from ros2.graph import MOST_OF_A_NAME
-from ros2.wire import Attachment, EntityKind, key
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
 from tests.support.waiting import until
+from zenoh_ros2 import MessageError, Node, QoS, Sender, Types
+from zenoh_ros2.graph import MOST_OF_A_NAME
+from zenoh_ros2.wire import Attachment, EntityKind, key
 
 ANGLES = "naoqi_bridge_msgs/msg/JointAnglesWithSpeed"
 TEXT = "std_msgs/msg/String"
@@ -185,7 +185,7 @@ def test_tokens_beyond_the_most_are_counted_once_others_end(
     watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot, tool = watched
-    monkeypatch.setattr("ros2.graph._AGAIN", 0.1)
+    monkeypatch.setattr("zenoh_ros2.graph._AGAIN", 0.1)
     publisher = robot.create_publisher(TEXT, "/map", QoS(durability="transient_local"))
     assert publisher.subscribers == 0
     with caplog.at_level(logging.WARNING):
@@ -207,7 +207,7 @@ def test_a_sender_counts_as_gone_while_there_are_too_many(
     watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot, tool = watched
-    monkeypatch.setattr("ros2.graph._AGAIN", 0.1)
+    monkeypatch.setattr("zenoh_ros2.graph._AGAIN", 0.1)
     senders: list[Sender] = []
     robot.create_subscription(TEXT, "/a", lambda _, sender: senders.append(sender), with_sender=True)
     publisher = tool.create_publisher(TEXT, "/a")

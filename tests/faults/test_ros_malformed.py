@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 import zenoh
 
-from ros2 import MessageError, Node, QoS
 from tests.support.limits import FOREVER
 from tests.support.malformed_cdr import malformed
 from tests.support.processes import free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings
 from zenoh_ice.session import close_session, open_session
+from zenoh_ros2 import MessageError, Node, QoS
 
 MANY = 5_000
 BURST = 1_000  # read before the next is sent: Zenoh closes a link that a slow reader blocks for 2 s

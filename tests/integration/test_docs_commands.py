@@ -56,7 +56,7 @@ SUPPLIED: Final = {
 PAGES: Final = sorted(
     str(path.relative_to(DOCS)) for part in ("tutorial", "how-to") for path in (DOCS / part).rglob("*.md")
 )
-CHECKOUT: Final = ("tutorial/", "how-to/editor.md", "how-to/recording.md")
+CHECKOUT: Final = ("tutorial/", "how-to/editor.md", "how-to/recording.md", "how-to/several-robots.md")
 """Pages whose reader is in the checkout, in which `make demo` has made `.venv`."""
 PICTURES: Final = ("tutorial/football.md", "how-to/troubleshooting.md", "how-to/virtual-nao.md")
 """Pages whose robot needs cameras."""
@@ -117,7 +117,7 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A checkout after `make demo`."""
     folder = tmp_path_factory.mktemp("checkout")
-    copy_packages(folder)
+    copy_packages(folder, checkout=True)
     (folder / "pyproject.toml").symlink_to(ROOT / "pyproject.toml")
     make_environment(folder / ".venv", ["demo"], packages=folder, editable=True)
     return folder

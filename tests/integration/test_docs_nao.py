@@ -6,12 +6,12 @@ import json
 import re
 from pathlib import Path
 
-from deploy.nao.command import app
-from deploy.stack import load_stack
 from naoserver.fake import FakeRobot
 from tests.support.nao_command import at, nao
 from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
+from visualhfsm.deployment.stack import load_stack
+from visualhfsm.nao.command import app
 
 PAGE = (DOCS / "how-to/nao.md").read_text("utf-8")
 

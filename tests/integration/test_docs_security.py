@@ -9,12 +9,12 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from deploy.nao.command import app
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
 from tests.support.commands import run_here
 from tests.support.pages import DOCS
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
+from visualhfsm.nao.command import app
 from zenoh_ice import initialize
 from zenoh_ice.settings import load_settings
 
@@ -30,7 +30,7 @@ def commands(folder: Path) -> list[list[str]]:
 
 def module(words: list[str]) -> list[str]:
     assert words[0] == "nao"
-    return [sys.executable, "-m", "deploy.nao", *words[1:]]
+    return [sys.executable, "-m", "visualhfsm.nao", *words[1:]]
 
 
 def run(command: list[str]) -> subprocess.CompletedProcess[str]:

@@ -6,6 +6,7 @@ import tomllib
 import msgspec
 import pytest
 
+from naoserver.soccer_field.model import Field
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import (
     Box,
@@ -18,7 +19,6 @@ from naoserver_sim.world import (
     bundled_worlds,
     parse_world,
 )
-from soccer_field.model import Field
 from tests.support.pages import DOCS
 from tests.support.robot_server import served
 from zenoh_ice import VirtualClock

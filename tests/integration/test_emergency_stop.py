@@ -16,7 +16,6 @@ import msgspec
 import pytest
 import zenoh
 
-from hfsm_command.emergency_stop import SAFETY, begin_stop
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
 from naoserver.robot import JointReading
@@ -32,6 +31,7 @@ from visualhfsm.live import stopping as editor_stop
 from visualhfsm.live.stopping import StopReport
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice._wire import ERROR_ENCODING, encode_call_attachment
+from zenoh_ice.application.emergency_stop import SAFETY, begin_stop
 from zenoh_ice.session import open_session
 
 RECORDED = json.loads(Path("tests/data/emergency_stop/messages.json").read_text())

@@ -6,7 +6,6 @@ The tests of conformance run on it, too.
 import gymnasium
 import pytest
 
-from hfsm_pytest import BehaviorFailed
 from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import CameraPrx, InvalidValueException, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, ScenePrx, TouchPrx
@@ -17,6 +16,7 @@ from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.motion_rig import MotionRig
 from tests.support.robot_server import served_to_client, wait_for
+from visualhfsm.testing import BehaviorFailed
 from zenoh_ice import ObjectNotExistException, VirtualClock
 
 pytestmark = pytest.mark.sim

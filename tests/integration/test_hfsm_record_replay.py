@@ -19,11 +19,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hfsm_recording import writer
-from hfsm_recording.messages import Cycle, Result
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
 from hfsm_runtime.debugger.breakpoints import Breakpoints
 from hfsm_runtime.recording.run import RecordedRuntime, recording
+from hfsm_runtime.recording_file import writer
+from hfsm_runtime.recording_file.messages import Cycle, Result
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
 from hfsm_runtime.replay.script import Recording, ReplayError

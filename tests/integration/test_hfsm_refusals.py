@@ -6,7 +6,6 @@ from pathlib import Path
 
 from typer import Typer
 
-from deploy.nao.command import app as nao
 from hfsm_runtime.robot import Permission
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
@@ -16,6 +15,7 @@ from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
 from tests.support.robot_server import eventually, served, served_to_client
 from visualhfsm.command import app as visualhfsm
+from visualhfsm.nao.command import app as nao
 from zenoh_ice import initialize
 
 

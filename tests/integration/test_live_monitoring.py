@@ -18,9 +18,9 @@ import msgspec
 import pytest
 from PIL import Image
 
-from hfsm_recording.reader import RecordingFile
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.monitor import Monitor
+from hfsm_runtime.recording_file.reader import RecordingFile
 from hfsm_runtime.runtime import Runtime
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException

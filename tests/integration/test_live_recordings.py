@@ -18,11 +18,11 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
-from hfsm_recording.messages import Change, Image, Message, RobotPose, Shape, Stamp, World
-from hfsm_recording.writer import Entry, RecordingWriter
 from hfsm_runtime.debugger.snapshot import structure_of
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.recording.run import RecordedRuntime, recording
+from hfsm_runtime.recording_file.messages import Change, Image, Message, RobotPose, Shape, Stamp, World
+from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint

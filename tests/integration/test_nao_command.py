@@ -19,9 +19,6 @@ import typer
 from PIL import Image
 from typer.main import get_command
 
-from deploy.nao.command import app
-from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
-from deploy.nao.doctor import Finding, Level, check_network, installed_version
 from naoserver.fake import FakeRobot
 from tests.support.gripper import GripperI
 from tests.support.limits import END_LIMIT, RUN_LIMIT
@@ -29,6 +26,9 @@ from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
+from visualhfsm.nao.command import app
+from visualhfsm.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
+from visualhfsm.nao.doctor import Finding, Level, check_network, installed_version
 from zenoh_ice import Current, Object, initialize, load_settings
 
 pytestmark = pytest.mark.xdist_group("nao command")
@@ -329,7 +329,7 @@ def test_status_reports_robot_and_processes(robot: ServedRobot) -> None:
 
 def test_doctor_finds_the_robot_in_order(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     rendering = Finding(Level.OK, "GL renders")  # without the process that it takes
-    monkeypatch.setattr("deploy.nao.doctor._check_rendering", lambda: rendering)
+    monkeypatch.setattr("visualhfsm.nao.doctor._check_rendering", lambda: rendering)
     found = json.loads(nao("doctor", "--json").out)
     network = [each for each in found if each["check"] == "network"]
     assert {each["level"] for each in network} == {"ok"}, network
@@ -348,7 +348,7 @@ def test_a_server_that_describes_itself_otherwise_has_another_version(
 ) -> None:
     monkeypatch.setattr("zenoh_ice.servant.Object.ice_describe", lambda *_: "[]")
     monkeypatch.setattr("zenoh_ice.status.own_version", lambda: version)
-    monkeypatch.setattr("deploy.nao.doctor._check_rendering", lambda: Finding(Level.OK, "GL renders"))
+    monkeypatch.setattr("visualhfsm.nao.doctor._check_rendering", lambda: Finding(Level.OK, "GL renders"))
     expected = message.format(own=installed_version("visualhfsm"))
     with served(FakeRobot()) as old, at(old.endpoint, old.realm):
         assert expected in " ".join(nao("call", "Clock.getTime").err.split())
@@ -392,7 +392,7 @@ def test_nobody_at_the_endpoint_is_reported_with_what_to_do() -> None:
 
 
 def nao_process(*words: str) -> list[str]:
-    return module("deploy.nao", *words)
+    return module("visualhfsm.nao", *words)
 
 
 def test_names_are_completed_from_what_is_alive(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -408,7 +408,7 @@ def test_names_are_completed_from_what_is_alive(robot: ServedRobot, monkeypatch:
 def test_bash_completes_also_after_an_endpoint(robot: ServedRobot) -> None:
     # Of `nao call --connect tcp/127.0.0.1:7447 Head.set`; bash takes the endpoint for three words.
     words = ["nao", "call", "--connect", *re.split("(:)", robot.endpoint), "Head.set"]
-    code = "import sys; sys.argv[0] = 'nao'; from deploy.nao.__main__ import main; main()"
+    code = "import sys; sys.argv[0] = 'nao'; from visualhfsm.nao.__main__ import main; main()"
     line = {"COMP_WORDS": "\n".join(words), "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run(
         [sys.executable, "-c", code],

@@ -15,9 +15,9 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from interfaces.jderobot import CameraPrx, HardwareFailedException, MotorsPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
-from naoserver_naoqi.command import app, parse_address
-from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import NAME, RobotAddress
+from naoserver.naoqi.command import app, parse_address
+from naoserver.naoqi.libqi import connect
+from naoserver.naoqi.link import NAME, RobotAddress
 from tests.support.commands import run_here
 from tests.support.conformance import fake_as_naoqi
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
@@ -45,7 +45,7 @@ def link(url):
 def served(url, *options):
     """Start the command; yield the process, and a communicator that is connected to it."""
     endpoint = free_endpoint()
-    command = module("naoserver_naoqi", "--robot", url, "--listen", endpoint, *options)
+    command = module("naoserver.naoqi", "--robot", url, "--listen", endpoint, *options)
     with ComponentProcess(command) as process:
         process.wait_for("^ready: realm nao, .*, robot tcp://")
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], clock="wall") as communicator:
@@ -105,7 +105,7 @@ def test_a_killed_server_does_not_leave_the_robot_walking(url, link):
 
 
 def test_ctrl_c_while_it_starts_ends_it_quietly():
-    with ComponentProcess(announced("naoserver_naoqi.__main__", "--robot", "tcp://127.0.0.1:1")) as process:
+    with ComponentProcess(announced("naoserver.naoqi.__main__", "--robot", "tcp://127.0.0.1:1")) as process:
         process.wait_for("starting")
         process.process.send_signal(signal.SIGINT)
         assert process.wait() in (130, 1)  # it may have found by then that nobody is there
@@ -138,7 +138,7 @@ def test_it_names_what_is_not_installed(tmp_path):
         [
             sys.executable,
             "-c",
-            "from naoserver_naoqi.__main__ import main; main()",
+            "from naoserver.naoqi.__main__ import main; main()",
             "--robot",
             "tcp://nao.local",
         ],

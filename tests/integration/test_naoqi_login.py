@@ -12,8 +12,8 @@ import pytest
 
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
-from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import LinkLost, RobotAddress
+from naoserver.naoqi.libqi import connect
+from naoserver.naoqi.link import LinkLost, RobotAddress
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.naoqi import call
 from tests.support.processes import ComponentProcess, module
@@ -44,7 +44,7 @@ def certificate(tmp_path_factory):
 @pytest.fixture(scope="module")
 def port():
     """The port of a robot that talks without TLS: libqi for Python cannot listen with it."""
-    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0")) as process:
+    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0")) as process:
         yield int(process.wait_for(r"^ready: \S+:(\d+)")[1])
 
 

@@ -11,9 +11,9 @@ from contextlib import closing
 
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
-from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress
-from naoserver_naoqi.robot import NaoqiRobot
+from naoserver.naoqi.libqi import connect
+from naoserver.naoqi.link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress
+from naoserver.naoqi.robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module
@@ -25,7 +25,7 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 @pytest.fixture(scope="module")
 def address():
-    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
         yield RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
 
 

@@ -13,9 +13,9 @@ pytest.importorskip("qi")
 
 import qi
 
-from naoserver_qi.clients import MOST_RUNNING, MOST_WAITING
-from naoserver_qi.connections import LARGEST
-from naoserver_qi.memory import MOST_KEYS
+from naoserver.qi.clients import MOST_RUNNING, MOST_WAITING
+from naoserver.qi.connections import LARGEST
+from naoserver.qi.memory import MOST_KEYS
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
@@ -46,7 +46,7 @@ PROGRAM = """
 
 @pytest.fixture(scope="module")
 def url():
-    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0", "--speed", "4")) as process:
+    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--speed", "4")) as process:
         yield process.wait_for(r"^ready: (\S+)")[1]
 
 

@@ -11,9 +11,9 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver_qi import connections as connections_module
-from naoserver_qi.clients import Call, CallTable, Client
-from naoserver_qi.connections import LARGEST, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
+from naoserver.qi import connections as connections_module
+from naoserver.qi.clients import Call, CallTable, Client
+from naoserver.qi.connections import LARGEST, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
@@ -269,7 +269,7 @@ def test_it_can_be_closed_after_it_could_not_listen_again(played, monkeypatch, c
 
 def test_what_a_program_posts_is_done_also_its_own_signals():
     with (
-        ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0")) as process,
+        ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0")) as process,
         connected(process.wait_for(r"^ready: (\S+)")[1]) as session,
         Line.to(session.url()) as program,
     ):

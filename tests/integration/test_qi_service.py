@@ -16,7 +16,7 @@ pytest.importorskip("qi")
 import qi
 
 from naoserver.errors import RobotError
-from naoserver_qi.__main__ import app
+from naoserver.qi.__main__ import app
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.naoqi import connected, eventually_near
@@ -28,7 +28,7 @@ MILLISECONDS = int(CALL_LIMIT * 1000)
 
 
 def server(*options):
-    return ComponentProcess(module("naoserver_qi", "--qi", ANYWHERE, *options))
+    return ComponentProcess(module("naoserver.qi", "--qi", ANYWHERE, *options))
 
 
 @pytest.fixture(scope="module")
@@ -398,7 +398,7 @@ def test_it_ends_cleanly_at_ctrl_c_while_it_is_used():
 
 
 def test_a_port_that_is_taken(url):
-    refused = run_here(app, "naoserver_qi", "--qi", url, expected=(RobotError,))
+    refused = run_here(app, "naoserver.qi", "--qi", url, expected=(RobotError,))
     assert refused.returncode == 1
     assert f"cannot listen at {url}" in refused.stderr
     assert "Traceback" not in refused.stderr
@@ -406,8 +406,8 @@ def test_a_port_that_is_taken(url):
 
 def test_without_qi_it_names_what_to_install():
     code = (
-        "import runpy, sys; sys.modules['qi'] = None; sys.argv = ['naoserver_qi'];"
-        "runpy.run_module('naoserver_qi', run_name='__main__')"
+        "import runpy, sys; sys.modules['qi'] = None; sys.argv = ['naoserver.qi'];"
+        "runpy.run_module('naoserver.qi', run_name='__main__')"
     )
     result = subprocess.run(
         [sys.executable, "-c", code],

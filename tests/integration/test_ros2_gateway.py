@@ -23,9 +23,9 @@ from naoserver.motions.keyframes import load_motions
 from naoserver.motions.routes import MotionRoute
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot as NaoRobot
-from naoserver_ros2.command import EXPECTED, app, serve
-from naoserver_ros2.telemetry import Telemetry
-from naoserver_ros2.trajectory import (
+from naoserver.ros2.command import EXPECTED, app, serve
+from naoserver.ros2.telemetry import Telemetry
+from naoserver.ros2.trajectory import (
     GOAL_TOLERANCE_VIOLATED,
     INVALID_GOAL,
     INVALID_JOINTS,
@@ -34,14 +34,14 @@ from naoserver_ros2.trajectory import (
     SUCCESSFUL,
     TYPE,
 )
-from ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
-from ros2.wire import Attachment, key
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import RobotClient, eventually, served, served_to_client, wait_for
 from tests.support.security import routing
 from zenoh_ice import Settings, initialize
+from zenoh_ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
+from zenoh_ros2.wire import Attachment, key
 
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity is to last."""
@@ -774,7 +774,7 @@ def test_a_motion_of_somebody_else_is_not_taken_for_the_goals_own(
 
 def command(nao: RobotClient, *options: str) -> ComponentProcess:
     return ComponentProcess(
-        module("naoserver_ros2", "--connect", nao.endpoint, "--realm", nao.realm, *options)
+        module("naoserver.ros2", "--connect", nao.endpoint, "--realm", nao.realm, *options)
     )
 
 

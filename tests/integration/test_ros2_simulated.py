@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from naoserver_ros2.trajectory import SUCCESSFUL, TYPE
-from ros2 import LATCHED, ActionClient, Node, Status
+from naoserver.ros2.trajectory import SUCCESSFUL, TYPE
 from tests.integration.test_ros2_gateway import gateway
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually
+from zenoh_ros2 import LATCHED, ActionClient, Node, Status
 
 pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 
-from ros2 import ActionServer, Node
 from tests.support.codegen_command import ROOT
 from tests.support.commands import run_here
 from tests.support.documents import compile_to, document, state, sub, transition
@@ -23,6 +22,7 @@ from tests.support.waiting import until
 from visualhfsm.command import app
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice import Settings
+from zenoh_ros2 import ActionServer, Node
 
 CODE = """
 if step == 0 and self.text.latest() is not None:

@@ -17,7 +17,6 @@ from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.debugger.ros import RosMonitor
 from hfsm_runtime.runtime import Runtime
 from interfaces.hfsm import ComponentStatus
-from ros2 import Node, QoS
 from tests.conftest import Pair
 from tests.support.automata import after, automaton, on
 from tests.support.documents import compile_to, document, load, state, sub, transition
@@ -26,6 +25,7 @@ from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings, WallClock
+from zenoh_ros2 import Node, QoS
 
 STATUS = "smach_msgs/msg/SmachContainerStatus"
 STRUCTURE = "smach_msgs/msg/SmachContainerStructure"

@@ -8,14 +8,14 @@ from contextlib import ExitStack, contextmanager
 import pytest
 
 from naoserver.fake import FakeRobot
-from naoserver_ros2.command import serve
-from naoserver_ros2.telemetry import Telemetry
-from ros2 import Node, Types
+from naoserver.ros2.command import serve
+from naoserver.ros2.telemetry import Telemetry
 from tests.support.processes import free_endpoint
 from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
 from tests.support.robot_server import eventually, served_to_client
 from tests.support.security import routing
 from zenoh_ice import Settings
+from zenoh_ros2 import Node, Types
 
 JOINTS = "sensor_msgs/msg/JointState"
 TEXT = "std_msgs/msg/String"

@@ -14,14 +14,14 @@ from interfaces.jderobot import MotorsPrx
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.ros2.command import serve
+from naoserver.ros2.telemetry import Telemetry
 from naoserver.server import serve as serve_robot
-from naoserver_ros2.command import serve
-from naoserver_ros2.telemetry import Telemetry
-from ros2 import LATCHED, CallError, Node, QoS, settings_of_node
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from tests.support.security import Keys, routing
 from zenoh_ice import Communicator, initialize
+from zenoh_ros2 import LATCHED, CallError, Node, QoS, settings_of_node
 
 TRIGGER = "std_srvs/srv/Trigger"
 TWIST = "geometry_msgs/msg/Twist"
@@ -120,7 +120,7 @@ def test_a_student_serves_nothing_in_the_name_of_the_robot(lab: Lab) -> None:
 def test_a_gateway_that_reaches_nobody_says_what_to_do(
     lab: Lab, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("naoserver_ros2.command._REACHED", 0.2)
+    monkeypatch.setattr("naoserver.ros2.command._REACHED", 0.2)
     student = lab.keys.settings("student")
     with caplog.at_level(logging.WARNING), serve(lab.nao, "shut_out", settings=student):
         eventually(lambda: "needs ros_serve" in caplog.text)

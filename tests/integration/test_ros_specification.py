@@ -12,12 +12,12 @@ import pytest
 import xxhash
 import zenoh
 
-from ros2 import LATCHED, SENSOR_DATA, CallError, Node, QoS
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings
 from zenoh_ice.session import close_session, open_session
+from zenoh_ros2 import LATCHED, SENSOR_DATA, CallError, Node, QoS
 
 STRING = (
     "std_msgs::msg::dds_::String_/RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"

@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from ros2 import Node, QoS, Types
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.ros_peers import Peer, running_peer
 from tests.support.security import routing
 from zenoh_ice import Settings
+from zenoh_ros2 import Node, QoS, Types
 
 SAMPLE = "float64[] values\nstring name\nuint8[3] color\nbool seen\nint32 number\n"
 ADD = "example_interfaces/srv/AddTwoInts"

@@ -10,11 +10,11 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 
 import pytest
 
-from deploy.admission import Admission
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys, routing
 from tests.support.waiting import until
+from visualhfsm.deployment.admission import Admission
 from zenoh_ice import EndpointInUseException, initialize
 from zenoh_ice.settings import host_and_port
 
@@ -85,7 +85,7 @@ class TestUnfinishedHandshakes:
 
 def test_the_log_names_the_address_of_a_client(keys: Keys, endpoint: str) -> None:
     options = ("--config", str(keys.folder / "router.toml"), "--listen", endpoint)
-    with ComponentProcess(module("deploy.nao", "router", *options)) as router:
+    with ComponentProcess(module("visualhfsm.nao", "router", *options)) as router:
         router.wait_for(f"the router listens on {endpoint}")
         with initialize(keys.settings("student", connect=[endpoint])):
             router.wait_for("'student' came, at 127.0.0.1, process")
@@ -163,8 +163,8 @@ class TestPassingOn:
     def test_a_handshake_that_takes_the_place_of_the_only_other_one_has_its_own(
         self, endpoint: str, inner: socket.socket, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("deploy.admission._MOST_HANDSHAKES", 1)
-        monkeypatch.setattr("deploy.admission._FAIR_SHARE", 0.0)
+        monkeypatch.setattr("visualhfsm.deployment.admission._MOST_HANDSHAKES", 1)
+        monkeypatch.setattr("visualhfsm.deployment.admission._FAIR_SHARE", 0.0)
         with closing(Admission([endpoint], [inner.getsockname()[1]])) as admission:
             for _ in range(2):
                 with holding(endpoint, 2, RECORD):

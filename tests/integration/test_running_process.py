@@ -13,11 +13,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from hfsm_command.child import ChildProcess
 from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.running import eventually
 from visualhfsm.watched import LineReports, Lines
+from zenoh_ice.application.child import ChildProcess
 
 
 class Output:
@@ -170,7 +170,7 @@ def test_what_a_child_leaves_behind_ends_with_it() -> None:
 
 SERVER = """
 import asyncio, os, sys
-from hfsm_command.child import ChildProcess
+from zenoh_ice.application.child import ChildProcess
 
 async def go():
     child = ChildProcess(lambda descriptor, data: None)

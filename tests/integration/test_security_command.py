@@ -11,12 +11,12 @@ import typer.testing
 import zenoh
 from cryptography import x509
 
-from deploy.router import DEFAULTS, serve
-from deploy.security.command import app
-from deploy.security.folder import SecurityFilesError, hosts_of
 from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.security import Keys
 from tests.support.stranger import session_of
+from visualhfsm.deployment.router import DEFAULTS, serve
+from visualhfsm.security.command import app
+from visualhfsm.security.folder import SecurityFilesError, hosts_of
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import check_security

@@ -8,16 +8,16 @@ import sys
 
 import pytest
 
-from hfsm_command.cli import stop_on_signals
 from tests.support.limits import RUN_LIMIT
 from tests.support.processes import ComponentProcess
+from zenoh_ice.application.cli import stop_on_signals
 
 PROGRAM = """
 import os, signal, sys, threading, time, typer
-import hfsm_command.cli
+import zenoh_ice.application.cli
 from zenoh.handlers import Callback
 from zenoh_ice import ConfigurationException, initialize
-from hfsm_command.cli import run, stop_on_signals
+from zenoh_ice.application.cli import run, stop_on_signals
 
 app = typer.Typer()
 
@@ -92,7 +92,7 @@ WHEREVER_IT_STRIKES = """
 """
 
 HANGING = """
-    hfsm_command.cli._CLEANUP_GRACE = 0.2
+    zenoh_ice.application.cli._CLEANUP_GRACE = 0.2
     with stop_on_signals() as stop:
         strike()
         stop.wait()

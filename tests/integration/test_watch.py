@@ -146,7 +146,7 @@ def test_a_name_that_a_terminal_would_obey_is_not_shown(robot: ServedRobot) -> N
 def test_without_a_component_the_command_says_how_to_start_one(robot: ServedRobot) -> None:
     code, output = run(options(robot, "--wait", "0.5"))
     assert code == 1
-    assert "python -m behaviors.follow_ball" in output
+    assert "python behaviors/follow_ball.py" in output
     assert "Traceback" not in output
 
 

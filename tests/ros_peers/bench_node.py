@@ -35,8 +35,8 @@ class Ours:
     """A node of our library."""
 
     def __init__(self, side: str, port: str) -> None:
-        from ros2 import Node, QoS
         from zenoh_ice import Settings
+        from zenoh_ros2 import Node, QoS
 
         place = (f"tcp/127.0.0.1:{port}",)
         settings = Settings(listen=place, connect=()) if side == "a" else Settings(connect=place)

@@ -51,7 +51,7 @@ OWN: Final = {
     "duration_msgs/msg/Span": "builtin_interfaces/Time start\nbuiltin_interfaces/Duration length\n",
 }
 """Types of users, with what the grammar allows, and some of other packages."""
-OURS: Final = Path(__file__).parents[2] / "ros2" / "definitions"
+OURS: Final = Path(__file__).parents[2] / "zenoh_ros2" / "definitions"
 """What rosbags lacks and our package brings: these texts are recorded, too."""
 WORDS: Final = ("", "x", "Grüße", "joint_1", "日本", "a longer text, so that what follows moves")
 PLAIN: Final = {"bool": "int8", "byte": "int8", "char": "uint8"}

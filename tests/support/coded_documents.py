@@ -8,9 +8,9 @@ from pathlib import Path
 import hfsm_runtime as runtime
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document
-from hfsm_pytest.loading import load_component
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
+from visualhfsm.testing.loading import load_component
 
 __all__ = ["Visits", "commanded", "run"]
 

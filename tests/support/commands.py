@@ -32,7 +32,7 @@ def run_here(
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end in a folder, the working directory by default, with its output as text.
 
-    Errors of ours and of the `expected` types become one line on stderr, as with `hfsm_command.cli.run`.
+    Errors of ours and of the `expected` types become one line on stderr, as with `zenoh_ice.application.cli.run`.
     """
     words = [*map(str, arguments)]
     with contextlib.chdir(cwd):

@@ -29,11 +29,14 @@ sys.exit({function}())
 """
 
 
-def copy_packages(folder: Path) -> None:
-    """Copy the packages that a wheel has into a folder, with the compiled modules."""
+def copy_packages(folder: Path, *, checkout: bool = False) -> None:
+    """Copy what a wheel has into a folder, with the compiled modules; as a `checkout` has it, if asked."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-    for name in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]:
+    wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
+    for name in wheel["packages"]:
         shutil.copytree(ROOT / name, folder / name)
+    for name, place in wheel["force-include"].items():
+        shutil.copytree(ROOT / name, folder / (name if checkout else place))
 
 
 def make_environment(home: Path, extras: Iterable[str], *, packages: Path, editable: bool = False) -> Path:

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from unittest.mock import patch
 
-from deploy.nao.command import app
 from tests.support.commands import run_here
+from visualhfsm.nao.command import app
 
 __all__ = ["Outcome", "at", "nao"]
 

@@ -12,9 +12,9 @@ from typing import Any
 import qi
 
 from naoserver.libqi import start_libqi
-from naoserver_naoqi import link
-from naoserver_naoqi.libqi import connect
-from naoserver_naoqi.link import Link, Reply, RobotAddress
+from naoserver.naoqi import link
+from naoserver.naoqi.libqi import connect
+from naoserver.naoqi.link import Link, Reply, RobotAddress
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 
 __all__ = ["call", "connect_patiently", "connected", "eventually_near"]

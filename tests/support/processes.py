@@ -34,7 +34,7 @@ def module(name: str, *arguments: str) -> list[str]:
 def announced(entry: str, *arguments: str) -> list[str]:
     """Return the command that runs the `main` of a module, and prints `starting` when it handles Ctrl-C."""
     code = (
-        "from hfsm_command import end_at_ctrl_c; end_at_ctrl_c(); print('starting', flush=True)\n"
+        "from zenoh_ice.application import end_at_ctrl_c; end_at_ctrl_c(); print('starting', flush=True)\n"
         f"from {entry} import main; main()"
     )
     return [sys.executable, "-c", code, *arguments]

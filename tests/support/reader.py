@@ -37,7 +37,7 @@ LASTING: Final = {
     r"python \w+\.py --listen": "",
 }
 """Commands that go on until Ctrl-C, each with the line that a reader waits for."""
-ENDED: Final = {r"python (-m behaviors\.|\w+\.py --(near|ros))(?!.*--seconds)": " --seconds 1"}
+ENDED: Final = {r"python (behaviors/|\w+\.py --(near|ros))(?!.*--seconds)": " --seconds 1"}
 """Commands that would go on for long, each with what ends them."""
 SERVERS: Final = r"(naoserver-sim|python -m naoserver|nao router)(?!.*--(config|mode client))"
 """Commands that listen on the port to which all others connect."""

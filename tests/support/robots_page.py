@@ -56,11 +56,11 @@ def _surveyed(robot: Robot) -> dict[str, str]:
 
 
 def _surveyed_through_naoqi() -> dict[str, str]:
-    from naoserver_naoqi.link import RobotAddress
-    from naoserver_naoqi.robot import NaoqiRobot
+    from naoserver.naoqi.link import RobotAddress
+    from naoserver.naoqi.robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with ComponentProcess(module("naoserver_qi", "--qi", "tcp://127.0.0.1:0")) as naoqi:
+    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0")) as naoqi:
         address = RobotAddress.parse(naoqi.wait_for(r"^ready: (\S+)")[1], "", "")
         return _surveyed(NaoqiRobot(lambda _: connect_patiently(address)))
 

@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from ros2 import Graph, Node
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Settings
+from zenoh_ros2 import Graph, Node
 
 DOMAIN = 73
 """A domain that nobody on the machine uses."""

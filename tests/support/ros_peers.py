@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import pytest
 
-from .limits import END_LIMIT, EVENT_LIMIT
+from .limits import END_LIMIT, EVENT_LIMIT, START_LIMIT
 from .places import ROOT
 
 PROGRAMS: Final = ROOT / "tests" / "ros_peers"
@@ -66,7 +66,7 @@ class Peer:
         self.process.stdin.write(json.dumps(what) + "\n")
         self.process.stdin.flush()
 
-    def next(self, limit: float = EVENT_LIMIT) -> dict[str, Any]:
+    def next(self, limit: float = START_LIMIT) -> dict[str, Any]:
         """Return its next message."""
         try:
             return self.said.get(timeout=limit)

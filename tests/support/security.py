@@ -9,17 +9,17 @@ from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 
-from deploy.security.folder import SecurityFolder
 from tests.support.processes import ComponentProcess, free_endpoint
+from visualhfsm.security.folder import SecurityFolder
 from zenoh_ice.settings import Settings, host_and_port, load_settings
 
 __all__ = ["Keys", "routing"]
 
 _ROUTER = """
 import pickle, sys
-from hfsm_command import end_at_ctrl_c
+from zenoh_ice.application import end_at_ctrl_c
 end_at_ctrl_c()
-from deploy.router import serve
+from visualhfsm.deployment.router import serve
 serve(pickle.loads(bytes.fromhex(sys.argv[1])), lambda line: print("ready", flush=True))
 """
 

@@ -19,13 +19,12 @@ import msgspec
 import zenoh
 
 import interfaces
-from deploy.nao import NaoError
-from deploy.nao.dynamic import Types
-from deploy.nao.values import FromJson, to_json
-from hfsm_command.cli import describe
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
 from tests.support.wire_values import pack
+from visualhfsm.nao import NaoError
+from visualhfsm.nao.dynamic import Types
+from visualhfsm.nao.values import FromJson, to_json
 from zenoh_ice import (
     ConfigurationException,
     ConnectionLostException,
@@ -54,6 +53,7 @@ from zenoh_ice._zenoh.shared_memory import (
     MemoryReference,
     memory_space,
 )
+from zenoh_ice.application.cli import describe
 from zenoh_ice.clock import RobotClock
 from zenoh_ice.generated import Int, Long, Struct, Value
 from zenoh_ice.in_process import InProcessTransport

@@ -68,14 +68,17 @@ def missing(names: set[str], wanted: list[str]) -> None:
 def check_contents(sdist: Path, wheel: Path) -> None:
     """Compare the distributions with the files of the repository.
 
-    The source distribution has all of them, the wheel those of its packages.
+    The source distribution has all of them, the wheel those of its packages and of the folders that it ships.
     """
     tracked = run("git", "ls-files").splitlines()
-    packages = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+    contents = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+    places = {name: name for name in contents["packages"]} | contents["force-include"]
     with tarfile.open(sdist) as archive:
         missing({name.partition("/")[2] for name in archive.getnames()}, tracked)
     with zipfile.ZipFile(wheel) as archive:
-        missing(set(archive.namelist()), [name for name in tracked if name.partition("/")[0] in packages])
+        parts = (name.partition("/") for name in tracked)
+        wanted = [f"{places[folder]}/{name}" for folder, _, name in parts if folder in places]
+        missing(set(archive.namelist()), wanted)
 
 
 def check_commands(programs: Path, folder: Path) -> None:

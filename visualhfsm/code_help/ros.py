@@ -21,7 +21,7 @@ def ros_classes(interfaces: Sequence[RosInterface], types: RosTypes) -> str:
     """Return a class for the attribute of each interface, `_Ros_NAME`, and those of its messages."""
     messages = _Messages(types)
     written = [line for each in interfaces for line in _ends(each, messages)]
-    imports = ["from concurrent.futures import Future", "from ros2 import Types"]
+    imports = ["from concurrent.futures import Future", "from zenoh_ros2 import Types"]
     return "\n".join([*imports, *messages.lines(), *written, ""])
 
 

@@ -17,7 +17,7 @@ from typing import Final
 
 import msgspec
 
-from hfsm_recording.messages import Shape
+from hfsm_runtime.recording_file.messages import Shape
 from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.world import Placement
 

@@ -13,8 +13,8 @@ from typing import Final
 
 import msgspec
 
-from hfsm_recording.messages import Action, Picture, RobotPose, Snapshot, World
-from hfsm_recording.writer import RecordingFailedError, RecordingWriter
+from hfsm_runtime.recording_file.messages import Action, Picture, RobotPose, Snapshot, World
+from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from interfaces.jderobot import CameraPrx
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News

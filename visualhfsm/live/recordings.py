@@ -14,7 +14,7 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
-from hfsm_recording.messages import (
+from hfsm_runtime.recording_file.messages import (
     Action,
     Change,
     Cycle,
@@ -32,7 +32,7 @@ from hfsm_recording.messages import (
     Variables,
     World,
 )  # fmt: skip
-from hfsm_recording.reader import ImageHash, RawMessage, RecordingError, RecordingFile, decode
+from hfsm_runtime.recording_file.reader import ImageHash, RawMessage, RecordingError, RecordingFile, decode
 from interfaces import hfsm
 from interfaces.hfsm import (
     AutomatonSnapshot,

@@ -21,11 +21,11 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
     """
     what = "the graph of ROS cannot be read"
     try:
-        import ros2  # its dependencies are needed only with ROS
+        import zenoh_ros2  # its dependencies are needed only with ROS
     except ImportError as error:
         raise VisualHfsmError(f"{what}: {error}") from error
     try:
-        with ros2.Node("visualhfsm", settings=ros2.settings_of_node(settings)) as node:
+        with zenoh_ros2.Node("visualhfsm", settings=zenoh_ros2.settings_of_node(settings)) as node:
             node.graph.wait(lambda: False, _LOOK)
             found = {
                 "topics": node.graph.topics(),
@@ -33,6 +33,6 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
                 "actions": node.graph.actions(),
             }
             types = {kind: node.types.names(kind) for kind in ("msg", "srv", "action")}
-    except (ros2.RosError, ZenohIceError) as error:
+    except (zenoh_ros2.RosError, ZenohIceError) as error:
         raise VisualHfsmError(f"{what}: {error}") from error
     return {**{name: dict([*each.items()][:_MOST]) for name, each in found.items()}, "types": types}

@@ -14,7 +14,6 @@ import msgspec
 from msgspec import Meta
 
 from codegen.hfsm.document import Document
-from hfsm_command.emergency_stop import SAFETY
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
@@ -32,6 +31,7 @@ from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.run_page import MOST_PICTURES, Run, run_page
 from visualhfsm.services import Components, Publish, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
+from zenoh_ice.application.emergency_stop import SAFETY
 from zenoh_ice.interface import Operation
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target

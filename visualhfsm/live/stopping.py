@@ -10,10 +10,10 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_command.emergency_stop import SAFETY, STILL, STILL_LIMIT, begin_stop
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
 from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
+from zenoh_ice.application.emergency_stop import SAFETY, STILL, STILL_LIMIT, begin_stop
 
 __all__ = ["StopReport", "stop_once", "stop_robot"]
 

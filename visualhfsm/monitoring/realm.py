@@ -46,7 +46,7 @@ def find_component(communicator: Communicator, wait: float) -> str:
             endpoints = ", ".join(communicator.settings.connect)
             raise VisualHfsmError(
                 f"no component runs in realm {communicator.realm} at {endpoints}; start one, such as: "
-                "python -m behaviors.follow_ball; naoserver-sim starts the robot for it"
+                "python behaviors/follow_ball.py; naoserver-sim starts the robot for it"
             )
         time.sleep(_PERIOD)
     time.sleep(_SETTLING)

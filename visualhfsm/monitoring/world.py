@@ -12,7 +12,7 @@ from typing import Final
 
 import msgspec
 
-from hfsm_recording.messages import Shape, values_of
+from hfsm_runtime.recording_file.messages import Shape, values_of
 from interfaces.jderobot import Pose3DEncodersPrx
 from interfaces.nao import GroundTruthPrx, ScenePrx, ShapeKind
 from visualhfsm.monitoring.realm import Newest, PolledValue

@@ -20,8 +20,8 @@ from typing import Final
 
 import msgspec
 
-from hfsm_command.directories import state_directory
 from visualhfsm.errors import EditError
+from zenoh_ice.application.directories import state_directory
 
 _logger = logging.getLogger(__name__)
 

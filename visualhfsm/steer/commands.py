@@ -14,13 +14,13 @@ import msgspec
 import typer
 
 from codegen.diagnostics import Diagnostics
-from hfsm_command.cli import finite, with_settings
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStatus, Explanation, ReloadRefused
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.realm import RELOAD_PATIENCE, did_you_mean
 from visualhfsm.steer.target import Address, Target, steered
 from zenoh_ice import TimeoutException
+from zenoh_ice.application.cli import finite, with_settings
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
 

@@ -68,7 +68,7 @@ class WatchState:
                 f"Robot server lost {self.robot_age:.0f} s ago; going on when it is back at {self.endpoint}"
             )
         if self.automata is None or self.snapshot is None:
-            return f"Waiting for {self.component}; python -m behaviors.{self.component} starts it"
+            return f"Waiting for {self.component}; start it, such as by python {self.component}.py"
         if self.snapshot_age > STALE:
             return f"{self.component} lost {self.snapshot_age:.0f} s ago; going on when it is back"
         return ""

@@ -26,7 +26,6 @@ from rich.panel import Panel
 from rich.text import Text
 
 from codegen.hfsm.document import Document
-from hfsm_command.cli import stop_on_signals
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx, TransitionStructure
 from interfaces.nao import Severity
 from visualhfsm.editing.serialization import parse_file
@@ -40,6 +39,7 @@ from visualhfsm.watch.panels import camera_lines, from_center, legend, robot_lin
 from visualhfsm.watch.summary import figures_of, summarize, summary_table
 from visualhfsm.watch.telemetry import Telemetry, WatchState
 from zenoh_ice import Communicator
+from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.text import printable
 
 _PERIOD: Final = 0.1

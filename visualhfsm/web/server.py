@@ -25,9 +25,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.exceptions import InvalidState
 
-from hfsm_command.cli import stop_on_signals
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.sessions.journal import journal_directory
+from zenoh_ice.application.cli import stop_on_signals
 
 from .assets import page_assets
 from .connection import converse, until_one_ends

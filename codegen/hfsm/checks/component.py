@@ -58,7 +58,7 @@ STANDARD_OPTIONS: Final = frozenset(
 
 _LIBRARIES: Final = sys.stdlib_module_names | {
     *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
-    *("hfsm_recording", "hfsm_runtime", "interfaces", "hfsm_command", "ros2", "rosbags", "soccer_field"),
+    *("hfsm_runtime", "interfaces", "naoserver", "rosbags", "zenoh_ros2"),
     "zenoh_ice",
 }
 """Packages that a component may import, directly or not."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hfsm_pytest import Behavior, MakeBehavior, check_properties
+from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 DOCUMENT = "behaviors/dance.xml"
 # Shoulder pitch and roll, elbow yaw and roll of the right arm, in rad, as the document has them.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hfsm_pytest import Behavior, MakeBehavior, check_properties
 from hfsm_runtime.tree import ChangeKind
+from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 DOCUMENT = "behaviors/dance_and_follow.xml"
 POSITIONS = 10

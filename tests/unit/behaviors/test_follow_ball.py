@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from hfsm_pytest import Behavior, MakeBehavior, check_properties
 from naoserver.body import H25
+from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 DOCUMENT = "behaviors/follow_ball.xml"
 CORNERS = [(1.8, 0.2), (-1.8, 0.2), (-1.8, -0.3), (1.8, -0.3), (0.45, -0.65), (-0.45, -0.65), (0.0, 0.45)]

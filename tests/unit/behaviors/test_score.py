@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from hfsm_pytest import Behavior, MakeBehavior
 from naoserver.capabilities import Truth
 from naoserver_sim.world import Start, load_world
+from visualhfsm.testing import Behavior, MakeBehavior
 
 DOCUMENT = "behaviors/score.xml"
 GOAL_LINE = 4.5

@@ -19,9 +19,9 @@ README = (REPOSITORY / "README.md").read_text("utf-8")
 APPS = {
     "ballmover": ("ballmover.cli", "app"),
     "codegen": ("codegen.command", "app"),
-    "nao": ("deploy.nao.command", "app"),
-    "naoserver-naoqi": ("naoserver_naoqi.command", "app"),
-    "naoserver-ros2": ("naoserver_ros2.command", "app"),
+    "nao": ("visualhfsm.nao.command", "app"),
+    "naoserver-naoqi": ("naoserver.naoqi.command", "app"),
+    "naoserver-ros2": ("naoserver.ros2.command", "app"),
     "naoserver-sim": ("naoserver_sim.command", "app"),
     "visualhfsm": ("visualhfsm.command", "app"),
 }

@@ -7,8 +7,8 @@ import re
 import pytest
 import typer
 
-from hfsm_command.cli import with_settings
 from tests.support.pages import DOCS
+from zenoh_ice.application.cli import with_settings
 from zenoh_ice.settings import PROTOCOLS, Security, Settings, load_settings
 
 hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from hfsm_pytest import MakeBehavior, strategies
 from tests.support.pages import DOCS
+from visualhfsm.testing import MakeBehavior, strategies
 
 pytest_plugins = "pytester"
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hfsm_command.last_cycle import CycleFile, LastCycle, create, read
 from hfsm_runtime import State, Transition, VirtualRun
 from hfsm_runtime.ending import CycleNotes
 from tests.support.automata import automaton, component
+from zenoh_ice.application.last_cycle import CycleFile, LastCycle, create, read
 
 
 def test_each_piece_of_code_finds_itself_in_the_file(tmp_path: Path) -> None:

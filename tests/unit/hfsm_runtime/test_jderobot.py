@@ -9,10 +9,10 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm.loading import check_document
 from codegen.hfsm.old_names import CLIENT_METHODS
-from hfsm_pytest import MakeBehavior
 from hfsm_runtime import jderobot
 from interfaces.jderobot import CMDVelData, Pose3DData
 from tests.support.documents import compile_to, document, state, sub
+from visualhfsm.testing import MakeBehavior
 
 
 def interface(type: str) -> str:

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from hfsm_pytest.ros import FakeRos
 from hfsm_runtime import Component, Ros, ros_message, ros_tf
 from hfsm_runtime.errors import ComponentError, NotConnectedError
 from hfsm_runtime.ros import Endpoints, stop_ends, types_of
-from ros2 import CallError, MessageError
+from visualhfsm.testing.ros import FakeRos
+from zenoh_ros2 import CallError, MessageError
 
 # As codegen writes them: each after those that it needs.
 TYPES = {"my_msgs/msg/Color": "string name\n", "my_msgs/msg/Ball": "Color color\nfloat64 x\n"}

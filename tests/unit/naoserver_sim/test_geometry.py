@@ -4,11 +4,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from naoserver.soccer_field.model import Field
 from naoserver_sim.geometry import describe_world
 from naoserver_sim.model import build_model
 from naoserver_sim.surroundings import draw_field
 from naoserver_sim.world import load_world, parse_world
-from soccer_field.model import Field
 
 pytestmark = pytest.mark.sim
 

@@ -6,11 +6,11 @@ import signal
 from pathlib import Path
 
 from codegen.hfsm.source_map import SourceMap
-from hfsm_command.last_cycle import LastCycle
 from tests.support.editing import tree
 from visualhfsm.editing.places import Place
 from visualhfsm.ending import LastWords, describe_end
 from visualhfsm.origins import Origin, Origins
+from zenoh_ice.application.last_cycle import LastCycle
 
 HERE = Origin(Place(kind="state", automaton=1, id=1, part="code"), 2)
 CALLED = Origin(Place(kind="automaton", automaton=1, part="functions"), 1)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from hfsm_recording.outcome import Divergence, Outcome, Side, Step
-from hfsm_recording.writer import RecordingWriter
+from hfsm_runtime.recording_file.outcome import Divergence, Outcome, Side, Step
+from hfsm_runtime.recording_file.writer import RecordingWriter
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.replay import replay
 from visualhfsm.replaying import outcome_lines

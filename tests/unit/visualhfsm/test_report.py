@@ -6,8 +6,8 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from hfsm_recording.messages import Change
-from hfsm_recording.writer import Entry, RecordingWriter
+from hfsm_runtime.recording_file.messages import Change
+from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from visualhfsm.command import app
 
 START = 1_700_000_000_000_000_000

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from deploy.security.folder import SecurityFolder
-from hfsm_command.cli import describe
+from visualhfsm.security.folder import SecurityFolder
 from zenoh_ice import initialize
+from zenoh_ice.application.cli import describe
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import check_security, exposure
 from zenoh_ice.session import session_config

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 
-from hfsm_command.cli import describe
 from tests.support.any_text import any_text
+from zenoh_ice.application.cli import describe
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.settings import Security, Settings, load_settings
 

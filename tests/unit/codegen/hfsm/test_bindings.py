@@ -8,8 +8,8 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
-from hfsm_pytest import MakeBehavior
 from tests.support.documents import compile_to, document, state, sub, transition
+from visualhfsm.testing import MakeBehavior
 
 
 def interface(name: str, type: str = "Motors", identity: str = "Motors") -> str:

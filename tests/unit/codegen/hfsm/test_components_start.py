@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from codegen.hfsm.source_map import SOURCE_MAP
-from hfsm_pytest.trial import trial
 from hfsm_runtime import VirtualRun
 from tests.support.codegen_command import ROOT
 from tests.support.documents import load
+from visualhfsm.testing.trial import trial
 
 COMPONENTS = [
     path

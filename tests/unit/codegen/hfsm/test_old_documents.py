@@ -12,10 +12,10 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.loading import check_document
-from hfsm_pytest.trial import trial
 from hfsm_runtime import VirtualRun
 from tests.support.codegen_command import ROOT
 from tests.support.documents import compile_to, document, load, state, sub, transition
+from visualhfsm.testing.trial import trial
 
 MOTORS = (
     "<iceinterface><nameinterface>motors</nameinterface><nameproxy>Motors</nameproxy>"

@@ -12,12 +12,12 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
-from hfsm_pytest import MakeBehavior
-from hfsm_pytest.trial import trial
 from hfsm_runtime import VirtualRun
 from tests.support.codegen_command import ROOT
 from tests.support.documents import load
 from visualhfsm.conversion import convert_document
+from visualhfsm.testing import MakeBehavior
+from visualhfsm.testing.trial import trial
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"

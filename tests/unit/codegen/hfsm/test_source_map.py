@@ -13,12 +13,12 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Text
 from codegen.hfsm.loading import load_document
 from codegen.hfsm.source_map import SourceMap, SourceRow
-from hfsm_pytest.loading import load_component
 from hfsm_runtime import VirtualRun
 from hfsm_runtime.errors import VariablesError
 from hfsm_runtime.source_map import sources_of
 from tests.support.documents import load
 from tests.support.model_documents import automaton, document, state, when
+from visualhfsm.testing.loading import load_component
 
 VARIABLES = "# the second line fails\nlimit = 1 / 0"
 

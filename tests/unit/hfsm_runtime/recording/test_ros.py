@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from hfsm_pytest.ros import FakeRos
 from hfsm_runtime.recording.ros import AskedNode
 from hfsm_runtime.ros import message_of
-from ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
+from visualhfsm.testing.ros import FakeRos
+from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
 STRING = "std_msgs/msg/String"
 

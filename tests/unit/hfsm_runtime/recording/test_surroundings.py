@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from hfsm_recording.messages import RobotPose, World
-from hfsm_recording.writer import Entry
 from hfsm_runtime.recording.recorder import Recorder
 from hfsm_runtime.recording.surroundings import recorded_surroundings
+from hfsm_runtime.recording_file.messages import RobotPose, World
+from hfsm_runtime.recording_file.writer import Entry
 from naoserver.fake import FakeRobot
 from tests.support.robot_server import eventually, served_to_client
 

@@ -6,12 +6,12 @@ import sys
 
 import pytest
 
-from ros2 import ActionServer, Node
 from tests.support.processes import free_endpoint
 from tests.support.ros_nodes import DOMAIN
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.live.ros_graph import read_ros_graph
 from zenoh_ice import Settings
+from zenoh_ros2 import ActionServer, Node
 
 
 @pytest.mark.slow
@@ -33,6 +33,6 @@ def test_bad_domains_and_missing_packages_are_reported(monkeypatch: pytest.Monke
     monkeypatch.setenv("ROS_DOMAIN_ID", "kitchen")
     with pytest.raises(VisualHfsmError, match="kitchen"):
         read_ros_graph(Settings(connect=(free_endpoint(),)))
-    monkeypatch.setitem(sys.modules, "ros2", None)
+    monkeypatch.setitem(sys.modules, "zenoh_ros2", None)
     with pytest.raises(VisualHfsmError, match="the graph of ROS cannot be read"):
         read_ros_graph(Settings())

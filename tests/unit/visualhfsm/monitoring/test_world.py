@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hfsm_recording.messages import Shape, values_of
+from hfsm_runtime.recording_file.messages import Shape, values_of
 from interfaces.nao import Pose, Quaternion, ShapeKind, Vector3, WorldShape
 from visualhfsm.monitoring.world import MOST_SHAPES, sound_placement, sound_shapes
 

@@ -179,7 +179,7 @@ def test_before_anything_is_heard_the_view_shows_what_it_waits_for():
     lines = draw(nothing)
     assert "Waiting for a robot server at tcp/127.0.0.1:7447; naoserver-sim starts one" in lines[1]
     only_robot = replace(watched(), automata=None, snapshot=None)
-    assert "python -m behaviors.dance_and_follow starts it" in draw(only_robot)[1]
+    assert "start it, such as by python dance_and_follow.py" in draw(only_robot)[1]
 
 
 def test_errors_of_the_component_are_shown():

@@ -1,0 +1,149 @@
+"""What `nao doctor` finds on a misconfigured machine."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from naoserver.latch import Latch, latch_of
+from visualhfsm.nao import doctor
+from visualhfsm.nao.connection import listens
+from visualhfsm.nao.doctor import (
+    Finding,
+    Level,
+    check_installation,
+    check_machine,
+    check_network,
+    check_robots,
+    holder_of,
+)
+from zenoh_ice.settings import Settings, load_settings
+
+
+def reported(findings: Iterator[Finding], level: Level) -> list[str]:
+    return [f"{each.text} | {each.fix}" for each in findings if each.level == level]
+
+
+def test_an_installation_in_order_has_no_failures() -> None:
+    findings = list(check_installation())
+    assert reported(iter(findings), Level.FAILURE) == []
+    assert any(each.text.startswith("Python ") for each in findings)
+
+
+def test_libraries_that_are_missing_or_old_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    versions = {"eclipse-zenoh": "1.2", "mujoco": None}
+    monkeypatch.setattr(doctor, "installed_version", lambda name: versions.get(name, "999"))
+    findings = list(check_installation())
+    (failure,) = (each.text for each in findings if each.level == Level.FAILURE)
+    assert failure.startswith("eclipse-zenoh 1.2 is older than 1.")
+    (missing,) = (each for each in findings if each.level == Level.NOTE)
+    assert missing.text == "the simulated robot, naoserver-sim: mujoco is not installed"
+    assert "'visualhfsm[sim]'" in missing.fix
+
+
+def test_files_that_are_named_like_packages_are_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "zenoh.py").touch()
+    (tmp_path / "interfaces").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert not any("interfaces" in text for text in reported(check_installation(), Level.WARNING))
+    (tmp_path / "interfaces" / "__init__.py").touch()
+    (text,) = reported(check_installation(), Level.WARNING)
+    assert "interfaces/__init__.py, zenoh.py" in text
+
+
+def test_a_folder_that_merges_with_ours_is_in_order_unless_it_has_a_module_of_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lamp = tmp_path / "interfaces" / "house" / "__init__.py"
+    lamp.parent.mkdir(parents=True)
+    lamp.touch()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert reported(check_installation(), Level.FAILURE) == []
+    assert reported(check_installation(), Level.WARNING) == []
+    lamp.parent.rename(tmp_path / "interfaces" / "nao")
+    (text,) = reported(check_installation(), Level.WARNING)
+    assert f"from {tmp_path}: interfaces/nao/__init__.py |" in text
+
+
+@pytest.mark.slow
+def test_a_process_that_cannot_render_is_reported_with_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "off")
+    (text,) = reported(check_machine(), Level.FAILURE)
+    assert "rendering is switched off by MUJOCO_GL=off" in text
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_a_process_that_can_render_takes_a_picture() -> None:
+    (text,) = (each.text for each in check_machine() if each.text.startswith("GL"))
+    assert text.startswith("GL renders a picture of 64x64 with ")
+
+
+def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert list(check_robots()) == [Finding(Level.OK, "none is stopped")]
+
+    def serving(realm: str) -> Latch:
+        latch = latch_of(Settings(realm=realm, listen=("tcp/127.0.0.1:7447",)))
+        assert isinstance(latch, Latch)
+        return latch
+
+    with serving("ended"):
+        pass
+    with serving("red") as red:
+        red.keep("a hand in the way", None)
+    serving("killed").__enter__()
+    killed, stopped = check_robots()
+    assert (killed.level, stopped.level) == (Level.NOTE, Level.NOTE)
+    assert killed.text == "a server of realm killed runs, or was killed: then the next one starts stopped"
+    assert stopped.text == "a robot of realm red is stopped: a hand in the way"
+    assert stopped.fix == "look at it, then: nao stop --reset --realm red"
+    (tmp_path / "visualhfsm" / "robots" / "nao-0.json").write_text("{")
+    assert "cannot be read" in next(each.text for each in check_robots() if "realm nao" in each.text)
+
+
+def test_who_holds_a_port_is_reported() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        endpoint = f"tcp/127.0.0.1:{server.getsockname()[1]}"
+        assert listens(endpoint) is True
+        assert holder_of(endpoint).endswith(f" {os.getpid()}")
+    assert (listens(endpoint), holder_of(endpoint)) == (False, "")
+
+
+def test_what_cannot_be_looked_at_is_not_guessed(tmp_path: Path) -> None:
+    assert listens("quic/127.0.0.1:7447") is None
+    assert listens(f"unixsock-stream/{tmp_path / 'socket'}") is False
+
+
+NO_ZENOH = """
+import socket
+with socket.create_server(("127.0.0.1", 0)) as server:
+    print(server.getsockname()[1], flush=True)
+    while True:
+        server.accept()[0].sendall(b"220 no Zenoh")
+"""
+
+
+@pytest.mark.slow
+def test_a_port_that_speaks_something_else_is_reported() -> None:
+    with subprocess.Popen([sys.executable, "-c", NO_ZENOH], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            endpoint = f"tcp/127.0.0.1:{process.stdout.readline().strip()}"
+            settings = load_settings(flags={"connect": [endpoint], "clock": "wall"})
+            (text,) = reported(check_network(settings), Level.FAILURE)
+        finally:
+            process.kill()
+    assert text.startswith("no link: ")
+    assert "another program uses it" in text

@@ -1,0 +1,82 @@
+"""Walk, motions and emergency stop of a robot under test: in virtual time, without threads."""
+
+from __future__ import annotations
+
+import pytest
+
+from hfsm_runtime import Automaton, Component, Proxy, State
+from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
+from interfaces.nao import ActionStatus, HealthPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
+from visualhfsm.testing import MakeBehavior
+
+
+class Whole(Component):
+    Walk = Proxy("Motors", MotorsPrx)
+    Odometry = Proxy("Encoders", EncodersPrx)
+    Postures = Proxy("Postures", PosturesPrx)
+    Safety = Proxy("Safety", SafetyPrx)
+    Health = Proxy("Health", HealthPrx)
+
+    def automaton(self) -> Automaton:
+        return Automaton(id=1, name="nothing", states=(State(id=1, name="idle", initial=True),))
+
+
+@pytest.fixture
+def b(behavior: MakeBehavior):
+    return behavior(Whole, robot="fake")
+
+
+def test_a_posture_is_reached_and_reported(b) -> None:
+    b.component.Postures.getPostureState.latest()
+    b.component.Postures.goToPosture("Crouch", 1.0)
+    b.advance(0.2)
+    assert b.component.Postures.getPostureState.latest().value.status == ActionStatus.Moving
+    b.advance(10.0)
+    assert b.component.Postures.getPostureState().status == ActionStatus.Done
+    assert b.component.Postures.getPosture() == "Crouch"
+
+
+def test_it_walks_for_as_long_as_that_is_renewed(b) -> None:
+    for _ in range(10):
+        b.component.Walk.setV(0.1)
+        b.advance(0.2)
+    walked = b.component.Odometry.getEncodersData().robotx
+    assert walked > 0.1
+    b.advance(5.0)
+    stopped = b.component.Odometry.getEncodersData().robotx
+    b.advance(5.0)
+    assert b.component.Odometry.getEncodersData().robotx == stopped
+
+
+def test_an_emergency_stop_ends_all_of_it_and_is_reported(b) -> None:
+    b.component.Safety.getSafetyState.latest()
+    b.component.Health.getHealth.latest()
+    b.component.Postures.goToPosture("Crouch", 0.2)
+    b.advance(0.5)
+    b.component.Safety.emergencyStop("enough")
+    b.advance(1.0)
+    assert b.component.Postures.getPostureState().status == ActionStatus.Stopped
+    assert b.component.Safety.getSafetyState.latest().value.reason == "enough"
+    assert "emergency stop: enough" in [e.message for e in b.component.Health.getHealth.latest().value.events]
+    with pytest.raises(CommandRefusedException, match="enough"):
+        b.component.Walk.setV(0.1)
+
+
+class Commanding(Whole):
+    Head = Proxy("Head", PoseHeadPrx)
+
+    def automaton(self) -> Automaton:
+        only = State(id=1, name="only", initial=True, code=lambda: self.Head.setPose(0.1, 0.0, 0.5))
+        return Automaton(id=1, name="commanding", states=(only,))
+
+
+def test_a_behavior_pauses_at_an_emergency_stop_and_goes_on_after_the_reset(behavior: MakeBehavior) -> None:
+    b = behavior(Commanding, robot="fake")
+    b.advance(0.5)
+    b.component.Safety.emergencyStop("enough")
+    b.advance(10.0)
+    assert b.time == pytest.approx(0.6)
+    assert len(b.calls("Head.setPose")) == 7, "the one that was refused, and then none"
+    b.component.Safety.resetEmergencyStop()
+    b.advance(2.0)
+    assert b.time > 1.5

@@ -1,0 +1,175 @@
+"""Goals, feedback and cancelling between two nodes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.ros_nodes import two_nodes
+from zenoh_ros2 import (
+    Aborted,
+    ActionClient,
+    ActionServer,
+    CallTimeoutError,
+    Canceled,
+    GoalRejectedError,
+    ServerGoal,
+    Status,
+)
+
+FIBONACCI = "example_interfaces/action/Fibonacci"
+
+
+def fibonacci(goal: ServerGoal) -> dict[str, list[int]]:
+    sequence = [0, 1]
+    while len(sequence) < goal.request.order:
+        sequence.append(sequence[-1] + sequence[-2])
+        goal.publish_feedback(sequence=sequence)
+        if goal.wait(0.001):
+            raise Canceled({"sequence": sequence})
+    return {"sequence": sequence}
+
+
+def test_a_goal_reports_and_succeeds() -> None:
+    with two_nodes() as (robot, tool):
+        ActionServer(robot, FIBONACCI, "/fib", fibonacci)
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        goal = client.send(order=6, timeout=CALL_LIMIT)
+        assert goal.result(CALL_LIMIT).sequence.tolist() == [0, 1, 1, 2, 3, 5]
+        assert (goal.status, goal.done) == (Status.SUCCEEDED, True)
+        assert goal.feedback.sequence.tolist()[:3] == [0, 1, 1]
+        assert not goal.cancel()
+
+
+def test_a_goal_is_cancelled() -> None:
+    with two_nodes() as (robot, tool):
+        ActionServer(robot, FIBONACCI, "/fib", fibonacci)
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        goal = client.send(order=40_000, timeout=CALL_LIMIT)
+        with pytest.raises(CallTimeoutError, match="/fib: the goal has not ended"):
+            goal.result(0.01)
+        assert goal.cancel(CALL_LIMIT)
+        assert len(goal.result(CALL_LIMIT).sequence) >= 2
+        assert goal.status is Status.CANCELED
+
+
+def test_a_goal_is_rejected() -> None:
+    with two_nodes() as (robot, tool):
+        ActionServer(robot, FIBONACCI, "/fib", fibonacci, accept=lambda request: request.order < 10)
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        with pytest.raises(GoalRejectedError, match="/fib: the server rejects the goal"):
+            client.send(order=10, timeout=CALL_LIMIT)
+
+
+def abort(_: ServerGoal) -> None:
+    raise Aborted("no way there", {"sequence": [7]})
+
+
+def fail(_: ServerGoal) -> None:
+    raise RuntimeError("a fault")
+
+
+def answer_wrongly(_: ServerGoal) -> dict[str, list[str]]:
+    return {"sequence": ["a"]}
+
+
+def test_a_goal_that_cannot_be_carried_out_is_aborted() -> None:
+    expected: dict[Callable[[ServerGoal], Any], list[int]] = {abort: [7], fail: [], answer_wrongly: []}
+    with two_nodes() as (robot, tool):
+        for execute, sequence in expected.items():
+            name = f"/{execute.__name__}"
+            ActionServer(robot, FIBONACCI, name, execute)
+            client = ActionClient(tool, FIBONACCI, name)
+            client.wait(EVENT_LIMIT)
+            goal = client.send(timeout=CALL_LIMIT)
+            assert goal.result(CALL_LIMIT).sequence.tolist() == sequence
+            assert goal.status is Status.ABORTED
+
+
+def test_a_server_that_ends_cancels_its_goals() -> None:
+    with two_nodes() as (robot, tool):
+        canceled = []
+
+        def execute(goal: ServerGoal) -> None:
+            if goal.wait(CALL_LIMIT):
+                canceled.append(goal)
+                raise Canceled
+
+        server = ActionServer(robot, FIBONACCI, "/fib", execute)
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        goal = client.send(timeout=CALL_LIMIT)
+        client.send(timeout=CALL_LIMIT)  # comes after the request for the result of the first
+        server.close()
+        assert len(canceled) == 2
+        assert goal.result(CALL_LIMIT) is not None
+        assert goal.status is Status.CANCELED
+
+
+def test_a_goal_that_is_accepted_too_late_is_cancelled() -> None:
+    with two_nodes() as (robot, tool):
+        late, canceled = threading.Event(), threading.Event()
+
+        def execute(goal: ServerGoal) -> None:
+            if goal.wait(CALL_LIMIT):
+                canceled.set()
+                raise Canceled
+
+        ActionServer(robot, FIBONACCI, "/fib", execute, accept=lambda _: late.wait(CALL_LIMIT))
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        with pytest.raises(CallTimeoutError):
+            client.send(timeout=0.05)
+        late.set()
+        assert canceled.wait(EVENT_LIMIT)
+
+
+def test_the_statuses_of_all_goals_are_published_for_late_joiners() -> None:
+    with two_nodes() as (robot, tool):
+        ActionServer(robot, FIBONACCI, "/fib", fibonacci)
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        goal = client.send(order=3, timeout=CALL_LIMIT)
+        goal.result(CALL_LIMIT)
+        ended = threading.Event()
+
+        def receive(message: Any) -> None:
+            if [each.status for each in message.status_list] == [Status.SUCCEEDED]:
+                ended.set()
+
+        from zenoh_ros2 import LATCHED
+
+        tool.create_subscription("action_msgs/msg/GoalStatusArray", "/fib/_action/status", receive, LATCHED)
+        assert ended.wait(EVENT_LIMIT)
+
+
+def test_a_cancel_request_may_name_a_goal_and_a_time() -> None:
+    times = iter(range(10_000_000_000, 10**12, 10_000_000_000))
+    with two_nodes(clock=lambda: next(times)) as (robot, tool):
+        ActionServer(robot, FIBONACCI, "/fib", lambda goal: goal.wait(CALL_LIMIT) and fibonacci(goal))
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        first, second, third = (client.send(timeout=CALL_LIMIT) for _ in range(3))  # at 10, 20 and 30 s
+        cancel = tool.create_client("action_msgs/srv/CancelGoal", "/fib/_action/cancel_goal")
+        info = {"goal_id": {"uuid": third.id}, "stamp": {"sec": 15}}
+        answer = cancel.call(goal_info=info, timeout=CALL_LIMIT)
+        assert [bytes(each.goal_id.uuid) for each in answer.goals_canceling] == [first.id, third.id]
+        assert not second.done
+
+
+def test_an_unknown_goal_cannot_be_cancelled() -> None:
+    with two_nodes() as (robot, tool):
+        ActionServer(robot, FIBONACCI, "/fib", fibonacci)
+        cancel = tool.create_client("action_msgs/srv/CancelGoal", "/fib/_action/cancel_goal")
+        cancel.wait(EVENT_LIMIT)
+        answer = cancel.call(goal_info={"goal_id": {"uuid": [1] * 16}}, timeout=CALL_LIMIT)
+        assert (answer.return_code, answer.goals_canceling) == (2, [])
+        result = tool.create_client(f"{FIBONACCI}_GetResult", "/fib/_action/get_result")
+        assert result.call(goal_id={"uuid": [1] * 16}, timeout=CALL_LIMIT).status == Status.UNKNOWN

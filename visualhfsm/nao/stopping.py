@@ -1,0 +1,301 @@
+"""Stop robots from a new process, over a network that may lose, delay or crowd out its messages.
+
+Making a link takes five round trips, and a lost packet costs a second of waiting; a robot's server gives up
+a link that is not made within two. So several links are tried, one shortly after the other, and each repeats
+the message until it is answered. The first answer counts.
+"""
+
+from __future__ import annotations
+
+import atexit
+import logging
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+import msgspec
+
+from zenoh_ice import ConnectFailedException, ZenohIceError
+from zenoh_ice.application.emergency_stop import SAFETY, STILL, STILL_LIMIT, refusal, stop_key, stop_payload
+from zenoh_ice.messenger import Answer, Messenger
+from zenoh_ice.settings import Settings
+from zenoh_ice.text import printable
+
+__all__ = ["Realm", "Route", "Stopping"]
+
+_LINKS: Final = 6  # tried for each endpoint; the firewall of a lab lets an address have sixteen
+_STAGGER: Final = 0.5  # s between their beginnings: on a good network the first has done it by then
+_LINK_LIMIT: Final = 6.0  # s for making a link; more would not help, since servers give up after two
+_ANSWER_LIMIT: Final = 2.0  # s until a stop that was not answered is sent again
+_STATE_LIMIT: Final = 1.0  # s for the speeds of the joints
+_REPORT: Final = 3.0  # s between reports of what is missing
+_PAUSE: Final = 0.1  # s between messages that nobody serves, and between links
+_QUIET: Final = 0.6  # s without a further realm after which all of a link are known; gossip takes tenths
+_LAST: Final = 0.1  # s for links that are still being made when the robots have stopped
+_LONGEST_TROUBLE: Final = 300  # characters
+_NO_ARGUMENTS: Final = b"\x80"  # an empty map
+
+
+@dataclass
+class Route:
+    """A way to robots: an endpoint, or all that a peer finds."""
+
+    name: str
+    settings: Settings
+    required: bool
+    """Whether the robots behind it count as unstopped while it makes no link."""
+    reached: bool = False
+    settled: bool = False
+    """Whether the realms that it leads to are known."""
+    trouble: str = ""
+
+
+@dataclass
+class Realm:
+    """What is known about the stop of one robot."""
+
+    name: str
+    required: bool = True
+    """Whether it is there, as far as we know."""
+    stopped_at: float | None = None
+    """The moment of the monotonic clock when the robot confirmed the stop."""
+    trouble: str = ""
+    """Why it did not, last."""
+    speed: float | None = None
+    """The fastest joint in rad/s, last; None while the robot does not say."""
+    watched: bool = False
+    """Whether nothing more is to be done: its joints are still, or unknown, or do not come to rest."""
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the robot has confirmed the stop."""
+        return self.stopped_at is not None
+
+    @property
+    def stopped_for(self) -> float:
+        """Seconds since it confirmed the stop; 0 before."""
+        return 0.0 if self.stopped_at is None else time.monotonic() - self.stopped_at
+
+    @property
+    def moving(self) -> bool:
+        """Whether its joints still moved when it was last asked."""
+        return self.speed is not None and self.speed >= STILL
+
+    def note(self, answers: list[Answer]) -> None:
+        """Note the answers to a stop; without any, nothing is known."""
+        failures = [failure for answer in answers if (failure := refusal(*answer)) is not None]
+        if failures:
+            self.trouble = printable(str(failures[0]), _LONGEST_TROUBLE)
+        elif answers and self.stopped_at is None:
+            self.stopped_at = time.monotonic()
+
+    def watch(self, speed: float | None) -> None:
+        """Note the speed of its fastest joint after the stop; None if it did not say."""
+        self.speed = self.speed if speed is None else speed
+        self.watched = not self.moving or self.stopped_for >= STILL_LIMIT
+
+
+class Stopping:
+    """Stop the robot of a realm, or of all realms that can be reached: `run` does it, once."""
+
+    def __init__(self, settings: Settings, reason: str, *, limit: float, every_realm: bool = False) -> None:
+        self._limit: Final = limit
+        self.routes: Final = _routes(settings, min(limit, _LINK_LIMIT))
+        own = Realm(settings.realm, required=not every_realm)
+        self.realms: Final = {own.name: own}
+        self._payload: Final = stop_payload(reason)
+        self._every_realm: Final = every_realm
+        self._changed: Final = threading.Condition()
+        self._ended: Final = threading.Event()
+        self._threads: Final[list[threading.Thread]] = []
+        self._fault: ZenohIceError | None = None
+
+    @property
+    def concerned(self) -> list[Realm]:
+        """The robots that were to be stopped, by name."""
+        return [realm for _, realm in sorted(self.realms.items()) if realm.required or realm.stopped]
+
+    @property
+    def unreached(self) -> list[Route]:
+        """The endpoints to which no link was made."""
+        return [route for route in self.routes if route.required and not route.reached]
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether every robot has stopped and, as far as it says, is still."""
+        found, missed = self.concerned, self._every_realm and self.unreached
+        return bool(found) and not missed and all(each.stopped and not each.moving for each in found)
+
+    def run(self, say: Callable[[str], object]) -> None:
+        """Try until everything has stopped, or until the limit; `say` gets what is still missing.
+
+        Raises ConfigurationException, or EndpointInUseException, for settings that allow no link.
+        """
+        deadline = time.monotonic() + self._limit
+        self._start()
+        said = ""
+        while (left := deadline - time.monotonic()) > 0:
+            with self._changed:
+                if self._changed.wait_for(self._complete, min(left, _REPORT)):
+                    break
+                missing = self._missing()
+            if missing != said:
+                said = missing
+                say(f"not stopped yet: {missing}; trying again")
+        self._close()
+        if self._fault is not None:
+            raise self._fault
+
+    def _start(self) -> None:
+        for number in range(_LINKS):
+            for route in self.routes:
+                # What peers find by themselves is rarely needed for one robot.
+                late = not route.required and not self._every_realm
+                delay = (number + late) * _STAGGER
+                thread = threading.Thread(
+                    target=self._work, args=(route, delay), name=f"stop by {route.name}", daemon=True
+                )
+                try:
+                    thread.start()
+                except RuntimeError as error:  # at a limit of threads or memory: those that run must do
+                    route.trouble = str(error)
+                else:
+                    self._threads.append(thread)
+
+    def _complete(self) -> bool:
+        """Return whether nothing is left to do."""
+        if self._fault is not None:
+            return True
+        if not all(realm.watched for realm in self.concerned):
+            return False
+        return all(route.settled for route in self.routes) if self._every_realm else True
+
+    def _missing(self) -> str:
+        waiting = [realm for realm in self.concerned if not realm.stopped]
+        moving = [f"{realm.name}: its joints move" for realm in self.concerned if realm.moving]
+        troubles = [f"{realm.name}: {realm.trouble}" for realm in waiting if realm.trouble]
+        troubles += [route.trouble for route in self.unreached if route.trouble]
+        silent = "no robot has answered" if len(self.unreached) < len(self.routes) else "no link was made yet"
+        return "; ".join([*troubles, *moving]) or silent
+
+    def _close(self) -> None:
+        """End the threads; those that are still making a link end with the process."""
+        self._ended.set()
+        deadline = time.monotonic() + _LAST
+        for thread in self._threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
+        if any(thread.is_alive() for thread in self._threads):
+            atexit.register(self._end_process)
+
+    def _end_process(self) -> None:
+        """Exit without the threads that wait for a link: the robot has stopped, and nobody waits for them."""
+        if any(thread.is_alive() for thread in self._threads):
+            sys.stdout.flush()
+            sys.stderr.flush()
+            logging.shutdown()
+            os._exit(0 if self.succeeded else 1)
+
+    # On the threads of the links.
+
+    def _work(self, route: Route, delay: float) -> None:
+        """Make a link and use it, again and again, until the end."""
+        if self._ended.wait(delay):
+            return
+        try:
+            while not self._ended.is_set():
+                try:
+                    with Messenger(route.settings) as messenger:
+                        self._use(messenger, route)
+                except ConnectFailedException as error:
+                    route.trouble = str(error)
+                self._ended.wait(_PAUSE)
+        except ZenohIceError as error:
+            with self._changed:
+                self._fault = error
+                self._changed.notify_all()
+
+    def _use(self, messenger: Messenger, route: Route) -> None:
+        """Stop robots over a link, until the end or until the link is lost."""
+        quiet_since = time.monotonic()
+        while not self._ended.is_set():
+            if messenger.linked:
+                route.reached = True
+            elif route.settings.mode == "client":
+                return
+            if self._every_realm and self._discover(messenger):
+                quiet_since = time.monotonic()
+            self._stop_over(messenger)
+            with self._changed:
+                route.settled = route.settled or time.monotonic() - quiet_since >= _QUIET
+                self._changed.notify_all()
+            self._ended.wait(_PAUSE)
+
+    def _discover(self, messenger: Messenger) -> bool:
+        """Look for robots of other realms; return whether there are new ones."""
+        tokens = messenger.tokens(f"@servant/*/{SAFETY}/**", _ANSWER_LIMIT)
+        with self._changed:
+            found = {token.split("/")[1] for token in tokens}
+            new = [name for name in found if name not in self.realms or not self.realms[name].required]
+            for name in new:
+                self.realms.setdefault(name, Realm(name)).required = True
+        return bool(new)
+
+    def _stop_over(self, messenger: Messenger) -> None:
+        """Stop every robot that is not known to be still, and look whether it is."""
+        with self._changed:
+            pending = [realm for realm in self.realms.values() if not realm.watched]
+        stops = {stop_key(realm.name): self._payload for realm in pending}
+        answers = messenger.ask(stops, _ANSWER_LIMIT)
+        with self._changed:
+            for realm in pending:
+                realm.note(answers[stop_key(realm.name)])
+            stopped = [realm for realm in pending if answers[stop_key(realm.name)] and realm.stopped]
+        keys = {realm.name: f"{realm.name}/Body/getJointState" for realm in stopped}
+        states = messenger.ask(dict.fromkeys(keys.values(), _NO_ARGUMENTS), _STATE_LIMIT)
+        with self._changed:
+            for realm in stopped:
+                state = states[keys[realm.name]]
+                if state or realm.stopped_for >= STILL_LIMIT:  # a busy robot may answer late
+                    realm.watch(_fastest(state))
+
+
+def _routes(settings: Settings, limit: float) -> list[Route]:
+    """Return a route for each endpoint and, for a peer, one for what it finds by itself.
+
+    `limit` is that of making a link, in s.
+    """
+    limits: Any = {"timeout": limit, "lease": limit}
+    routes = [
+        Route(
+            endpoint,
+            settings.override(mode="client", connect=[endpoint], listen=[], **limits),
+            required=True,
+        )
+        for endpoint in settings.connect
+    ]
+    if settings.mode == "peer":
+        routes.append(Route("peers", settings.override(**limits), required=not routes))
+    return routes
+
+
+def _fastest(answers: list[Answer]) -> float | None:
+    """Return the largest speed in a robot's answer; None where it is not as our releases give it."""
+    if len(answers) != 1 or not answers[0][0]:
+        return None
+    try:
+        state = msgspec.msgpack.decode(answers[0][1], type=_JointState).returnValue
+    except (msgspec.DecodeError, ValueError, RecursionError):
+        return None
+    return max((abs(speed) for speed in state.velocities), default=None)
+
+
+class _Velocities(msgspec.Struct):
+    velocities: list[float]
+
+
+class _JointState(msgspec.Struct):
+    returnValue: _Velocities

@@ -1,0 +1,152 @@
+"""Child processes on the event loop that always end with this one."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+from zenoh_ice.application import tether_command
+
+__all__ = ["ChildProcess", "signal_name"]
+
+_DRAIN: Final = 0.5
+"""Seconds in which the output must end after the process; a grandchild may hold the pipe open."""
+_KILL_LIMIT: Final = 2.0
+"""Seconds within which a process must end after SIGKILL; only one stuck in the kernel takes longer."""
+
+
+class ChildProcess(asyncio.SubprocessProtocol):
+    """A command in its own process group, which ends when this process does, however that happens.
+
+    `take` is called on the event loop with its output: the descriptor, 1 or 2, and bytes; empty bytes are the
+    last. Processes of the group that outlive the command are killed.
+    """
+
+    def __init__(self, take: Callable[[int, bytes], None]) -> None:
+        self._take = take
+        self._transport: asyncio.SubprocessTransport | None = None
+        self._exited = asyncio.Event()
+        self._closed = asyncio.Event()
+        self._ended: asyncio.Task[int] | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """The id of the process; None before it is started."""
+        return self._transport.get_pid() if self._transport else None
+
+    async def start(
+        self,
+        command: Sequence[str],
+        environment: Mapping[str, str],
+        *,
+        foreground: bool = False,
+        merged: bool = False,
+    ) -> None:
+        """Start a command. Raises OSError when no process can be started.
+
+        A foreground command uses our terminal, and `take` gets nothing. `merged` sends stderr to stdout.
+        """
+        options: dict[str, Any] = {"stdin": subprocess.DEVNULL, "start_new_session": True}
+        if foreground:
+            # It must stay in the terminal's session to read its keys.
+            options = {"stdin": None, "stdout": None, "stderr": None, "process_group": 0}
+        elif merged:
+            options["stderr"] = subprocess.STDOUT
+        # Blocked in the child too: the tether unblocks it once it would no longer end in a traceback.
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._transport, _ = await asyncio.get_running_loop().subprocess_exec(
+                lambda: self,
+                *tether_command("foreground" if foreground else "background"),
+                *command,
+                env={**environment, "PYTHONUNBUFFERED": environment.get("PYTHONUNBUFFERED") or "1"},
+                **options,
+            )
+        finally:
+            if signal.SIGINT not in blocked:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        self._ended = asyncio.create_task(self._end(self._transport))
+
+    async def wait(self) -> int:
+        """Wait for the end of the process and its output.
+
+        Returns its exit code, which is minus the number of the signal that ended it, if one did.
+        """
+        assert self._ended is not None
+        return await asyncio.shield(self._ended)
+
+    async def stop(
+        self, patience: Sequence[float], force: asyncio.Event | None = None, *, group: bool = False
+    ) -> None:
+        """End the process: SIGINT, then SIGTERM, then SIGKILL; `patience` has the seconds between them.
+
+        Setting `force` skips every wait. The first signals go to the process alone, so that it can end its
+        child processes, or to the whole `group`.
+        """
+        if self._transport is None or self._ended is None:
+            return
+        forced = asyncio.create_task((force or asyncio.Event()).wait())
+        try:
+            for number, seconds in zip((signal.SIGINT, signal.SIGTERM), patience, strict=True):
+                if self._exited.is_set():
+                    break
+                if group:
+                    self._signal_group(number)
+                else:
+                    with contextlib.suppress(ProcessLookupError):
+                        self._transport.send_signal(number)
+                either = {self._ended, forced}
+                await asyncio.wait(either, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            forced.cancel()
+        self.kill()
+        await asyncio.wait({self._ended}, timeout=_KILL_LIMIT)
+
+    def kill(self) -> None:
+        """Kill the process with its whole group, unless it has ended, and do not wait."""
+        if not self._exited.is_set():
+            self._signal_group(signal.SIGKILL)
+
+    def _signal_group(self, number: signal.Signals) -> None:
+        if self.pid is not None:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.pid, number)
+
+    async def _end(self, transport: asyncio.SubprocessTransport) -> int:
+        await self._exited.wait()
+        self._signal_group(signal.SIGKILL)  # the processes that it left behind
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._closed.wait(), _DRAIN)
+        transport.close()
+        for descriptor in (1, 2):
+            self._take(descriptor, b"")
+        code = transport.get_returncode()
+        assert code is not None
+        return code
+
+    # Called by the event loop.
+
+    def pipe_data_received(self, fd: int, data: bytes) -> None:
+        """Pass on the output."""
+        self._take(fd, data)
+
+    def process_exited(self) -> None:
+        """Note that the process has ended; more of its output may follow."""
+        self._exited.set()
+
+    def connection_lost(self, error: Exception | None) -> None:  # noqa: ARG002
+        """Note that all of its output has arrived."""
+        self._closed.set()
+
+
+def signal_name(number: int) -> str:
+    """Return the name of a signal, such as SIGKILL, or `signal 40` if it has none."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # of the real-time signals, only the first and the last have names
+        return f"signal {number}"

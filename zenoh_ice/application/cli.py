@@ -1,0 +1,233 @@
+"""Options for settings, logging, and an orderly way out, for commands; `ballmover/cli.py` is an example."""
+
+from __future__ import annotations
+
+import atexit
+import errno
+import functools
+import gc
+import inspect
+import logging
+import math
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, Final, NoReturn
+
+import typer
+from msgspec import structs
+from typer.main import get_command_name
+from typer.models import CommandInfo
+
+from zenoh_ice.application.logs import set_up_logging
+from zenoh_ice.application.watchdog import Watchdog
+from zenoh_ice.exceptions import ZenohIceError
+from zenoh_ice.security import exposure
+from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load_settings
+from zenoh_ice.status import program_name
+from zenoh_ice.toml_file import shown
+
+_CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end
+
+_logger = logging.getLogger(__name__)
+
+
+def _option(name: str, metavar: str | None, text: str, kind: Any = str | None) -> inspect.Parameter:  # noqa: ANN401
+    flag, panel = f"--{name.replace('_', '-')}", "Shared by all commands"
+    kind = Annotated[kind, typer.Option(flag, metavar=metavar, help=text, rich_help_panel=panel)]
+    default = None if metavar else False
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+
+
+_CONNECT: Final = f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
+_LISTEN: Final = "Endpoint to listen on; port 0 picks a free port; may be repeated."
+_CONFIG: Final = f"Settings file, instead of {CONFIG_VARIABLE}; variables and flags override it."
+_SHARED: Final = [
+    _option("realm", "NAME", "Robot or stack to join."),
+    _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
+    _option("listen", "ENDPOINT", _LISTEN, list[str] | None),
+    _option("mode", "peer|client", "Talk to peers directly, or through the router or server at --connect."),
+    _option("clock", "auto|wall|sim", "Wall time or robot time; auto: robot time if it is simulated."),
+    _option("timeout", "SECONDS", "Time limit of a call.", float | None),
+    _option("log_level", "LEVEL", "Lowest level to log: debug, info, warning, error or critical."),
+    _option("log_file", "FILE", "File to log to, instead of stderr; {program} and {pid} stand for ours."),
+    _option("log_format", "text|json", "Log lines of text, or a JSON object on each line."),
+    _option("authority", "PEM", "Certificate of the authority, for TLS."),
+    _option("certificate", "PEM", "Our own certificate."),
+    _option("key", "PEM", "Private key of our certificate."),
+    _option("config", "TOML", _CONFIG),
+    _option("show_config", None, "Print the settings and where each comes from.", bool),
+]
+
+
+def describe(settings: Settings) -> str:
+    """Return a table of the settings and the source of each; of `[security]`, only those that are set."""
+    rows = {name: shown(value) for name, value in structs.asdict(settings).items() if name != "security"}
+    for name, value in structs.asdict(settings.security).items():
+        if f"security.{name}" in settings.origins:
+            text = shown([*value] if name == "roles" else value)
+            rows[f"security.{name}"] = "(hidden)" if name == "password" else text
+    width = max(map(len, rows.values()))
+    return "\n".join(
+        f"{name:<22}  {text:<{width}}  {settings.origins.get(name, 'default')}" for name, text in rows.items()
+    )
+
+
+def with_settings(
+    defaults: Mapping[str, object] | None = None,
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the options that all commands share; they are passed to it as `settings`.
+
+    `defaults` are the command's defaults that differ from those of `Settings`. Logging is set up before the
+    command runs. With `--show-config` the command prints the settings instead, and their dangers on stderr,
+    and exits with code 0.
+    """
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
+            shared = {option.name: options.pop(option.name) for option in _SHARED}
+            config, show_config = shared.pop("config"), shared.pop("show_config")
+            flags = {name: value for name, value in shared.items() if value != []}  # typer's "not given"
+            settings = load_settings(config, flags, defaults=defaults)
+            if show_config:
+                typer.echo(describe(settings))
+                for danger in exposure(settings):
+                    typer.echo(f"warning: {danger}", err=True)
+                raise typer.Exit
+            set_up_logging(settings)
+            command(settings=settings, **options)
+
+        own = dict(inspect.signature(command, eval_str=True).parameters)
+        del own["settings"]
+        options = [*own.values(), *_SHARED]
+        with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+        with_options.__annotations__ = {option.name: option.annotation for option in options}
+        return with_options
+
+    return decorate
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number from the command line, but refuse `nan` and `inf`: the `callback` of an option.
+
+    Raises typer.BadParameter.
+    """
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"{value} is not a finite number")
+    return value
+
+
+def report_ready(text: str = "") -> Watchdog:
+    """Print `text`, if any, and notify systemd, if it started the command, that the command is ready.
+
+    Returns systemd's watchdog, to which the command reports that it works.
+    """
+    if text:
+        typer.echo(text)
+    watchdog = Watchdog()
+    watchdog.report_ready()
+    return watchdog
+
+
+class Stop(threading.Event):
+    """The event that the first signal sets."""
+
+    signal: int = 0  # its number
+
+
+@contextmanager
+def stop_on_signals() -> Iterator[Stop]:
+    """Let SIGINT, SIGTERM and SIGHUP only set an event, for the duration of a `with` block.
+
+    The block runs on the main thread. It waits for the event or polls it, cleans up, and ends; then
+    SystemExit is raised with 128 and the number of the signal, unless the block raised something itself.
+    Further signals are ignored for 10 s; the first one after that ends the process at once.
+    """
+    stop = Stop()
+    signals = _stop_signals()
+    reader, writer = os.pipe()
+
+    def listen() -> None:
+        deadline = 0.0
+        while number := int.from_bytes(os.read(reader, 1)):  # 0 when the writer is closed
+            if number in signals and not stop.signal:
+                stop.signal = number
+                deadline = time.monotonic() + _CLEANUP_GRACE
+                stop.set()
+            elif number in signals and time.monotonic() > deadline:
+                os._exit(128 + number)
+
+    # Python writes signal numbers to the pipe, whichever thread receives them and whatever the main thread
+    # waits for; an ordinary thread, which may take locks, sets the event.
+    thread = threading.Thread(target=listen, name="signals", daemon=True)
+    os.set_blocking(writer, False)
+    thread.start()
+    former_writer = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    former = {number: signal.signal(number, lambda _number, _frame: None) for number in signals}
+    try:
+        yield stop
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(former_writer)
+        os.close(writer)
+        thread.join(2.0)
+        os.close(reader)
+    if stop.signal:
+        raise SystemExit(128 + stop.signal)
+
+
+def _stop_signals() -> tuple[signal.Signals, ...]:
+    """Return the signals that end a command: without SIGHUP where it is ignored, as under nohup."""
+    hangup = () if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else (signal.SIGHUP,)
+    return signal.SIGINT, signal.SIGTERM, *hangup
+
+
+def _drop_other_commands(app: typer.Typer) -> None:
+    """Drop all subcommands but the requested one: building all takes an eighth of the start-up time."""
+    if app.registered_callback and len(sys.argv) > 1:
+        asked = [each for each in app.registered_commands if _name_of(each) == sys.argv[1]]
+        if asked:
+            app.registered_commands, app.registered_groups = asked, []
+
+
+def _name_of(command: CommandInfo) -> str:
+    return command.name or get_command_name(getattr(command.callback, "__name__", ""))
+
+
+def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoReturn:
+    """Run a command to its end and exit.
+
+    The exit code is 0, 1 after an error of ours or one of the `expected` types (one line on stderr reports
+    it), 2 after wrong usage, and 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM. Those signals end the
+    process at once, unless the command has something to clean up and is in a block of `stop_on_signals`.
+    """
+    errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by the caller, as in `>&-`
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end
+    for number in _stop_signals():
+        signal.signal(number, lambda number, _frame: os._exit(128 + number))
+    gc.freeze()  # imported modules stay loaded: later collections need not search them
+    gc.enable()
+    _drop_other_commands(app)
+    atexit.register(gc.freeze)  # exiting frees all memory: skip the final garbage collection
+    try:
+        app()
+    except errors as error:
+        _logger.debug("the command failed", exc_info=True)
+        why = str(error)
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        why = f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}"
+    else:
+        sys.exit(0)
+    typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
+    sys.exit(1)

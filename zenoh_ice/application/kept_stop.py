@@ -1,0 +1,44 @@
+"""The file in which a robot server keeps its emergency stop and lease: its place, and what it contains."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from zenoh_ice.application.directories import state_directory
+
+_LARGEST: Final = 1 << 16
+"""Bytes of a file that can be ours."""
+
+UNREADABLE: Final = "the record of its emergency stop cannot be read"
+
+
+class KeptLease(msgspec.Struct, frozen=True):
+    """A lease: who holds it, and until when in s since the epoch."""
+
+    client: str
+    holder: str
+    until: float
+
+
+class Kept(msgspec.Struct, frozen=True, kw_only=True):
+    """What a server keeps."""
+
+    running: bool = False
+    """Whether it has not ended: the next server that reads this knows that it ended without warning."""
+    stop: str = ""
+    """Why the robot is stopped; empty while it is not."""
+    lease: KeptLease | None = None
+
+
+def kept_directory() -> Path:
+    """Return the directory of the files. Raises OSError when the user has no directory of states."""
+    return state_directory() / "robots"
+
+
+def read_kept(path: Path) -> Kept:
+    """Return what a server kept in a file. Raises OSError and msgspec.MsgspecError."""
+    with path.open("rb") as file:
+        return msgspec.json.decode(file.read(_LARGEST), type=Kept)
