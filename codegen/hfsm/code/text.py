@@ -64,7 +64,10 @@ def parse_python(source: str | bytes, filename: str = ..., *, mode: Literal["eva
 def parse_python(source: str | bytes, filename: str = "<unknown>", *, mode: str = "exec") -> ast.AST:
     """Return the tree of a text. Raises the same errors as `ast.parse`."""
     with _ONE_AT_A_TIME:
-        return ast.parse(source, filename, mode)
+        try:
+            return ast.parse(source, filename, mode)
+        except SystemError:  # garbage was collected meanwhile, and its end used the counter, too
+            return ast.parse(source, filename, mode)
 
 
 @lru_cache(maxsize=8192)
