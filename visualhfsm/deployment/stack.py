@@ -45,15 +45,24 @@ from typing import Annotated, Final, Literal
 import msgspec
 from msgspec import Meta, Struct
 
-from visualhfsm.shipped import shipped
 from zenoh_ice import ZenohIceError
 from zenoh_ice.application.tether import CANNOT_RUN
 from zenoh_ice.toml_file import parse_toml, read_text
 
-__all__ = ["ProcessSpec", "Restarts", "Stack", "StackError", "load_stack", "program_path", "stack_path"]
+__all__ = [
+    "ProcessSpec",
+    "Restarts",
+    "Stack",
+    "StackError",
+    "load_stack",
+    "program_path",
+    "shipped",
+    "stack_path",
+]
 
 _VARIABLE: Final = re.compile(r"\{(\w+)\}")
 _BEHAVIORS: Final = "behaviors"
+_PACKAGE: Final = Path(__file__).parents[1]
 STEADY: Final = 60.0  # s after its start from which a failure no longer counts as one in a row
 ON_PURPOSE: Final = frozenset({0, 128 + SIGINT, 128 + SIGTERM, -SIGINT, -SIGTERM})  # codes of an orderly end
 HOPELESS: Final = frozenset({2, CANNOT_RUN})  # codes after wrong usage, which another start does not change
@@ -224,6 +233,16 @@ def load_stack(path: Path) -> Stack:
     stack = parse_toml(read_text(path, StackError), Stack, str(path), StackError)
     name = stack.name or re.sub(r"[^A-Za-z0-9_.-]", "-", path.stem)
     return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
+
+
+def shipped(folder: str) -> Path:
+    """Return a folder of files that come with us: `behaviors` or `deploy`.
+
+    It stands at the top of a checkout, where people see it, and in the wheel below this package, where no
+    folder of the same name can hide it.
+    """
+    installed = _PACKAGE / "_shipped" / folder
+    return installed if installed.is_dir() else _PACKAGE.parent / folder
 
 
 def stack_path(name: str) -> Path:

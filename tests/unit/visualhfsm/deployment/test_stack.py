@@ -11,7 +11,7 @@ from tests.support.any_text import any_text
 from tests.support.commands import run_here
 from tests.support.processes import REPOSITORY
 from visualhfsm.deployment.launcher import free_endpoint
-from visualhfsm.deployment.stack import ProcessSpec, Restarts, StackError, load_stack, stack_path
+from visualhfsm.deployment.stack import ProcessSpec, Restarts, StackError, load_stack, shipped, stack_path
 from visualhfsm.nao.command import app
 
 GOOD = """
@@ -229,3 +229,16 @@ def test_a_stack_is_given_by_name_or_by_file():
 def test_the_help_names_every_stack():
     names = sorted(path.stem for path in (REPOSITORY / "deploy").glob("*.toml"))
     assert f"{', '.join(names)}, or a stack file" in run_here(app, "nao", "stack", "--help").stdout
+
+
+def test_in_a_checkout_they_are_at_its_top() -> None:
+    assert shipped("behaviors") == REPOSITORY / "behaviors"
+    assert (shipped("deploy") / "demo.toml").is_file()
+
+
+def test_in_the_wheel_they_are_below_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("visualhfsm.deployment.stack._PACKAGE", tmp_path / "visualhfsm")
+    inside = tmp_path / "visualhfsm" / "_shipped" / "behaviors"
+    inside.mkdir(parents=True)
+    (tmp_path / "behaviors").mkdir()
+    assert shipped("behaviors") == inside
