@@ -22,12 +22,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from hfsm_runtime.virtual.clock import TaskClock
+from hfsm_runtime.virtual.network import VirtualNetwork
 from interfaces.jderobot import CameraPrx, EncodersPrx
 from interfaces.nao import ActionStatus, PoseHeadPrx, WalkPrx
 from naoserver.soccer_field.localization import Localizer
 from naoserver.soccer_field.model import Field
-from visualhfsm.testing.clock import TaskClock
-from visualhfsm.testing.communicator import VirtualNetwork
 from visualhfsm.testing.robot import RobotUnderTest
 
 START: Final = -0.75

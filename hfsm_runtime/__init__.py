@@ -17,7 +17,7 @@ from .component import Component, Parameter, Proxy, Ros  # noqa: E402
 from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
 from .source_map import source_map  # noqa: E402
-from .virtual import VirtualRun, run  # noqa: E402
+from .virtual.run import VirtualRun, run  # noqa: E402
 
 if program_file():
     report_abrupt_ends(program_file())  # before the document's libraries

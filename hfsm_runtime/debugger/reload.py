@@ -34,7 +34,7 @@ from ..runtime import Runtime
 from ..source_map import locate
 from ..tree import Replaced, Run, Tree, grow
 from ..variables import cells_of, values_of
-from ..virtual import VirtualRun
+from ..virtual.run import VirtualRun
 from .expressions import plain
 
 

@@ -9,26 +9,27 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
+    from hfsm_runtime.virtual.errors import BehaviorFailed as BehaviorFailed
+    from hfsm_runtime.virtual.errors import UnknownName as UnknownName
+    from hfsm_runtime.virtual.journal import Call as Call
+
     from .behavior import Behavior as Behavior
-    from .errors import BehaviorFailed as BehaviorFailed
     from .errors import DocumentInvalid as DocumentInvalid
-    from .errors import UnknownName as UnknownName
-    from .journal import Call as Call
     from .plugin import MakeBehavior as MakeBehavior
     from .properties import check_properties as check_properties
     from .robot import Ball as Ball
     from .robot import RobotUnderTest as RobotUnderTest
 
 _MODULES: Final = {
-    "Ball": "robot",
-    "Behavior": "behavior",
-    "BehaviorFailed": "errors",
-    "Call": "journal",
-    "DocumentInvalid": "errors",
-    "MakeBehavior": "plugin",
-    "RobotUnderTest": "robot",
-    "UnknownName": "errors",
-    "check_properties": "properties",
+    "Ball": "visualhfsm.testing.robot",
+    "Behavior": "visualhfsm.testing.behavior",
+    "BehaviorFailed": "hfsm_runtime.virtual.errors",
+    "Call": "hfsm_runtime.virtual.journal",
+    "DocumentInvalid": "visualhfsm.testing.errors",
+    "MakeBehavior": "visualhfsm.testing.plugin",
+    "RobotUnderTest": "visualhfsm.testing.robot",
+    "UnknownName": "hfsm_runtime.virtual.errors",
+    "check_properties": "visualhfsm.testing.properties",
 }
 
 
@@ -36,4 +37,4 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401
     # Every run of pytest loads the plugin, and with it this package, so its names are imported on first use.
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
+    return getattr(importlib.import_module(_MODULES[name]), name)

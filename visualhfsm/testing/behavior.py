@@ -20,22 +20,21 @@ from hfsm_runtime.source_map import locate
 from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
+from hfsm_runtime.virtual.clock import TaskClock
+from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName, says_it_all
+from hfsm_runtime.virtual.guards import GuardTable, path_of
+from hfsm_runtime.virtual.journal import Call, Fired
+from hfsm_runtime.virtual.network import VirtualNetwork, make_stub
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
-from .clock import TaskClock
-from .communicator import VirtualNetwork, make_stub
-from .errors import BehaviorFailed, UnknownName, says_it_all
-from .guards import GuardTable, path_of
-from .journal import Call, Fired
 from .loading import forget, load_component
 from .robot import CameraKind, RobotKind, RobotUnderTest
 
 if TYPE_CHECKING:
     from hfsm_runtime.ros import Endpoints
-
-    from .ros import FakeRos
+    from hfsm_runtime.virtual.ros import FakeRos
 
 __tracebackhide__ = says_it_all
 
@@ -333,8 +332,7 @@ class Behavior(ReloadableRun):
 
     def _connect_ros(self, component: Component) -> None:
         from hfsm_runtime.ros import Endpoints  # only behaviors that use ROS need its libraries
-
-        from .ros import FakeRos
+        from hfsm_runtime.virtual.ros import FakeRos
 
         if self._endpoints is None:
             network = self._network

@@ -19,8 +19,9 @@ from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.loading import naming_libraries
+from hfsm_runtime.virtual.errors import says_it_all
 
-from .errors import DocumentInvalid, says_it_all
+from .errors import DocumentInvalid
 
 __tracebackhide__ = says_it_all
 

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import pytest
 
-from .errors import says_it_all
-
 if TYPE_CHECKING:
     from hfsm_runtime import Component
     from zenoh_ice import Object
@@ -20,7 +18,13 @@ if TYPE_CHECKING:
     from .behavior import Behavior
     from .robot import CameraKind, RobotKind
 
-__tracebackhide__ = says_it_all
+
+def __tracebackhide__(caught: pytest.ExceptionInfo[BaseException]) -> bool:  # noqa: N807 - the name is pytest's
+    """Return whether pytest need not show our code, because the error says it all."""
+    from hfsm_runtime.virtual.errors import says_it_all
+
+    return says_it_all(caught)
+
 
 _BEHAVIORS: Final = pytest.StashKey["list[Behavior]"]()
 _COVERAGE: Final = "hfsm_coverage"

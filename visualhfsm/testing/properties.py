@@ -14,10 +14,11 @@ from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
+from hfsm_runtime.virtual.errors import BehaviorFailed, says_it_all
 
 from .abstraction import abstract_component
 from .behavior import Behavior, name_of
-from .errors import BehaviorFailed, DocumentInvalid, says_it_all
+from .errors import DocumentInvalid
 from .loading import forget, load_component, read
 from .strategies import Step, stimuli
 

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
 
+from hfsm_runtime.virtual.clock import TaskClock
+from hfsm_runtime.virtual.errors import UnknownName
+from hfsm_runtime.virtual.network import VirtualNetwork
 from naoserver.assembly import Assembly
 from naoserver.body import H25, find_body
 from naoserver.errors import HardwareFailure
@@ -16,10 +19,6 @@ from naoserver.fake.robot import Point, paint
 from naoserver.jobs import Job, is_due
 from naoserver.options import ServerOptions
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
-
-from .clock import TaskClock
-from .communicator import VirtualNetwork
-from .errors import UnknownName
 
 if TYPE_CHECKING:
     from naoserver_sim.robot import SimulatedRobot

@@ -14,9 +14,10 @@ from typing import Final, NamedTuple
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
+from hfsm_runtime.virtual.errors import says_it_all
+
 from .abstraction import abstract_component
 from .behavior import Behavior
-from .errors import says_it_all
 from .loading import read
 
 __all__ = ["advances", "balls", "events", "guard_scripts", "guards", "stimuli"]

@@ -27,6 +27,8 @@ from hfsm_runtime.loading import load_module
 from hfsm_runtime.robot import connect
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.timeline import Timeline
+from hfsm_runtime.virtual.blank import blank
+from hfsm_runtime.virtual.network import make_stub
 from naoserver.fake import FakeRobot
 from naoserver.jobs import Job, JobThreads, Periodic
 from naoserver.server import serve
@@ -34,9 +36,6 @@ from zenoh_ice import Clock, Communicator, ObjectAdapter, ObjectPrx, Publisher, 
 from zenoh_ice.application.cli import run
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.interface import Interface
-
-from .blank import blank
-from .communicator import make_stub
 
 _FASTEST: Final = 100.0
 _LOOK: Final = 0.01  # s between two checks of a condition
@@ -134,8 +133,7 @@ def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> 
 def _connect_ros(component: Component, clock: Clock) -> None:
     """Give a component a ROS in which nobody publishes, services answer with zeros and goals succeed."""
     from hfsm_runtime.ros import Endpoints  # only components that use ROS need its libraries
-
-    from .ros import FakeRos
+    from hfsm_runtime.virtual.ros import FakeRos
 
     ros = FakeRos(clock.now, _wait, stand_ins=True)
     Endpoints(ros, ros.types).connect(component)

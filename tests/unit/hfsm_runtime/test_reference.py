@@ -502,6 +502,6 @@ def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Recorder, "entered", lambda self, run, transition: entered(run, transition))
-        patch.setattr("hfsm_runtime.virtual.run_cycle", run_to_its_end)
+        patch.setattr("hfsm_runtime.virtual.run.run_cycle", run_to_its_end)
         trace = Recorder(plan).run(outside)
     assert in_order(trace) == in_order(reference(plan, outside))

@@ -9,7 +9,7 @@ import pytest
 from hfsm_runtime import Component, Ros, ros_message, ros_tf
 from hfsm_runtime.errors import ComponentError, NotConnectedError
 from hfsm_runtime.ros import Endpoints, stop_ends, types_of
-from visualhfsm.testing.ros import FakeRos
+from hfsm_runtime.virtual.ros import FakeRos
 from zenoh_ros2 import CallError, MessageError
 
 # As codegen writes them: each after those that it needs.

@@ -10,7 +10,7 @@ import pytest
 
 from hfsm_runtime.recording.ros import AskedNode
 from hfsm_runtime.ros import message_of
-from visualhfsm.testing.ros import FakeRos
+from hfsm_runtime.virtual.ros import FakeRos
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
 STRING = "std_msgs/msg/String"

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from hfsm_runtime.component import Component
+from hfsm_runtime.virtual.clock import TaskClock
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
 from visualhfsm.testing import Behavior, MakeBehavior, UnknownName
-from visualhfsm.testing.clock import TaskClock
 from zenoh_ros2 import CallTimeoutError, GoalRejectedError, MessageError, Status
 
 EXAMPLE = ROOT / "examples" / "turtlebot" / "bump_and_go.xml"

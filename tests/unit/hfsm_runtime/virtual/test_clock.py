@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from visualhfsm.testing.clock import TaskClock
+from hfsm_runtime.virtual.clock import TaskClock
 
 
 @pytest.fixture

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-from hfsm_runtime import Transition
-from hfsm_runtime.tree import Run, Tree
-
+from ..automaton import Transition
+from ..tree import Run, Tree
 from .errors import UnknownName
 
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from hfsm_runtime import Event, Transition
-from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, DropReason, Run
+from ..automaton import Event, Transition
+from ..observer import Observer
+from ..tree import ChangeKind, DropReason, Run
 
 _SECOND: Final = 1_000_000_000
 _LONGEST: Final = 200

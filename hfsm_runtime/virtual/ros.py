@@ -10,10 +10,10 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
 
-from hfsm_runtime.ros import message_of
 from zenoh_ice import Sample
 from zenoh_ros2 import CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
 
+from ..ros import message_of
 from .errors import UnknownName, says_it_all
 
 __tracebackhide__ = says_it_all

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, State
+from hfsm_runtime.virtual.network import make_stub
 from interfaces.jderobot import (
     CameraPrx,
     ConfigurationNotExistException,
@@ -25,7 +26,6 @@ from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import served_to_client
 from tests.support.stepped_clock import SteppedClock
 from visualhfsm.testing import BehaviorFailed, MakeBehavior
-from visualhfsm.testing.communicator import make_stub
 from zenoh_ice import (
     ConnectionLostException,
     MarshalException,

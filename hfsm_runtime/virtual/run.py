@@ -13,14 +13,14 @@ from typing import Final, NamedTuple
 from interfaces.hfsm import ErrorReport
 from zenoh_ice.clock import VirtualClock
 
-from .automaton_run import make_event
-from .component import Component, equip, make_automata
-from .cycle import run_cycle
-from .errors import OnError
-from .observer import Observer
-from .supervision import Refusal, Supervision
-from .timeline import Timeline, slot_after, slot_at
-from .tree import ChangeKind, Run, Tree
+from ..automaton_run import make_event
+from ..component import Component, equip, make_automata
+from ..cycle import run_cycle
+from ..errors import OnError
+from ..observer import Observer
+from ..supervision import Refusal, Supervision
+from ..timeline import Timeline, slot_after, slot_at
+from ..tree import ChangeKind, Run, Tree
 
 _SECOND: Final = 1_000_000_000
 _RETRY: Final = _SECOND

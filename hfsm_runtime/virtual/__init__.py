@@ -1,0 +1,43 @@
+"""Run components in virtual time, in one thread: the same way every time, as fast as the processor.
+
+Tests, trials and replays stand on it; it knows neither pytest nor robots.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any, Final
+
+from .run import Change, VirtualRun
+
+if TYPE_CHECKING:
+    from .clock import TaskClock as TaskClock
+    from .errors import BehaviorFailed as BehaviorFailed
+    from .errors import ExecutionError as ExecutionError
+    from .errors import UnknownName as UnknownName
+    from .journal import Call as Call
+    from .journal import Fired as Fired
+    from .journal import Journal as Journal
+    from .network import VirtualNetwork as VirtualNetwork
+    from .ros import FakeRos as FakeRos
+
+_MODULES: Final = {
+    "BehaviorFailed": "errors",
+    "Call": "journal",
+    "ExecutionError": "errors",
+    "FakeRos": "ros",
+    "Fired": "journal",
+    "Journal": "journal",
+    "TaskClock": "clock",
+    "UnknownName": "errors",
+    "VirtualNetwork": "network",
+}
+
+__all__ = ["Change", "VirtualRun", *_MODULES]  # noqa: PLE0604 - all of them are strings
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    # Every component imports this package, few need servants or ROS: these names are imported on first use.
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
