@@ -1,4 +1,4 @@
-"""The command `visualhfsm new`: make a project of one's own, from the files in `project/`."""
+"""The command `visualhfsm new`: make a project of one's own, from the files in `template/`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EPILOG: Final = """Examples:
 
 visualhfsm new my-robot"""
 
-_PROJECT: Final = Path(__file__).with_name("project")
+_TEMPLATE: Final = Path(__file__).with_name("template")
 _HIDDEN: Final = ("_gitattributes", "_gitignore")
 """Files whose names begin with a dot in a project; here Git and packagers would obey them."""
 _KEPT: Final = frozenset({".git"})
@@ -44,8 +44,8 @@ def new(
     from codegen.command import generate
 
     made = {
-        path: folder / path.relative_to(_PROJECT).with_name(_name_of(path))
-        for path in sorted(_PROJECT.rglob("*"))
+        path: folder / path.relative_to(_TEMPLATE).with_name(_name_of(path))
+        for path in sorted(_TEMPLATE.rglob("*"))
         if path.is_file() and "__pycache__" not in path.parts
     }
     try:
