@@ -49,7 +49,9 @@ def run(*command: str | Path, cwd: Path = ROOT) -> str:
 
 
 def dated(version: str) -> str:
-    """Return the heading of a version in CHANGELOG.md."""
+    """Return the heading of a version in CHANGELOG.md; that of a version under development is `Unreleased`."""
+    if ".dev" in version:
+        return f"{version}, unreleased"
     changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
     found = re.search(rf"^## {re.escape(version)} - \d{{4}}-\d\d-\d\d$", changelog, re.MULTILINE)
     if found is None:

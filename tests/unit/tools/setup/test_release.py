@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import tomllib
 
 from tests.support.places import ROOT
@@ -11,13 +12,22 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 HEADINGS = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
 
 
-def test_the_newest_section_of_the_changelog_is_that_of_the_version() -> None:
+def test_the_version_is_that_of_the_newest_section_of_the_changelog_or_under_development() -> None:
+    version = PROJECT["project"]["version"]
+    if re.search(r"\.dev\d+$", version):
+        assert HEADINGS[0] == "Unreleased"
+    else:
+        assert HEADINGS[0].partition(" - ")[0] == version
+
+
+def test_only_versions_with_a_tag_are_called_released() -> None:
     released = [heading.partition(" - ") for heading in HEADINGS if heading != "Unreleased"]
-    assert released[0][0] == PROJECT["project"]["version"]
     assert all(re.fullmatch(r"\d{4}-\d\d-\d\d", date) for _, _, date in released)
     numbers = [tuple(map(int, version.split("."))) for version, _, _ in released]
     assert numbers == sorted(set(numbers), reverse=True)
     assert [date for _, _, date in released] == sorted((date for _, _, date in released), reverse=True)
+    listed = subprocess.run(["git", "tag"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60)
+    assert {f"v{version}" for version, _, _ in released} <= set(listed.stdout.split())
 
 
 def test_the_version_stands_in_one_place() -> None:
