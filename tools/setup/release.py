@@ -49,7 +49,7 @@ def run(*command: str | Path, cwd: Path = ROOT) -> str:
 
 
 def dated(version: str) -> str:
-    """Return the heading of a version in CHANGELOG.md; that of a version under development is `Unreleased`."""
+    """Return the heading of a version in CHANGELOG.md; one under development has none yet."""
     if ".dev" in version:
         return f"{version}, unreleased"
     changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
