@@ -1,4 +1,4 @@
-"""The threads of a communicator: a pool, an event loop for coroutines, and a pulse.
+"""The threads of a communicator: a pool, and a pulse.
 
 All jobs of the pool go into one queue. If a thread takes a job and no other thread is waiting for the next,
 it first starts one, up to a limit that counts every servant that may be busy: a slow servant thus delays no
@@ -14,19 +14,13 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterator, Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final
 
-from .exceptions import BusyException, CommunicatorDestroyedException, SystemException
-
-if TYPE_CHECKING:  # imported where it is needed: it loads slowly, and most programs have no coroutines
-    import asyncio
-
-V = TypeVar("V")
+from .exceptions import BusyException
 
 PULSE_PERIOD: Final = 0.02  # s between checks of the threads and of the clock
 
@@ -319,67 +313,6 @@ class Pool:
                     self.submit(partial(self._run_line, line))
                 else:
                     del self.lines[line]
-
-
-class Coroutines:
-    """Run coroutines on one thread, which starts with the first of them."""
-
-    def __init__(self, name: str) -> None:
-        self._name: Final = name
-        self._lock: Final = threading.RLock()
-        self._running: tuple[asyncio.AbstractEventLoop, threading.Thread] | None = None
-        self._closed = False
-
-    def run(self, coroutine: Coroutine[Any, Any, V]) -> Future[V]:
-        """Begin a coroutine and return the future of its outcome; raises as `start` does."""
-        import asyncio
-
-        with self._lock:
-            try:
-                loop = self.start()
-            except SystemException:
-                coroutine.close()  # otherwise Python warns that it was never awaited
-                raise
-            return asyncio.run_coroutine_threadsafe(coroutine, loop)
-
-    def start(self) -> asyncio.AbstractEventLoop:
-        """Start the thread, unless it runs, and return its event loop.
-
-        Raises CommunicatorDestroyedException after `close`, BusyException where there is no thread for it.
-        """
-        import asyncio
-
-        with self._lock:
-            if self._closed:
-                raise CommunicatorDestroyedException("the communicator was destroyed")
-            if self._running is None:
-                runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
-                loop = runner.get_loop()
-                thread = UserCodeThread(target=self._work, args=(runner,), name=self._name, daemon=True)
-                try:
-                    start(thread)
-                except BusyException:
-                    runner.close()
-                    raise
-                self._running = loop, thread
-            return self._running[0]
-
-    def close(self, timeout: float) -> None:
-        """Cancel the coroutines that run and end the thread; log an error after `timeout` s."""
-        with self._lock:
-            self._closed, running = True, self._running
-        if running is not None:
-            loop, thread = running
-            loop.call_soon_threadsafe(loop.stop)
-            _join([thread], timeout)
-
-    def _work(self, runner: asyncio.Runner) -> None:
-        with runner:  # at its end it cancels what still runs
-            while not self._closed:
-                try:
-                    runner.get_loop().run_forever()
-                except BaseException:  # one that exits must not end all the others
-                    _logger.exception("a coroutine tried to stop %s", self._name)
 
 
 class Pulse:

@@ -19,7 +19,7 @@ import msgspec
 from msgspec.structs import astuple
 
 from ._presence import ClientWatch, Presence, ServantInfo
-from ._threads import Coroutines, Pool, UserCodeThread
+from ._threads import Pool, UserCodeThread
 from ._values import PROXY_TEXT
 from .clock import Clock, RobotClock, WallClock
 from .exceptions import (
@@ -131,8 +131,6 @@ class Communicator:
                 needs_links=named or not settings.listen,
             )
             self.presence.watch(self.realm)
-            self.coroutines: Final = Coroutines(f"zenoh_ice {self.realm} coroutines")
-            end.callback(self.coroutines.close, _DESTROY_LIMIT)
             self.streams: Final = Streams(
                 self.transport,
                 self.presence,

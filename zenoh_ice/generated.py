@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Coroutine
-from concurrent.futures import Future
 from enum import IntEnum
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated
 
 from msgspec import Meta
 
@@ -19,7 +17,6 @@ __all__ = [
     "NULL",
     "Byte",
     "Current",
-    "Dispatched",
     "Int",
     "IntEnum",
     "Long",
@@ -34,11 +31,6 @@ __all__ = [
     "publisher",
     "stream",
 ]
-
-V = TypeVar("V")
-
-Dispatched: TypeAlias = V | Future[V] | Coroutine[Any, Any, V]
-"""Result of the method of an operation marked ["amd"]: its value now, or an awaitable of it."""
 
 # Slice's integers.
 Byte = Annotated[int, Meta(ge=0, le=255)]

@@ -56,8 +56,6 @@ class OperationOptions(TypedDict, total=False):
     idempotent: bool
     stop: bool
     """Whether it stops what the interface commands."""
-    amd: bool
-    """Whether the servant's method may return a future, or be a coroutine."""
 
 
 class Operation(Generic[P, V]):
@@ -79,7 +77,6 @@ class Operation(Generic[P, V]):
         self.exceptions: Final = options.get("throws", ())
         self.idempotent: Final = options.get("idempotent", False)
         self.stop: Final = options.get("stop", False)
-        self.amd: Final = options.get("amd", False)
         self.streamed: Final = streamed
         """Whether its results are also published as a stream."""
         self.interface: Interface | None = None

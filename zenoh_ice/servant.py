@@ -9,7 +9,6 @@ import time
 from abc import ABC
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import CancelledError, Future
 from contextlib import ExitStack
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
@@ -30,7 +29,7 @@ from ._wire import (
 from .exceptions import (
     AlreadyRegisteredException,
     BusyException,
-    ConnectionLostException,
+    ConfigurationException,
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
@@ -52,8 +51,7 @@ V = TypeVar("V")
 
 _MOST_WAITING: Final = 64  # calls of a servant
 _MOST_ONEWAY: Final = 1024  # the same, where nobody waits for the answer
-_MOST_UNANSWERED: Final = 1024  # calls that a servant answers later
-_MOST_BYTES: Final = LARGEST_BULK  # of the calls that wait, and of those that are answered later
+_MOST_BYTES: Final = LARGEST_BULK  # of the calls that wait
 _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
 _DRAIN_LIMIT: Final = 1.0  # s to wait for running calls
 _TOKEN_LIMIT: Final = 1.0  # s to wait for the report of our own tokens' end
@@ -248,8 +246,6 @@ class ServedObject:
         self._failed = 0
         self._refused = 0
         self._running = 0
-        self._unanswered = 0
-        self._unanswered_bytes = 0
         self._withdrawn = False
         self._closed = False
         self._complained_at = -_COMPLAINT_PERIOD
@@ -315,10 +311,6 @@ class ServedObject:
                 if late or self._communicator.pool.pulse.running_since <= now - timeout:
                     _check_patience(call)
             arguments = msgspec.structs.astuple(method.decode(payload))
-            if operation.amd:
-                self._check_unanswered(len(payload), method.what)
-                if inspect.iscoroutinefunction(method.function):
-                    self._communicator.coroutines.start()  # now: it is not executed without its thread
             stage = "executed"
             current = Current(
                 self.target.identity, operation.name, about.call_id, timeout, self._communicator
@@ -329,19 +321,12 @@ class ServedObject:
             finally:
                 _here.turns = turns
             stage = "returned"
-            if operation.amd and (future := self._future_of(result)) is not None:
-                self._answer_later(call, future)
-            elif method.make_result is not None:
+            if method.make_result is not None:
                 reply(True, to_msgpack(method.make_result(result)))
             else:
                 reply(True, operation.result.gather_result(result, method.what))
         except BaseException as error:  # noqa: BLE001 - answered; not even CancelledError may end the thread
-            problem = error
-            if stage == "returned" and not operation.amd and inspect.iscoroutine(result):
-                result.close()  # or Python warns that nobody waited for it
-                text = f'{method.what}: only an operation marked ["amd"] may be a coroutine'
-                problem = MarshalException(text)
-            reply(*self._failure(problem, call, stage))
+            reply(*self._failure(error, call, stage))
         finally:
             with turn.lock:
                 turn.running -= 1
@@ -371,46 +356,6 @@ class ServedObject:
             )
         turn.waiting.append(call)
         turn.waiting_bytes += size
-
-    # Answers that come later.
-
-    def _check_unanswered(self, size: int, what: str) -> None:
-        """Raise BusyException when there is no room for one more call that is answered later."""
-        full = self._unanswered_bytes + size > _MOST_BYTES
-        if self._unanswered >= _MOST_UNANSWERED or (self._unanswered and full):
-            raise BusyException(
-                f"{what}: {self._unanswered} calls are not answered yet; this one was not executed"
-            )
-
-    def _future_of(self, result: object) -> Future[Any] | None:
-        if inspect.iscoroutine(result):
-            return self._communicator.coroutines.run(result)
-        return result if isinstance(result, Future) else None
-
-    def _answer_later(self, call: _Call, future: Future[Any]) -> None:
-        """Answer with the outcome of a future, on the thread that sets the outcome."""
-
-        def answer(future: Future[Any]) -> None:
-            stage: _Stage = "executed"
-            try:
-                result = future.result()
-                stage = "returned"
-                call.reply(True, call.method.operation.result.gather_result(result, call.method.what))
-            except CancelledError:
-                text = f"{call.method.what}: its server dropped it without an answer"
-                call.reply(False, encode_error(ConnectionLostException(text)))
-            except BaseException as error:  # noqa: BLE001 - answered
-                call.reply(*self._failure(error, call, stage))
-            finally:
-                with self._turn.lock:
-                    self._unanswered -= 1
-                    self._unanswered_bytes -= len(call.payload)
-                    self._turn.changed.notify_all()
-
-        with self._turn.lock:
-            self._unanswered += 1
-            self._unanswered_bytes += len(call.payload)
-        future.add_done_callback(answer)
 
     # Failures.
 
@@ -462,10 +407,15 @@ class ServedObject:
         communicator, arguments = self._communicator, operation.arguments
         what = f"{self.target.identity}.{operation.name}"
         frozen = operation.name in self.servant.ice_frozen
+        function = getattr(self.servant, operation.method)
+        if inspect.iscoroutinefunction(function):
+            raise ConfigurationException(
+                f"{what} is a coroutine: a servant answers a call when its method returns"
+            )
         self._methods[operation.name] = _Method(
             operation,
             what,
-            getattr(self.servant, operation.method),
+            function,
             arguments.size_limit,
             arguments.decode or partial(arguments.unpack, what=what, resolve=communicator.stringToProxy),
             operation.result.make_single,
@@ -527,14 +477,14 @@ class ServedObject:
     def drain(self, deadline: float) -> None:
         """Wait for running calls, except one of this thread, until a moment of the monotonic clock.
 
-        Those answered later count, too. Calls that still wait for their turn then are not executed.
+        Calls that still wait for their turn then are not executed.
         """
         turn, left = self._turn, max(0.0, deadline - time.monotonic())
         expected = sum(each is turn for each in _here.turns)
 
         def ended() -> bool:
             waits = any(call.served is self for call in turn.waiting)
-            return self._running <= expected and self._unanswered == 0 and not waits
+            return self._running <= expected and not waits
 
         with turn.lock:
             self._withdrawn = True
@@ -560,7 +510,7 @@ class ServedObject:
                 calls=self._executed,
                 failed=self._failed,
                 refused=self._refused,
-                running=self._running + self._unanswered,
+                running=self._running,
                 waiting=sum(call.served is self for call in self._turn.waiting),
                 listened=tuple(name for name, outlet in list(self._outlets.items()) if outlet.listening),
             )
@@ -582,8 +532,8 @@ class ObjectAdapter:
     """Serve servants.
 
     Life cycle: `add` and `activate` in any order, `deactivate` and `activate` repeatedly. Servants that
-    are added to an active adapter are served at once. A withdrawn servant gets no more calls; running calls,
-    and calls that it answers later, may continue for a second.
+    are added to an active adapter are served at once. A withdrawn servant gets no more calls; running calls
+    may continue for a second.
     """
 
     def __init__(self, communicator: Communicator, name: str) -> None:
@@ -601,7 +551,7 @@ class ObjectAdapter:
         """Serve a servant under an identity; return a proxy to it.
 
         Raises AlreadyRegisteredException when this process or, as far as it can see, another one of the realm
-        serves the identity, ConfigurationException when it is no valid identity.
+        serves the identity, ConfigurationException when it is no valid identity or a method is a coroutine.
         """
         check_name(identity, "identity")
         with self._lock:

@@ -28,7 +28,7 @@ class ServantStatus(msgspec.Struct, frozen=True):
     calls: _Count  # executed, including the running ones
     failed: _Count  # of them, with an undeclared exception or an invalid result
     refused: _Count  # not executed: malformed, of another interface, too late, or too many
-    running: _Count  # executed now, including those to be answered later
+    running: _Count  # executed now
     waiting: _Count  # for their turn
     listened: tuple[_Text, ...]  # its streams with listeners
 

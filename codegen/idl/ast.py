@@ -145,8 +145,6 @@ class Operation(Definition):
     parameters: list[Parameter] = field(default_factory=list)
     throws: list[NamedType] = field(default_factory=list)
     idempotent: bool = False
-    amd: bool = False
-    """Whether it or its interface is marked `["amd"]`: its servant may answer later. Set by the checker."""
     kind: ClassVar[str] = "operation"
 
     @property

@@ -109,7 +109,6 @@ class _Checker:
         """Report metadata that is unknown or not allowed."""
         kind = with_article(definition.kind)
         is_operation = isinstance(definition, ast.Operation)
-        is_dispatched = issubclass(declared_kind(definition), ast.Operation | ast.Interface | ast.Class)
         for metadata in definition.metadata:
             text = metadata.text
             if text == "stream" and not is_operation:
@@ -117,9 +116,9 @@ class _Checker:
             elif text == "stop" and not is_operation:
                 message = f'["stop"] is for operations, not for {kind}'
                 self._error(Code.BAD_STOP, message, metadata.token)
-            elif text == "amd" and not is_dispatched:
-                message = f'["amd"] is ignored: it is for operations and interfaces, not for {kind}'
-                self._warning(Code.MISPLACED_AMD, message, metadata.token)
+            elif text == "amd":
+                message = '["amd"] has no effect: a servant answers a call when its method returns'
+                self._warning(Code.IGNORED_AMD, message, metadata.token)
             elif ":" not in text and text not in _METADATA:
                 message = f'unknown metadata ["{text}"] is ignored'
                 self._warning(Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _METADATA))
@@ -273,7 +272,6 @@ class _Checker:
         if operation.name.lower() == owner.name.lower():
             message = f"operation `{operation.name}` has the name of its {owner.kind}"
             self._error(Code.REDEFINITION, message, operation.token)
-        operation.amd = operation.is_marked("amd") or owner.is_marked("amd")
         if operation.streamed and operation.returns is None and not operation.outputs:
             message = f"operation `{operation.name}` is streamed but returns nothing"
             self._error(Code.BAD_STREAM, message, operation.token)

@@ -240,8 +240,6 @@ class _ModuleWriter:
             current = "current_" if any(each.name == "current" for each in operation.inputs) else "current"
             parameters = ["self", *self._parameters(operation)]
             parameters.append(f"{current}: {self._names.runtime('Current')}")
-            if operation.amd:
-                returned = f"{self._names.runtime('Dispatched')}[{returned}]"
             lines.append(f"{INDENT}@{self._names.runtime('abstractmethod')}")
             method = f"def {python_name(operation)}("
             lines += bracketed(method, parameters, f") -> {returned}: ...", INDENT)
@@ -270,7 +268,7 @@ class _ModuleWriter:
             "results": [string(each) for each in results if results != ["returnValue"]],
             "optional": [string(each) for each in optional],
         }
-        marks = {"idempotent": operation.idempotent, "stop": operation.stop, "amd": operation.amd}
+        marks = {"idempotent": operation.idempotent, "stop": operation.stop}
         return [
             *(
                 f"{name}=({', '.join(items)}{',' * (len(items) == 1)})"

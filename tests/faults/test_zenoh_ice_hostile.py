@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, wait
+from collections.abc import Iterator
 from contextlib import closing
 from typing import Any
 
@@ -20,15 +18,12 @@ from tests.support.calculator import CALCULATOR, CalculatorError, CalculatorPrx,
 from tests.support.calculator_servant import CalculatorI
 from tests.support.gripper import GRIPPER, GripperI, GripperPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
-from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.memory_files import NEAR, shared_memory
 from tests.support.stranger import Stranger, stranger
 from tests.support.waiting import until
 from tests.support.wire_doors import check_error
 from zenoh_ice import (
-    BusyException,
-    Communicator,
-    Current,
     InterfaceMismatchException,
     MarshalException,
     UserException,
@@ -44,7 +39,6 @@ from zenoh_ice._wire import (
     encode_sample_attachment,
 )
 from zenoh_ice._zenoh.shared_memory import MemoryReference
-from zenoh_ice.generated import Dispatched
 from zenoh_ice.transport import Target
 
 TARGET = Target("nao", "Calculator")
@@ -212,20 +206,6 @@ class TestServer:
         a_call_works(pair)
 
 
-class Later(GripperI):
-    """Answers when it is allowed to."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.futures: list[Future[float]] = []
-        self.begun = threading.Semaphore(0)
-
-    def close(self, force: float, current: Current) -> Dispatched[float]:
-        self.futures.append(Future())
-        self.begun.release()
-        return self.futures[-1]
-
-
 class TestCallIds:
     def test_a_call_is_executed_though_somebody_used_its_id_before(
         self, pair: Pair, intruder: Stranger
@@ -242,52 +222,6 @@ class TestCallIds:
         gripper.move(2.0)
         assert gripper.text(3) == "xxx"
         assert servant.moved == [1.0, 9.0, 9.0, 9.0, 9.0, 2.0]
-
-    def test_calls_that_are_answered_later_are_bounded(self, pair: Pair, intruder: Stranger) -> None:
-        servant = Later()
-        pair.adapter.add(servant, "Gripper")
-        assert GripperPrx.checkedCast(pair.client.stringToProxy("Gripper")).positions() == []
-        about = encode_call_attachment(GRIPPER.fingerprint, 1, "abc", FOREVER)
-        call = ("nao/Gripper/close", msgpack.packb({"force": 1.0}), about)
-        # The queue is emptied in between: that of waiting calls is another bound.
-        asked = []
-        for _ in range(1024):
-            asked.append(intruder.begin_to_ask(*call))
-            assert servant.begun.acquire(timeout=EVENT_LIMIT)
-        refused = [error_of(intruder.begin_to_ask(*call).recv()) for _ in range(3)]
-        assert {type(error) for error in refused} == {BusyException}
-        for future in servant.futures[:1024]:
-            future.set_result(5.0)
-        for handler in asked:
-            assert handler.recv().ok is not None
-
-    def test_calls_that_are_answered_later_hold_no_more_bytes_than_one_may_have(
-        self,
-        endpoint: str,
-        make_communicator: Callable[..., Communicator],
-        monkeypatch: pytest.MonkeyPatch,
-    ) -> None:
-        monkeypatch.setattr("zenoh_ice.servant._MOST_BYTES", 40)
-        server = make_communicator(listen=[endpoint])
-        client = make_communicator(connect=[endpoint])
-        adapter = server.createObjectAdapter("Test")
-        servant = Later()
-        adapter.add(servant, "Gripper")
-        adapter.activate()
-        gripper = GripperPrx.checkedCast(client.stringToProxy("Gripper"))
-        calls = [gripper.close.begin(1.0) for _ in range(2)]  # of 16 bytes each
-        for _ in calls:
-            assert servant.begun.acquire(timeout=EVENT_LIMIT)
-        with pytest.raises(BusyException, match="2 calls are not answered yet"):
-            gripper.close(1.0)
-        servant.futures[0].set_result(1.0)
-        wait(calls, EVENT_LIMIT, "FIRST_COMPLETED")
-        calls.append(gripper.close.begin(1.0))
-        assert servant.begun.acquire(timeout=EVENT_LIMIT)
-        for future in servant.futures[1:]:
-            future.set_result(2.0)
-        for call in calls:
-            call.result(CALL_LIMIT)
 
 
 class TestClient:

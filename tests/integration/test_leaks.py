@@ -21,7 +21,7 @@ from tests.support.leaks import Leaks
 Leaks.check = partialmethod(Leaks.check, limit=LIMIT)
 """
 STARTERS = """
-import asyncio, subprocess, sys, threading
+import subprocess, sys, threading
 from concurrent.futures import ThreadPoolExecutor
 import pytest
 from zenoh_ice import initialize
@@ -123,7 +123,7 @@ def test_pool_grows(shared):
 
 def test_first_use(shared):
     before = threading.active_count()
-    shared.coroutines.run(asyncio.sleep(0)).result(20)
+    shared.pool.kind()
     assert threading.active_count() > before
 
 @pytest.fixture(scope="module")

@@ -52,6 +52,16 @@ class TestIdentities:
         with pytest.raises(ConfigurationException):
             pair.adapter.add(GripperI(), identity)
 
+    def test_servant_with_a_coroutine_is_refused(self, pair: Pair) -> None:
+        class Later(GripperI):
+            async def who(self, current: Current) -> str:  # type: ignore[override]
+                return "somebody"
+
+        with pytest.raises(ConfigurationException, match=r"^Ball\.who is a coroutine: a servant answers"):
+            pair.adapter.add(Later(), "Ball")
+        assert pair.adapter.find("Ball") is None
+        pair.adapter.add(GripperI(), "Ball")
+
     def test_what_was_added_is_found_and_removed(self, pair: Pair, caller: Communicator) -> None:
         servant = GripperI("plain")
         assert pair.adapter.add(servant, "Ball").ice_toString() == "Ball"

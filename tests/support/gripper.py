@@ -1,4 +1,4 @@
-"""An interface as codegen would write it, of a servant that may answer later, and is called oneway, too."""
+"""An interface as codegen would write it, with what tests of calls need."""
 
 # mypy: disable-error-code="empty-body"
 from __future__ import annotations
@@ -7,7 +7,7 @@ import threading
 from typing import Final
 
 from zenoh_ice import generated as ice
-from zenoh_ice.generated import Current, Dispatched
+from zenoh_ice.generated import Current
 
 __all__ = ["GRIPPER", "Gripper", "GripperI", "GripperPrx", "Slipped"]
 
@@ -17,7 +17,7 @@ class Slipped(ice.UserException, id="::test::Slipped"):
 
 
 class GripperPrx(ice.ObjectPrx, id="::test::Gripper", fingerprint="c0ffee0000000010"):
-    @ice.operation(throws=(Slipped,), amd=True)
+    @ice.operation(throws=(Slipped,))
     def close(self, force: float) -> float: ...
 
     @ice.operation()
@@ -42,7 +42,7 @@ GRIPPER.module = ""  # it has no schema
 
 class Gripper(ice.Object, proxy=GripperPrx):
     @ice.abstractmethod
-    def close(self, force: float, current: Current) -> Dispatched[float]: ...
+    def close(self, force: float, current: Current) -> float: ...
     @ice.abstractmethod
     def move(self, position: float, current: Current) -> None: ...
     @ice.abstractmethod
@@ -68,7 +68,7 @@ class GripperI(Gripper):
         self.leave = threading.Event()
         self.leave.set()
 
-    def close(self, force: float, current: Current) -> Dispatched[float]:
+    def close(self, force: float, current: Current) -> float:
         if force < 0:
             raise Slipped(force)
         return 2 * force

@@ -12,7 +12,7 @@ import pytest
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import BusyException
-from zenoh_ice._threads import Coroutines, Job, Pool, UserCodeThread
+from zenoh_ice._threads import Job, Pool, UserCodeThread
 
 
 @pytest.fixture
@@ -381,20 +381,6 @@ def test_a_pool_without_its_first_thread_is_refused(starts: Starts) -> None:
     starts.fail = True
     with pytest.raises(BusyException, match="can't start new thread"):
         Pool(4, "pool")
-
-
-def test_coroutines_without_a_thread_are_refused_and_later_ones_run(starts: Starts) -> None:
-    coroutines = Coroutines("pool coroutines")
-
-    async def answer() -> int:
-        return 42
-
-    starts.fail = True
-    with pytest.raises(BusyException, match="can't start new thread"):
-        coroutines.run(answer())
-    starts.fail = False
-    assert coroutines.run(answer()).result(EVENT_LIMIT) == 42
-    coroutines.close(EVENT_LIMIT)
 
 
 def pool_threads() -> int:

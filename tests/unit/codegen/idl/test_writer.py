@@ -39,7 +39,7 @@ module home {
      * @param which Name of the lamp.
      */
     ["stream"] idempotent Light get(string which, out Lights all) throws Broken;
-    ["amd"] void off(string context);
+    void off(string context);
     ["stop"] idempotent void rest();
   };
 };
@@ -99,7 +99,7 @@ class LampPrx(ice.ObjectPrx, id="::home::Lamp", fingerprint="FINGERPRINT"):
         Returns a tuple: the return value, `all`.
         """
 
-    @ice.operation(amd=True)
+    @ice.operation()
     def off(self, context: str) -> None:
         """Call `off`."""
 
@@ -116,7 +116,7 @@ class Lamp(ice.Object, proxy=LampPrx):
     @ice.abstractmethod
     def get(self, which: str, current: ice.Current) -> tuple[Light, Lights]: ...
     @ice.abstractmethod
-    def off(self, context: str, current: ice.Current) -> ice.Dispatched[None]: ...
+    def off(self, context: str, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def rest(self, current: ice.Current) -> None: ...
 
@@ -223,20 +223,6 @@ def test_awkward_names_keep_their_spelling_on_the_wire(tmp_path: Path) -> None:
             "::awkward::Deeper",
             "::awkward::Object2",
         ]
-
-
-def test_an_interface_lets_its_own_operations_be_answered_later(tmp_path: Path) -> None:
-    text = 'module m { ["amd"] interface A { void f(); int g(); }; interface B extends A { void h(); }; };'
-    with imported(tmp_path, "later_out", {"main.idl": text}) as package:
-        module = __import__(f"{package.__name__}.m", fromlist=["A"])
-        operations = module.BPrx.ice_interface.all_operations
-        assert {name: operation.amd for name, operation in operations.items()} == {
-            "f": True,
-            "g": True,
-            "h": False,
-        }
-        assert module.A.g.__annotations__["return"] == "ice.Dispatched[ice.Int]"
-        assert module.B.h.__annotations__["return"] == "None"
 
 
 def test_classes_may_be_null_and_refer_to_themselves(tmp_path: Path) -> None:
