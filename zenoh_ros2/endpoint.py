@@ -6,27 +6,52 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
 import zenoh
 
 from . import wire
 from .exceptions import MessageError, NodeClosedError
-from .graph import EndpointsOf
+from .graph import Discovery, EndpointsOf
+from .messages import Types
 from .wire import Attachment, Entity
-
-if TYPE_CHECKING:
-    from .node import Node
-
+from .workers import Workers
 
 Handler = Callable[..., Any]
 """Gets a message or a request, and its `Sender` if it asks for that."""
 
 
+class Owner(Protocol):
+    """What the parts of a node need of it."""
+
+    @property
+    def session(self) -> zenoh.Session:
+        """The session that carries their messages."""
+
+    @property
+    def discovery(self) -> Discovery:
+        """The tokens of the domain."""
+
+    @property
+    def types(self) -> Types:
+        """The types of messages that are known."""
+
+    @property
+    def workers(self) -> Workers:
+        """The threads of callbacks."""
+
+    @property
+    def receiving(self) -> Workers:
+        """The thread that decodes messages."""
+
+    def on_close(self, key: object, close: Callable[[], None] | None) -> None:
+        """Call `close` when the node closes; None to forget it."""
+
+
 class Endpoint:
     """The common part of everything that a node creates: its entity, its key, its token, and its end."""
 
-    def __init__(self, node: Node, entity: Entity) -> None:
+    def __init__(self, node: Owner, entity: Entity) -> None:
         self.node: Final = node
         self.entity: Final = entity
         self.name: Final = entity.name

@@ -10,23 +10,20 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as FutureTimeoutError
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import zenoh
 from zenoh.handlers import Callback
 
 from zenoh_ice.text import printable
 
-from .endpoint import Endpoint, Handler, attachment_of, bytes_of
+from .endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
 from .exceptions import CallError, CallTimeoutError, MessageError, NodeClosedError, RosError
 from .graph import Sender
 from .messages import LARGEST_MESSAGE
 from .refusals import Refusals
 from .wire import Attachment, Entity
 from .workers import Job, Line, Workers
-
-if TYPE_CHECKING:
-    from .node import Node
 
 LONGEST_CALL: Final = 24 * 3600.0
 """Limit in s of a call without a given limit, such as waiting for an action's result."""
@@ -44,7 +41,7 @@ _logger = logging.getLogger(__name__)
 class Client(Endpoint):
     """Calls a service."""
 
-    def __init__(self, node: Node, entity: Entity) -> None:
+    def __init__(self, node: Owner, entity: Entity) -> None:
         super().__init__(node, entity)
         self._calls: set[Future[Any]] = set()
         self._lock: Final = threading.Lock()
@@ -160,7 +157,7 @@ class Service(Endpoint):
 
     def __init__(
         self,
-        node: Node,
+        node: Owner,
         entity: Entity,
         handler: Handler,
         largest: int = LARGEST_COMMAND,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import zenoh
 import zenoh.ext
@@ -13,7 +13,7 @@ from zenoh.handlers import Callback
 
 from zenoh_ice import Sample
 
-from .endpoint import Endpoint, Handler, attachment_of, bytes_of
+from .endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
 from .exceptions import CallTimeoutError, MessageError, RosError
 from .graph import Sender
 from .messages import LARGEST_MESSAGE
@@ -21,14 +21,11 @@ from .refusals import Refusals
 from .wire import Attachment, Entity
 from .workers import Line
 
-if TYPE_CHECKING:
-    from .node import Node
-
 
 class Publisher(Endpoint):
     """Publishes the messages of a topic."""
 
-    def __init__(self, node: Node, entity: Entity) -> None:
+    def __init__(self, node: Owner, entity: Entity) -> None:
         super().__init__(node, entity)
         congestion = zenoh.CongestionControl
         waits = entity.qos.reliability == "reliable" and entity.qos.keep_all  # as in rmw_zenoh
@@ -82,7 +79,7 @@ class Subscription(Endpoint):
 
     def __init__(
         self,
-        node: Node,
+        node: Owner,
         entity: Entity,
         callback: Handler | None,
         largest: int = LARGEST_MESSAGE,

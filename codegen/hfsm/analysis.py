@@ -1,7 +1,8 @@
 """Analyze the code of a document: parse every piece once, and find its places and what it uses.
 
-The checks, the generator and the model checker use this analysis; none of them parses code. Trees are
-shared, even between analyses of the same text, and must not be changed.
+The checks, the generator and the model checker use this analysis; none of them parses code. What the code
+does, `effects` finds from it. Trees are shared, even between analyses of the same text, and must not be
+changed.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Final, Literal, NamedTuple
 
 from ..diagnostics import Location
 from .code.language import first_foreign
+from .code.names import COMPONENT_ALIASES
 from .code.scopes import INSPECTING, free_names, local_names
 from .code.text import (
     Code,
@@ -35,9 +37,7 @@ from .code.text import (
     refuse_functions,
     split,
 )
-from .definitions import COMPONENT_ALIASES
 from .document import Argument, Automaton, Document, Library, State, Text, Transition
-from .effects import CodeEffects
 from .extension import Extension, find_extension
 from .old_names import OldNames, find_old_names
 
@@ -324,11 +324,6 @@ class Analysis:
         return frozenset(found)
 
     @cached_property
-    def effects(self) -> CodeEffects:
-        """The effects of the code."""
-        return CodeEffects(self)
-
-    @cached_property
     def extension(self) -> Extension | None:
         """The hand-written base of the component."""
         return find_extension(self.path, self.output) if self.path.name else None
@@ -349,7 +344,13 @@ class Analysis:
     @cached_property
     def old_names(self) -> OldNames:
         """The names that the code uses and only the original generators provided."""
-        return find_old_names(self)
+        mentioned = frozenset[str]().union(*(piece.mentioned for piece in self.pieces))
+        own = self.defined | {access.name for access in self.accesses if access.is_stored}
+        if self.extension is not None:
+            own |= self.extension.attributes
+        return find_old_names(
+            self.document, mentioned=mentioned, own=own, free=self.free, imported=self.imported.keys()
+        )
 
     @cached_property
     def modules(self) -> frozenset[str]:

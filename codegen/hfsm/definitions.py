@@ -4,27 +4,18 @@ from __future__ import annotations
 
 import ast
 from enum import IntFlag
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from .analysis import Analysis, Piece
+from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from .code.text import all_nodes, binds, bound_names, dotted
 
-if TYPE_CHECKING:
-    from .analysis import Analysis, Piece
-
 __all__ = [
-    "COMPONENT_ALIASES",
-    "COMPONENT_ATTRIBUTES",
     "UNKNOWN",
     "Answer",
     "Definitions",
     "is_static",
 ]
-
-COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})
-"""Attributes that every component has. A function of a document may override one of them."""
-
-COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespace", "rosNode"})
-"""What VisualStates calls the component in places; each is the component itself."""
 
 _REFLECTION: Final = frozenset(
     {

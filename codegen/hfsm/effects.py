@@ -11,9 +11,10 @@ import ast
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from ..diagnostics import Location, Note
+from .analysis import Analysis, AutomatonCode, Piece
 from .code.values import PARAMETER_TYPES
 from .definitions import UNKNOWN, Definitions, is_static
 from .document import NO_CHILD, Argument, Parameter, State, Text
@@ -30,9 +31,6 @@ from .possible_values import (
     parameters_of,
 )
 
-if TYPE_CHECKING:
-    from .analysis import Analysis, AutomatonCode, Piece
-
 __all__ = ["CodeEffects"]
 
 _MOST_CALLS: Final = 1000
@@ -46,7 +44,7 @@ class CodeEffects:
 
     def __init__(self, analysis: Analysis) -> None:
         document = analysis.document
-        self._analysis = analysis
+        self.analysis: Final = analysis
         self.definitions = Definitions(analysis)
         self.attributes: Names = {each.name: PLAIN for each in document.parameters}
         """The values of attributes that code assigns."""
@@ -78,10 +76,10 @@ class CodeEffects:
 
     def of(self, text: Text) -> Effects:
         """Return the effects of a text of the document; one that is not valid Python may do anything."""
-        piece = self._analysis.piece(text)
+        piece = self.analysis.piece(text)
         if piece is not None:
             return self.of_piece(piece)
-        return anything(ast.Module([], [])) if self._analysis.is_broken(text) else Effects()
+        return anything(ast.Module([], [])) if self.analysis.is_broken(text) else Effects()
 
     def of_piece(self, piece: Piece) -> Effects:
         """Return the effects of a piece of code; of functions, those of all together."""
@@ -91,10 +89,10 @@ class CodeEffects:
     def unclear_sends(self) -> tuple[Note, ...]:
         """The places that may send any event."""
         found = []
-        if self._analysis.extension is not None:
-            place = Location(self._analysis.path)
+        if self.analysis.extension is not None:
+            place = Location(self.analysis.path)
             found.append(Note("hand-written code beside the document may send any event", place))
-        for text, path, piece in self._analysis.by_text.values():
+        for text, path, piece in self.analysis.by_text.values():
             effects = self.of(text)
             if effects.any_event:
                 place = Location(path, max(1, text.line), max(1, text.column))
@@ -110,12 +108,12 @@ class CodeEffects:
         while before != (now := self._snapshot()):
             before = now
             self._last, self._known = self._known, {}
-            for code in self._analysis.automata:
+            for code in self.analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
                     self._by_piece[piece] = self._look(piece, names)
                 self._pass_arguments(code, names)
-            for piece in self._analysis.functions:
+            for piece in self.analysis.functions:
                 self._by_piece[piece] = self._look(piece, self.attributes)  # its names are attributes
 
     def _snapshot(self) -> object:

@@ -14,8 +14,9 @@ import ast
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
+from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from .code.text import binds, bound_names, child_nodes
-from .definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, UNKNOWN, Answer, is_static
+from .definitions import UNKNOWN, Answer, is_static
 from .piece_effects import Effects, ProxyCall
 from .possible_values import (
     COMPONENT,

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Final
 
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
-from .analysis import Analysis, analyze
+from .analysis import analyze
 from .checks import check
 from .codes import Code
 from .document import Document
+from .effects import CodeEffects
 from .extension import component_path
 from .formats.reader import read_document
 from .generator import GENERATED_BY, check_component, generate
@@ -33,7 +34,7 @@ class LoadedDocument:
     """A document with its imports resolved and its code analyzed, and the text of its component."""
 
     document: Document
-    analysis: Analysis
+    effects: CodeEffects
     interfaces: KnownInterfaces
     component: str
 
@@ -83,7 +84,7 @@ def _report_violations(loaded: LoadedDocument, path: Path, diagnostics: Diagnost
     """
     from .model_checker import QUICK_LIMIT, check_model, report_model
 
-    report = check_model(loaded.document, path, limit=QUICK_LIMIT, analysis=loaded.analysis)
+    report = check_model(loaded.document, path, limit=QUICK_LIMIT, effects=loaded.effects)
     report_model(report, diagnostics, quick=True)
 
 
@@ -112,7 +113,7 @@ def check_document(
     operations = read_operations(loaded.document.interfaces, loaded.interfaces, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
-    report = check_model(loaded.document, path, operations=operations, limit=limit, analysis=loaded.analysis)
+    report = check_model(loaded.document, path, operations=operations, limit=limit, effects=loaded.effects)
     report_model(report, diagnostics)
     return report
 
@@ -147,14 +148,15 @@ def load_document(
         diagnostics.add_source(extension.path, extension.source)
         place = Location(extension.path, extension.line, extension.column)
         diagnostics.error(Code.EXTENSION_WITHOUT_CLASS, extension.problem, place)
-    check(analysis, interfaces, diagnostics)
+    effects = CodeEffects(analysis)
+    check(effects, interfaces, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     component = generate(analysis, interfaces)
     check_component(component, analysis, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
-    return LoadedDocument(document, analysis, interfaces, component.text)
+    return LoadedDocument(document, effects, interfaces, component.text)
 
 
 def _is_generated(file: Path) -> bool:

@@ -6,12 +6,11 @@ document: nothing has to be guessed about the editor that wrote it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-if TYPE_CHECKING:
-    from .analysis import Analysis
+from .document import Document
 
 __all__ = ["CLIENT_METHODS", "LOCK", "OldNames", "find_old_names"]
 
@@ -45,24 +44,28 @@ class OldNames:
     has_lock: bool = False
 
 
-def find_old_names(analysis: Analysis) -> OldNames:
-    """Return the former names that the code of a document uses and that nothing else defines."""
-    document, extension = analysis.document, analysis.extension
-    mentioned = frozenset[str]().union(*(piece.mentioned for piece in analysis.pieces))
-    own = analysis.defined | {access.name for access in analysis.accesses if access.is_stored}
-    own |= {each.name for each in document.all_interfaces} | {each.name for each in document.parameters}
-    own |= extension.attributes if extension is not None else frozenset()
-    wanted = mentioned - own
+def find_old_names(
+    document: Document, *, mentioned: Set[str], own: Set[str], free: Set[str], imported: Set[str]
+) -> OldNames:
+    """Return the former names that the code of a document uses and that nothing else defines.
+
+    The code has the attributes `mentioned`, and defines its `own`. It takes the `free` names from the file of
+    the component, where libraries bind the `imported` ones.
+    """
+    declared = {each.name for each in (*document.all_interfaces, *document.parameters)}
+    wanted = mentioned - own - declared
     aliases = {alias: name for alias, name in document.proxy_aliases.items() if alias in wanted}
     for alias, (interface, operation) in document.ros_aliases.items():
         if alias in wanted:
             aliases.setdefault(alias, f"{interface}.{operation}")
     has_lock = LOCK in wanted
-    free = (analysis.free | ({_THREADING} if has_lock else set())) - analysis.imported.keys()
+    if has_lock:
+        free = free | {_THREADING}
+    missing = free - imported
     return OldNames(
-        modules={name: module for name, module in _MODULES.items() if name in free},
+        modules={name: module for name, module in _MODULES.items() if name in missing},
         aliases=aliases,
-        messages={name: full for name, full in document.ros_messages.items() if name in free},
+        messages={name: full for name, full in document.ros_messages.items() if name in missing},
         clients=frozenset(name for name, added in CLIENT_METHODS.items() if added & mentioned),
         has_lock=has_lock,
     )

@@ -15,7 +15,7 @@ import jedi
 import msgspec
 from jedi.api.environment import InterpreterEnvironment
 
-from codegen.hfsm.definitions import COMPONENT_ALIASES
+from codegen.hfsm.code.names import COMPONENT_ALIASES
 
 from .component import TypedComponent
 

@@ -11,6 +11,7 @@ from ..analysis import Analysis
 from ..code.language import first_foreign, is_undeclared_cpp, notes_about, report_foreign
 from ..code.names import RESERVED, reserved_names
 from ..codes import Code
+from ..effects import CodeEffects
 from ..known_interfaces import KnownInterfaces
 from ..ros import TF
 from .attributes import check_attributes
@@ -37,12 +38,13 @@ __all__ = ["check"]
 _STAR = "*"
 
 
-def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> None:
+def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> None:
     """Report errors and possible mistakes in a document whose imports have been resolved.
 
     Checks that need the whole code are left out if a part of it is not Python. The model checker reports what
     can never happen.
     """
+    analysis = effects.analysis
     document, path, extension = analysis.document, analysis.path, analysis.extension
     report = Report(path, diagnostics)
     check_file_name(analysis, report)
@@ -72,7 +74,7 @@ def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnost
     for code in analysis.automata:
         check_inputs(document, code, reserved, report)
         check_reserved(code, reserved, report)
-    _check_code(analysis, interfaces, report)
+    _check_code(effects, interfaces, report)
 
 
 def _report_cpp(analysis: Analysis, report: Report) -> None:
@@ -84,7 +86,8 @@ def _report_cpp(analysis: Analysis, report: Report) -> None:
     report.error(Code.FOREIGN_LANGUAGE, message, place, notes)
 
 
-def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report) -> None:
+def _check_code(effects: CodeEffects, interfaces: KnownInterfaces, report: Report) -> None:
+    analysis = effects.analysis
     _check_names(analysis, report)
     for code in analysis.automata:
         check_flow(code, report)
@@ -96,7 +99,7 @@ def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report)
         if analysis.extension is None:
             for code in analysis.automata:
                 check_start(code, analysis.defined, report)
-    check_events(analysis, report)
+    check_events(effects, report)
     check_blocking(analysis, report)
 
 

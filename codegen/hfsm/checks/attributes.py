@@ -8,9 +8,9 @@ from typing import Final
 
 from ...diagnostics import Note, did_you_mean
 from ..analysis import Access, Analysis, Piece
+from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..code.text import all_nodes
 from ..codes import Code
-from ..definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
 from ..old_names import CLIENT_METHODS, LOCK
 from .report import Report

@@ -16,11 +16,10 @@ from typing import Final
 from ...diagnostics import Location, Note, did_you_mean
 from ...files import is_regular
 from ..analysis import Analysis, imported_names
-from ..code.names import identifier
+from ..code.names import COMPONENT_ATTRIBUTES, identifier
 from ..code.text import definitions
 from ..code.values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
 from ..codes import Code
-from ..definitions import COMPONENT_ATTRIBUTES
 from ..document import Document, Interface, Parameter, RosInterface
 from ..extension import component_path
 from ..formats.reader import looks_like_document

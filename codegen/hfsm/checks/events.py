@@ -9,25 +9,27 @@ import ast
 from collections.abc import Collection
 
 from ...diagnostics import Location, did_you_mean
-from ..analysis import Analysis, Piece
+from ..analysis import Piece
 from ..code.text import all_nodes
 from ..codes import Code
 from ..document import Automaton, Document
+from ..effects import CodeEffects
 from .report import Report, transition_label
 
 __all__ = ["check_events"]
 
 
-def check_events(analysis: Analysis, report: Report) -> None:
+def check_events(effects: CodeEffects, report: Report) -> None:
     """Compare the events that are awaited, sent and declared.
 
     Events that code sends through another name for the component count, too.
     """
+    analysis = effects.analysis
     document = analysis.document
     has_own_send = "send" in analysis.defined  # the events that it sends are unknown
-    senders = _Senders(analysis)
+    senders = _Senders(effects)
     sent = {} if has_own_send else senders.first
-    is_complete = analysis.is_complete and not has_own_send and not analysis.effects.unclear_sends
+    is_complete = analysis.is_complete and not has_own_send and not effects.unclear_sends
     declared = {event.name.strip(): report.place(event) for event in document.events}
     awaited: set[str] = set()
     for automaton in document.automata:
@@ -55,12 +57,13 @@ def check_events(analysis: Analysis, report: Report) -> None:
 class _Senders:
     """The pieces of code that send events, and whether they can run while an automaton is active."""
 
-    def __init__(self, analysis: Analysis) -> None:
+    def __init__(self, effects: CodeEffects) -> None:
+        analysis = effects.analysis
         self._by_name: dict[str, dict[Piece, set[ast.AST]]] = {}
         self.first: dict[str, Location] = {}
         """Where each event is sent."""
         for piece in analysis.pieces:
-            for event, places in analysis.effects.of_piece(piece).events.items():
+            for event, places in effects.of_piece(piece).events.items():
                 self._by_name.setdefault(event, {})[piece] = places
                 self.first.setdefault(event, min(map(piece.place, places), key=_position))
         self._owners = _owners_above(analysis.document)

@@ -11,6 +11,8 @@ from typing import Final
 from ..document import Document
 
 __all__ = [
+    "COMPONENT_ALIASES",
+    "COMPONENT_ATTRIBUTES",
     "RESERVED",
     "camel_case",
     "component_name",
@@ -27,6 +29,12 @@ RESERVED: Final = frozenset(
     {"Automaton", "Component", "Proxy", "SOURCE_MAP", "State", "Transition", "main", "self"}
 )
 """Names that every generated component uses; `reserved_names` returns those of one document."""
+
+COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})
+"""Attributes that every component has. A function of a document may override one of them."""
+
+COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespace", "rosNode"})
+"""What VisualStates calls the component in places; each is the component itself."""
 
 _LONGEST_NAME: Final = 100
 

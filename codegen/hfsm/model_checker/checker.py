@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..analysis import Analysis
 from ..checks.report import Report, state_label, transition_label
 from ..codes import Code
 from ..document import Document, Text
+from ..effects import CodeEffects
 from .conflicts import Commands, Conflict, Operations, Use, find_conflicts, uses_of
 from .durations import slow_code
 from .exploration import Budget
@@ -77,24 +77,24 @@ def check_model(
     *,
     operations: Operations | None = None,
     limit: int = DEFAULT_LIMIT,
-    analysis: Analysis | None = None,
+    effects: CodeEffects | None = None,
 ) -> ModelReport:
     """Check the automata of a document, whose imports are resolved, for all values of their guards.
 
     `operations` says which operations of the interfaces are commands; by default, their names decide. `limit`
     is the work that may be spent, in automata times configurations; what it leaves undecided is reported as
-    such. `analysis` is that of the document, if there is one already.
+    such. `effects` are those of its code, if they are known already.
     """
-    model = read_model(document, path, analysis=analysis)
+    model = read_model(document, path, effects=effects)
     events = events_of(model)
-    uses = uses_of(model, Commands(model.analysis, operations))
-    slow = slow_code(model.analysis)
+    uses = uses_of(model, Commands(model.effects, operations))
+    slow = slow_code(model.effects.analysis)
     doubtful = (*model.doubtful, *events.places, *slow)
     if not doubtful:
         return _check(model, events.outside, uses, Budget(limit))
-    cautious = read_model(document, path, analysis=model.analysis, untimed=True) if slow else model
+    cautious = read_model(document, path, effects=model.effects, untimed=True) if slow else model
     report = _check(cautious, events.outside | events.unclear, uses, Budget(limit // 2))
-    trusting = read_model(document, path, analysis=model.analysis, trusting=True)
+    trusting = read_model(document, path, effects=model.effects, trusting=True)
     likely = _check(trusting, events.outside, uses, Budget(limit // 2))
     return _agreed(report, likely, doubtful)
 

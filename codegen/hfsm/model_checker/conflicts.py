@@ -9,9 +9,9 @@ from itertools import combinations
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..analysis import Analysis
 from ..codes import Code
 from ..document import Interface, RosInterface, Text
+from ..effects import CodeEffects
 from ..known_interfaces import DescriptionError, KnownInterfaces
 from .counterexample import Counterexample, counterexample
 from .exploration import Budget, find
@@ -92,9 +92,9 @@ def read_operations(
 class Commands:
     """The commands in the code of a document."""
 
-    def __init__(self, analysis: Analysis, operations: Operations | None = None) -> None:
-        document = analysis.document
-        self._analysis = analysis
+    def __init__(self, effects: CodeEffects, operations: Operations | None = None) -> None:
+        document = effects.analysis.document
+        self._effects = effects
         self._operations = operations or {}
         self._interfaces: dict[str, Interface | RosInterface] = {
             each.name: each for each in document.all_interfaces
@@ -105,7 +105,7 @@ class Commands:
 
     def of(self, text: Text) -> tuple[set[Command], set[Command]]:
         """Return the commands of a text of the document: the certain and the possible ones."""
-        effects = self._analysis.effects.of(text)
+        effects = self._effects.of(text)
         certain, possible = set[Command](), set[Command]()
         for call in effects.calls | effects.possible:
             interface = self._interfaces[call.proxy]
@@ -119,7 +119,8 @@ class Commands:
 
     def unclear(self, text: Text) -> Location | None:
         """Return the first place where code may command any servant, or None."""
-        piece, effects = self._analysis.piece(text), self._analysis.effects.of(text)
+        piece = self._effects.analysis.piece(text)
+        effects = self._effects.of(text)
         return piece.place(effects.any_call[0]) if piece is not None and effects.any_call else None
 
 

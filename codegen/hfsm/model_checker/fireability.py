@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import Note
-from ..analysis import Analysis
 from ..code.language import is_foreign
 from ..document import Text
+from ..effects import CodeEffects
 from .guards import Conjunction, satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
 
@@ -45,14 +45,14 @@ def events_of(model: Model) -> Events:
         return Events(waited_for | declared)
     always = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]
     always += [functions.text for functions in document.functions]
-    outside = declared | _sent(model.analysis, always)
-    places = model.analysis.effects.unclear_sends if waited_for - outside else ()
+    outside = declared | _sent(model.effects, always)
+    places = model.effects.unclear_sends if waited_for - outside else ()
     return Events(outside, waited_for - outside if places else frozenset(), places)
 
 
-def _sent(analysis: Analysis, texts: Iterable[Text]) -> frozenset[str]:
+def _sent(effects: CodeEffects, texts: Iterable[Text]) -> frozenset[str]:
     """Return the events that code is known to send."""
-    return frozenset[str]().union(*(analysis.effects.of(text).events for text in texts))
+    return frozenset[str]().union(*(effects.of(text).events for text in texts))
 
 
 def _running(
@@ -109,7 +109,7 @@ def analyze(model: Model, outside: frozenset[str]) -> Fireability:
             else:
                 states.append(frozenset())
                 transitions.append(frozenset())
-            sent |= _sent(model.analysis, _running(automaton, states[-1], transitions[-1]))
+            sent |= _sent(model.effects, _running(automaton, states[-1], transitions[-1]))
         finishing = frozenset(
             automaton.index
             for automaton in model.automata

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location, Note
-from ..analysis import Analysis, analyze
+from ..analysis import analyze
 from ..code.language import is_foreign
 from ..code.values import delay as transition_time
 from ..code.values import milliseconds
 from ..definitions import Answer
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
+from ..effects import CodeEffects
 from .guards import Conjunction, conjunction
 
 __all__ = [
@@ -87,7 +88,7 @@ class Model:
     document: Document
     path: Path
     automata: tuple[AutomatonModel, ...]
-    analysis: Analysis = field(repr=False, compare=False)
+    effects: CodeEffects = field(repr=False, compare=False)
     doubtful: tuple[Note, ...] = ()
     """Guards that may differ from others of the same text."""
 
@@ -124,7 +125,7 @@ def read_model(
     document: Document,
     path: Path,
     *,
-    analysis: Analysis | None = None,
+    effects: CodeEffects | None = None,
     trusting: bool = False,
     untimed: bool = False,
 ) -> Model:
@@ -135,17 +136,20 @@ def read_model(
 
     Guards of the same text that cannot be followed may differ within one cycle. A `trusting` model considers
     them the same unless they certainly differ. In an `untimed` model any cycle may be missed, and a timer may
-    expire in any cycle. `analysis` is that of the document, if there is one already.
+    expire in any cycle. `effects` are those of its code, if they are known already.
     """
-    analysis = analysis or analyze(document, path)
-    reader = _Reader(analysis, trusting=trusting, untimed=untimed)
-    return Model(document, path, tuple(reader.automata), analysis, tuple(reader.doubtful))
+    effects = effects or CodeEffects(analyze(document, path))
+    reader = _Reader(effects, trusting=trusting, untimed=untimed)
+    return Model(document, path, tuple(reader.automata), effects, tuple(reader.doubtful))
 
 
 class _Reader:
-    def __init__(self, analysis: Analysis, *, trusting: bool, untimed: bool) -> None:
-        document = analysis.document
-        self._analysis, self._trusting, self._untimed = analysis, trusting, untimed
+    def __init__(self, effects: CodeEffects, *, trusting: bool, untimed: bool) -> None:
+        document = effects.analysis.document
+        self._effects = effects
+        self._analysis = effects.analysis
+        self._trusting = trusting
+        self._untimed = untimed
         self._python = not is_foreign(document)
         self.doubtful: list[Note] = []
         self._sources: dict[int, Automaton] = {}
@@ -267,8 +271,7 @@ class _Reader:
         if not self._python or not is_entangled:
             yield from outgoing
             return
-        effects = self._analysis.effects
-        answers = [effects.of(condition_of(model.source)).answer for model in outgoing]
+        answers = [self._effects.of(condition_of(model.source)).answer for model in outgoing]
         is_changing = any(Answer.CHANGES in answer for answer in answers)
         for model, answer in zip(outgoing, answers, strict=True):
             is_other, is_unsure = Answer.OTHER in answer, is_changing or Answer.UNKNOWN in answer

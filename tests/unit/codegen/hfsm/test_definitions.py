@@ -7,6 +7,7 @@ import pytest
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.definitions import UNKNOWN, Answer
 from codegen.hfsm.document import Interface, Library, Text
+from codegen.hfsm.effects import CodeEffects
 from tests.support.model_documents import PATH, automaton, document, state, when
 
 FUNCTIONS = """
@@ -40,7 +41,7 @@ def answer(guard: str, variables: str = "", functions: str = FUNCTIONS) -> Answe
     )
     libraries = (Library(name=Text("random")), Library(name=Text("numpy as np")))
     doc = document(root, interfaces=(Interface(name="Head", type="PoseHead"),), libraries=libraries)
-    return analyze(doc, PATH).effects.of(doc.automata[0].transitions[0].trigger).answer
+    return CodeEffects(analyze(doc, PATH)).of(doc.automata[0].transitions[0].trigger).answer
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import pytest
 
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.document import Interface, Text
+from codegen.hfsm.effects import CodeEffects
 from codegen.hfsm.piece_effects import Effects
 from tests.support.model_documents import PATH, automaton, document, state
 
@@ -28,7 +29,7 @@ def effects(code: str, variables: str = "") -> Effects:
     root = automaton(1, [state(1, code=code)], functions=Text(FUNCTIONS), variables=Text(variables))
     motors = tuple(Interface(name=f"{side}Motors", type="Motors") for side in ("Left", "Right"))
     doc = document(root, interfaces=motors)
-    return analyze(doc, PATH).effects.of(doc.automata[0].states[0].code)
+    return CodeEffects(analyze(doc, PATH)).of(doc.automata[0].states[0].code)
 
 
 @pytest.mark.parametrize(

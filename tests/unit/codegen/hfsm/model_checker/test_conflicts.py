@@ -20,6 +20,7 @@ from codegen.hfsm.document import (
     Text,
     Transition,
 )
+from codegen.hfsm.effects import CodeEffects
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker import (
     Command,
@@ -46,7 +47,7 @@ def operations_of(doc: Document) -> dict[str, dict[str, bool]]:
 def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[str, str]]:
     root = automaton(1, [state(1, code=code)], functions=Text(functions), variables=Text(variables))
     doc = document(root, interfaces=(HEAD, LEFT, RIGHT))
-    commands = Commands(analyze(doc, PATH), operations_of(doc))
+    commands = Commands(CodeEffects(analyze(doc, PATH)), operations_of(doc))
     certain, _ = commands.of(doc.automata[0].states[0].code)
     return {(command.identity, command.operation) for command in certain}
 
