@@ -105,7 +105,7 @@ bench-transport: $(VENV)/bench.stamp ## Measure calls and streams beside Ice, ha
 	@$(BIN)/python benchmarks/bench_transport.py
 
 oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a C++ compiler; minutes to build)
-	$(BIN)/python -m pytest -q tests/unit/codegen/idl/test_reference.py
+	$(BIN)/python -m pytest -q tests/unit/codegen/idl/test_compiler_reference.py
 	$(BIN)/python benchmarks/slice_agreement.py
 
 # Mutants stay out of the shared cache.

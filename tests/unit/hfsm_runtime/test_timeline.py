@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 
-from hfsm_runtime.timeline import Timeline, slot_after, slot_at, slot_from
+import pytest
+
+from hfsm_runtime.timeline import Timeline, delay_in_slot, slot_after, slot_at, slot_from
 from zenoh_ice import VirtualClock
 
 
@@ -81,3 +83,12 @@ def test_slots_are_multiples_of_the_period() -> None:
     assert [slot_at(now, 10) for now in (0, 9, 10, 25)] == [0, 0, 10, 20]
     assert [slot_after(now, 10) for now in (0, 9, 10, 25)] == [10, 10, 20, 30]
     assert [slot_from(now, 10) for now in (0, 9, 10, 25)] == [0, 10, 10, 30]
+
+
+def test_the_first_automaton_wakes_with_its_slot_and_the_others_a_little_later() -> None:
+    assert [delay_in_slot(index, 100_000_000) for index in range(3)] == [0, 50_000, 100_000]
+
+
+@pytest.mark.parametrize("interval", [1, 1000, 20_000_000, 100_000_000])
+def test_every_automaton_wakes_within_its_slot(interval: int) -> None:
+    assert all(0 <= delay_in_slot(index, interval) < interval for index in range(3000))

@@ -1,13 +1,23 @@
-"""Lights that fade over the robot's time."""
+"""Lights that fade over the robot's time, and a voice that takes its time."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.expression import SINGLE_COLORED, START, FadingLights
+from naoserver.capabilities import Utterance
+from naoserver.errors import InvalidCommand
+from naoserver.expression import (
+    MOST_WAITING,
+    SINGLE_COLORED,
+    START,
+    FadingLights,
+    TimedVoice,
+    speaking_time,
+)
 from zenoh_ice import VirtualClock
 
 RED, BLACK = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+HELLO, LONGER = "Hello", "I am a robot, and I have much to say."
 part = st.floats(0.0, 1.0)
 
 
@@ -68,3 +78,58 @@ def test_no_color_leaves_the_way_from_one_to_the_other(before, after, seconds, l
     lights.set("Chest", (after, 0.0, 0.0), seconds)
     now = later
     assert min(before, after) - 1e-9 <= lights.colors()["Chest"][0] <= max(before, after) + 1e-9
+
+
+@pytest.fixture
+def voice(clock):
+    return TimedVoice(clock.now)
+
+
+def test_it_is_silent_at_first(voice):
+    assert voice.utterance() == Utterance()
+
+
+def test_a_text_takes_as_long_as_it_is(voice, clock):
+    assert speaking_time(LONGER) > speaking_time(HELLO) > 0.0
+    voice.say(HELLO)
+    clock.advance(speaking_time(HELLO) - 0.01)
+    assert voice.utterance() == Utterance(HELLO, speaking=True, count=1)
+    clock.advance(0.02)
+    assert voice.utterance() == Utterance(HELLO, speaking=False, count=1)
+
+
+def test_texts_are_said_one_after_the_other(voice, clock):
+    voice.say(HELLO)
+    voice.say(LONGER)
+    assert voice.utterance().text == HELLO
+    clock.advance(speaking_time(HELLO) + 0.01)
+    assert voice.utterance() == Utterance(LONGER, speaking=True, count=2)
+    clock.advance(speaking_time(LONGER))
+    assert voice.utterance() == Utterance(LONGER, speaking=False, count=2)
+
+
+def test_after_a_silence_a_text_begins_at_once(voice, clock):
+    voice.say(HELLO)
+    clock.advance(60.0)
+    voice.say(LONGER)
+    clock.advance(speaking_time(LONGER) - 0.01)
+    assert voice.utterance().speaking
+
+
+def test_a_stop_silences_it_and_forgets_what_waits(voice, clock):
+    voice.say(HELLO)
+    voice.say(LONGER)
+    voice.stop()
+    voice.stop()
+    assert voice.utterance() == Utterance(HELLO, speaking=False, count=1)
+    clock.advance(60.0)
+    assert voice.utterance().count == 1
+
+
+def test_what_waits_is_bounded(voice, clock):
+    for _ in range(MOST_WAITING + 1):
+        voice.say(HELLO)
+    with pytest.raises(InvalidCommand, match="wait"):
+        voice.say(HELLO)
+    clock.advance(speaking_time(HELLO) + 0.01)
+    voice.say(HELLO)

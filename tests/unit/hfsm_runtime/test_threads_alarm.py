@@ -1,4 +1,4 @@
-"""The alarm that wakes threads one by one, and the spread of wake-ups over a slot."""
+"""The alarm that wakes threads one by one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from hfsm_runtime.threads import Alarm
-from hfsm_runtime.timeline import Timeline, delay_in_slot
+from hfsm_runtime.timeline import Timeline
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import WallClock
 
@@ -52,12 +52,3 @@ def test_an_alarm_that_was_stopped_has_no_thread(timeline: Timeline) -> None:
     alarm.start()
     alarm.stop()
     assert "alarm" not in {thread.name for thread in threading.enumerate()}
-
-
-def test_the_first_automaton_wakes_with_its_slot_and_the_others_a_little_later() -> None:
-    assert [delay_in_slot(index, 100_000_000) for index in range(3)] == [0, 50_000, 100_000]
-
-
-@pytest.mark.parametrize("interval", [1, 1000, 20_000_000, 100_000_000])
-def test_every_automaton_wakes_within_its_slot(interval: int) -> None:
-    assert all(0 <= delay_in_slot(index, interval) < interval for index in range(3000))

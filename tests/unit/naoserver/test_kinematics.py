@@ -1,25 +1,18 @@
-"""The positions of the body's parts in ALMotion: compared with MuJoCo, and with measurements at rest."""
+"""The positions of the body's parts: compared with MuJoCo, and with measurements at rest."""
 
-import math
 from functools import cache
 
 import mujoco
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-pytest.importorskip("qi")
-
 from naoserver.body import H25
-from naoserver.capabilities import InertialReading
-from naoserver.errors import InvalidCommand
 from naoserver.kinematics import angles_of, place_of, rotation
 from naoserver_sim.model import build_model
 from tests.support.examples import examples
 
 pytestmark = pytest.mark.sim
-TORSO, WORLD, ROBOT = 0, 1, 2
 
 
 @cache
@@ -63,28 +56,3 @@ def test_effectors_at_rest():
 def test_angles_are_those_about_x_then_y_then_z():
     turned = rotation((0, 0, 1), 0.3) @ rotation((0, 1, 0), -0.2) @ rotation((1, 0, 0), 0.1)
     assert angles_of(turned) == pytest.approx((0.1, -0.2, 0.3))
-
-
-def test_in_the_world_it_is_where_it_walked(rig):
-    rig.complete(rig.motion.moveTo, 0.2, 0.0, math.pi / 2)
-    x, y, heading = rig.motion.getRobotPosition(True)
-    torso = rig.motion.getPosition("Torso", WORLD, True)
-    assert (*torso[:2], torso[5]) == pytest.approx((x, y, heading))
-    ahead = rig.motion.getPosition("CameraTop", WORLD, True)
-    assert ahead[1] - y == pytest.approx(rig.motion.getPosition("CameraTop", ROBOT, True)[0], abs=0.01)
-
-
-def test_the_torso_tilts_in_the_frame_of_the_robot(rig):
-    rig.robot.senses.feel(inertial=InertialReading((0, 0, 9.81), (0, 0, 0), 0.1, 0.2))
-    assert rig.motion.getPosition("Torso", ROBOT, True)[3:] == pytest.approx([0.1, 0.2, 0.0])
-
-
-def test_a_transform_reports_the_same(rig):
-    matrix = np.array(rig.motion.getTransform("LArm", TORSO, False)).reshape(4, 4)
-    assert [*matrix[:3, 3], *angles_of(matrix)] == pytest.approx(rig.motion.getPosition("LArm", TORSO, False))
-
-
-@pytest.mark.parametrize(("name", "frame"), [("Nose", 0), ("Head", 3), ("Head", "torso")])
-def test_what_is_nowhere(rig, name, frame):
-    with pytest.raises(InvalidCommand, match="there is no"):
-        rig.motion.getPosition(name, frame, True)
