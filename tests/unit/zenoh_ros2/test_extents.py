@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.unit.zenoh_ros2.test_recorded_types import MESSAGES, types
+from tests.unit.zenoh_ros2.test_messages_recorded import MESSAGES, types
 from zenoh_ros2 import MessageError, Types
 from zenoh_ros2.extents import MOST_ELEMENTS, Extents
 
