@@ -1,10 +1,15 @@
-"""Unit tests lie where what they test lies: tests/unit/codegen/idl/test_parser.py tests codegen/idl/parser.py."""
+"""Unit tests are found by name: tests/unit/codegen/idl/test_parser.py tests codegen/idl/parser.py.
+
+Where one file would be too long, each topic of a module has its own: test_parser_comments.py also tests parser.py.
+What a package does as a whole is tested in its folder or the one above, under the name of the package.
+"""
 
 from __future__ import annotations
 
 import ast
 import re
 import tomllib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -13,18 +18,56 @@ from tests.support.places import ROOT
 
 UNIT: Final = ROOT / "tests" / "unit"
 GENERATED: Final = {"interfaces", "behaviors"}
-ELSEWHERE: Final = {"docs": "docs", "support": "tests/support"}
+FREE: Final = {Path("repository"), Path("docs")}
+"""Folders of tests of the repository itself and of its pages, which are named after no module."""
+ELSEWHERE: Final = {Path("support"): Path("tests", "support")}
 """Folders of tests of what is no package."""
-THROUGH_OTHERS: Final = UNIT / "tested_through_others.txt"
-"""Modules without their own test: they are tested through the public interface of another module."""
+THROUGH_OTHERS: Final = Path(__file__).with_name("tested_through_others.txt")
+"""Modules with logic that no test file is named after and no test imports."""
 
 IMPORT: Final = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|.*))", re.MULTILINE)
 """A statement that imports; parsing these alone takes a tenth of the time."""
 
 
-def packages() -> list[Path]:
+def subjects(folder: Path) -> set[str]:
+    """Return what the tests of a folder may be named after: its modules, the packages in it, and the folder."""
+    modules = {path.stem.lstrip("_") for path in folder.glob("*.py")} - {"init__", "main__"}
+    return {folder.name} | modules | {path.name.lstrip("_") for path in folder.iterdir() if path.is_dir()}
+
+
+def is_named_after(test: str, subject: str) -> bool:
+    """Return whether a test file, without its suffix, is named after a module, or after a topic of it."""
+    return f"{test}_".startswith(f"test_{subject}_")
+
+
+def modules() -> Iterator[Path]:
+    """Yield the files of the modules of the wheel that are written by hand."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-    return [ROOT / name for name in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]]
+    for package in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]:
+        if package not in GENERATED:
+            for path in (ROOT / package).rglob("*.py"):
+                if path.stem not in {"__init__", "__main__"}:
+                    yield path.relative_to(ROOT)
+
+
+def has_own_test(module: Path) -> bool:
+    subject = module.stem.lstrip("_")
+    return any(
+        is_named_after(path.stem, subject) for path in (UNIT / module.parent).glob(f"test_{subject}*.py")
+    )
+
+
+def has_logic(module: Path) -> bool:
+    """Return whether a module has a function that does something, and so more than data, types and protocols."""
+    return any(
+        not (
+            isinstance(statement, ast.Pass)
+            or (isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant))
+        )
+        for node in ast.walk(ast.parse((ROOT / module).read_text("utf-8")))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        for statement in node.body
+    )
 
 
 @cache
@@ -41,29 +84,29 @@ def imported_by_tests() -> frozenset[str]:
     return frozenset(found)
 
 
-def modules_without_a_test() -> set[str]:
-    """Return the modules that have no test of their name and that no test imports."""
-    found: set[str] = set()
-    for package in packages():
-        for path in package.rglob("*.py"):
-            place = path.relative_to(ROOT)
-            if package.name in GENERATED or path.stem in {"__init__", "__main__"}:
-                continue
-            own = UNIT / place.parent / f"test_{path.stem.lstrip('_')}.py"
-            if not own.exists() and ".".join(place.with_suffix("").parts) not in imported_by_tests():
-                found.add(str(place))
-    return found
-
-
-def test_every_folder_of_tests_is_that_of_a_folder() -> None:
-    folders = {path.parent.relative_to(UNIT) for path in UNIT.rglob("test_*.py")} - {Path()}
-    lost = [folder for folder in folders if not (ROOT / ELSEWHERE.get(str(folder), folder)).is_dir()]
-    assert not lost, f"no folder of the project is tested by {lost}: move these tests to what they test"
+def test_every_unit_test_file_is_named_after_what_it_tests() -> None:
+    lost = []
+    for path in UNIT.rglob("test_*.py"):
+        folder = path.parent.relative_to(UNIT)
+        tested = ROOT / ELSEWHERE.get(folder, folder)
+        if folder not in FREE and not (
+            tested.is_dir() and any(is_named_after(path.stem, subject) for subject in subjects(tested))
+        ):
+            lost.append(str(path.relative_to(ROOT)))
+    assert not lost, (
+        f"named after no module: {sorted(lost)}; name them test_MODULE.py or test_MODULE_TOPIC.py"
+    )
 
 
 def test_modules_without_a_test_of_their_own_are_known() -> None:
-    known = set(THROUGH_OTHERS.read_text("utf-8").split())
-    found = modules_without_a_test()
-    new, tested = sorted(found - known), sorted(known - found)
-    assert not new, f"without their own test: {new}; write tests/unit/PACKAGE/test_MODULE.py"
-    assert not tested, f"{tested} have their own tests, or are gone: remove them from {THROUGH_OTHERS.name}"
+    known = {Path(line) for line in THROUGH_OTHERS.read_text("utf-8").split()}
+    found = {
+        module
+        for module in modules()
+        if not has_own_test(module)
+        and ".".join(module.with_suffix("").parts) not in imported_by_tests()
+        and has_logic(module)
+    }
+    new, tested = sorted(map(str, found - known)), sorted(map(str, known - found))
+    assert not new, f"without a test: {new}; write tests/unit/PACKAGE/test_MODULE.py"
+    assert not tested, f"{tested} have tests, or are gone: remove them from {THROUGH_OTHERS.name}"
