@@ -6,6 +6,7 @@ import re
 import subprocess
 import tomllib
 
+from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -26,7 +27,9 @@ def test_only_versions_with_a_tag_are_called_released() -> None:
     numbers = [tuple(map(int, version.split("."))) for version, _, _ in released]
     assert numbers == sorted(set(numbers), reverse=True)
     assert [date for _, _, date in released] == sorted((date for _, _, date in released), reverse=True)
-    listed = subprocess.run(["git", "tag"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60)
+    listed = subprocess.run(
+        ["git", "tag"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=END_LIMIT
+    )
     assert {f"v{version}" for version, _, _ in released} <= set(listed.stdout.split())
 
 
