@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from .exceptions import OperationNotExistException as OperationNotExistException
     from .exceptions import SystemException as SystemException
     from .exceptions import TimeoutException as TimeoutException
-    from .exceptions import TwowayOnlyException as TwowayOnlyException
     from .exceptions import UnknownException as UnknownException
     from .exceptions import UserException as UserException
     from .exceptions import ZenohIceError as ZenohIceError
@@ -76,7 +75,6 @@ _MODULES: Final = {
     "Subscription": "streams",
     "SystemException": "exceptions",
     "TimeoutException": "exceptions",
-    "TwowayOnlyException": "exceptions",
     "UnknownException": "exceptions",
     "UserException": "exceptions",
     "VirtualClock": "clock",

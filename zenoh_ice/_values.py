@@ -24,8 +24,8 @@ import msgspec
 NAME: Final = r"[A-Za-z0-9_.\-]{1,128}"
 """Pattern of a realm and of an identity: one chunk of a key, without marks."""
 
-PROXY_TEXT: Final = rf"\A({NAME})(?: -([to]))?(?:@({NAME}))?\Z"
-"""Pattern of a proxy as text: identity, mode (twoway or oneway) and realm."""
+PROXY_TEXT: Final = rf"\A({NAME})(?:@({NAME}))?\Z"
+"""Pattern of a proxy as text: identity and realm."""
 
 TYPE_FIELD: Final = "@type"
 """The key, which no member can have, under which a value of a class has the type id of its class."""

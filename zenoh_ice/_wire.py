@@ -77,7 +77,7 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
     call_id: _Name = ""
     """`{session id}/{number}` of a call; of a sample the id of its stream, another after each restart."""
     timeout: _Timeout = 0.0
-    """Time limit of the caller in s; 0 in a sample, and where nobody waits."""
+    """Time limit of the caller in s; 0 in a sample, and where it is unknown."""
 
     @property
     def stream(self) -> str:
@@ -99,7 +99,7 @@ read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
 
 
 def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
-    """Return the encoded attachment of a call; `timeout` is 0 for a call without an answer."""
+    """Return the encoded attachment of a call."""
     # A tuple rather than the struct: it saves a microsecond in every call.
     return encode_attachment((fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout))
 

@@ -148,17 +148,17 @@ class Communicator:
     def stringToProxy(self, text: str) -> ObjectPrx:
         """Return the proxy that a text names: `Head`, or in another realm `Head@otherrealm`.
 
-        `-o` before the realm makes its calls oneway. Raises ConfigurationException when the text is no proxy.
+        Raises ConfigurationException when the text is no proxy.
         """
         match = _PROXY.match(" ".join(text.split()).replace(" @ ", "@"))
         if match is None:
             raise ConfigurationException(
-                f"{text!r} is not a proxy: write NAME[ -t|-o][@REALM], each of letters, digits, '_', '-' and "
+                f"{text!r} is not a proxy: write NAME[@REALM], each of letters, digits, '_', '-' and "
                 "'.' alone; endpoints are settings, such as --connect"
             )
-        identity, mode, realm = match.groups()
+        identity, realm = match.groups()
         target = Target(realm or self.realm, identity)
-        return ObjectPrx(self, target, self.settings.timeout, oneway=mode == "o")
+        return ObjectPrx(self, target, self.settings.timeout)
 
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None

@@ -99,10 +99,6 @@ class AccessDeniedException(SystemException):
     """Access control denies this to the caller's certificate or user; the call was not executed."""
 
 
-class TwowayOnlyException(SystemException):
-    """The operation returns something, or declares exceptions: it cannot be called oneway."""
-
-
 class AlreadyRegisteredException(SystemException):
     """The identity is already taken, in this communicator or by another process of the realm."""
 

@@ -172,14 +172,6 @@ class _Caller(msgspec.Struct, frozen=True, eq=False):
         self.transport.pool.submit(lambda: done(outcome_of(partial(self.call, payload, attachment))))
         return lambda: None
 
-    def send(self, payload: bytes, attachment: bytes) -> None:
-        receiver = self.transport.receivers.get(self.prefix)
-        if receiver is not None:
-            job = receiver.admit(self.operation, payload, attachment or None, lambda *_: None)
-            if job is not None:
-                kind, run = job
-                self.transport.pool.submit(run, kind)
-
 
 class _Outlet:
     def __init__(self, inlets: list[_Inlet]) -> None:

@@ -121,11 +121,6 @@ class Operation(Generic[P, V]):
         )
         return Codec(struct)
 
-    @property
-    def oneway(self) -> bool:
-        """Whether it may be called one way: it returns nothing and declares no exceptions."""
-        return not self.result.fields and not self.exceptions
-
 
 @dataclass(eq=False, repr=False)
 class Interface:

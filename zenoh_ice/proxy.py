@@ -44,7 +44,6 @@ from .exceptions import (
     InterfaceMismatchException,
     MarshalException,
     SystemException,
-    TwowayOnlyException,
     ZenohIceError,
 )
 from .interface import Interface, Operation, OperationOptions
@@ -92,8 +91,6 @@ class Call(Generic[P, V]):
                 return self.begin(*args, **kwargs).result()
             caller = self._find(time.monotonic() + self._proxy._timeout)
         arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
-        if self._proxy._oneway:
-            return cast("V", self._send(caller, arguments))
         # `_request` inlined: each further function call costs a microsecond, which matters for small calls.
         try:
             payload = to_msgpack(arguments)
@@ -149,11 +146,6 @@ class Call(Generic[P, V]):
         """
         proxy, operation, communicator = self._proxy, self._operation, self._communicator
         target, limit = proxy._target, proxy._timeout
-        if proxy._oneway and not operation.oneway:
-            raise TwowayOnlyException(
-                f"{self._what} returns something or declares exceptions, which a oneway call would not get: "
-                "call it by a twoway proxy"
-            )
         if not communicator.knows(target):
             communicator.check()
             # A call of a servant that was lost fails at once, like every later one.
@@ -226,17 +218,9 @@ class Call(Generic[P, V]):
                 target, self._what, again, caller.timeout, timed_out=second.timed_out
             ) from None
 
-    def _send(self, caller: Caller, arguments: msgspec.Struct) -> None:
-        """Call without an answer; raises SystemException when the servant is absent."""
-        target = self._proxy._target
-        if not self._communicator.knows(target):
-            raise self._communicator.presence.explain_absence(target)
-        caller.send(*self._request(arguments, 0.0))  # nobody waits for its end
-
     def _begin(self, caller: Caller, arguments: msgspec.Struct, future: Future[Any]) -> None:
         """Call without waiting; a future gets the outcome."""
-        patience = 0.0 if self._proxy._oneway else caller.timeout
-        payload, attachment = self._request(arguments, patience)
+        payload, attachment = self._request(arguments, caller.timeout)
         started = time.monotonic()
 
         def finish(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
@@ -386,13 +370,10 @@ class ObjectPrx(Reference):
                 module=cls.__module__,
             )
 
-    def __init__(
-        self, communicator: Communicator, target: Target, timeout: float, *, oneway: bool = False
-    ) -> None:
+    def __init__(self, communicator: Communicator, target: Target, timeout: float) -> None:
         self._communicator: Final = communicator
         self._target: Final = target
         self._timeout: Final = timeout
-        self._oneway: Final = oneway
         # The line of calls that wait for the servant: none waits behind one with a longer limit.
         self._line: Final = target, timeout
 
@@ -413,7 +394,7 @@ class ObjectPrx(Reference):
     @classmethod
     def uncheckedCast(cls, proxy: ObjectPrx) -> Self:
         """Return a proxy of this type without any check."""
-        return cls(proxy._communicator, proxy._target, proxy._timeout, oneway=proxy._oneway)
+        return cls(proxy._communicator, proxy._target, proxy._timeout)
 
     # What it refers to.
 
@@ -435,7 +416,7 @@ class ObjectPrx(Reference):
 
     def ice_toWire(self) -> str:
         """Return the proxy as text that means the same in every realm."""
-        return f"{self._target.identity}{' -o' if self._oneway else ''}@{self._target.realm}"
+        return f"{self._target.identity}@{self._target.realm}"
 
     # How it calls.
 
@@ -446,23 +427,11 @@ class ObjectPrx(Reference):
             raise ConfigurationException(
                 f"a call's limit is above 0 and at most {_LONGEST_TIMEOUT:g} s, not {seconds:g} s"
             )
-        return type(self)(self._communicator, self._target, seconds, oneway=self._oneway)
+        return type(self)(self._communicator, self._target, seconds)
 
     def ice_getInvocationTimeout(self) -> float:
         """Return the limit of calls in ms."""
         return self._timeout * 1000
-
-    def ice_oneway(self) -> Self:
-        """Return a copy whose calls are sent and not answered.
-
-        Only operations that return nothing and declare no exceptions can be called oneway; others raise
-        TwowayOnlyException. A call may be lost with its link, or dropped when too many wait for the servant.
-        """
-        return type(self)(self._communicator, self._target, self._timeout, oneway=True)
-
-    def ice_twoway(self) -> Self:
-        """Return a copy whose calls wait for their answers."""
-        return type(self)(self._communicator, self._target, self._timeout)
 
     # Operations of every servant.
 
@@ -496,7 +465,7 @@ class ObjectPrx(Reference):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):
             return NotImplemented
-        mine, theirs = ((p._communicator, p._target, p._timeout, p._oneway) for p in (self, other))
+        mine, theirs = ((p._communicator, p._target, p._timeout) for p in (self, other))
         return mine == theirs
 
     def __hash__(self) -> int:

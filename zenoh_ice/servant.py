@@ -50,12 +50,11 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 
 _MOST_WAITING: Final = 64  # calls of a servant
-_MOST_ONEWAY: Final = 1024  # the same, where nobody waits for the answer
+_MOST_FROZEN: Final = 1024  # the same, of frozen operations: a flood of others must not keep out a stop
 _MOST_BYTES: Final = LARGEST_BULK  # of the calls that wait
 _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
 _DRAIN_LIMIT: Final = 1.0  # s to wait for running calls
 _TOKEN_LIMIT: Final = 1.0  # s to wait for the report of our own tokens' end
-_COMPLAINT_PERIOD: Final = 1.0  # s
 # Fraction of its limit after which the caller may have given up: the request took some time, too.
 _DOUBTFUL: Final = 0.5
 
@@ -248,8 +247,6 @@ class ServedObject:
         self._running = 0
         self._withdrawn = False
         self._closed = False
-        self._complained_at = -_COMPLAINT_PERIOD
-        self._complaints = 0
         self._outlets: Final[dict[str, Outlet]] = {}  # of its streams
         self._tokens: Final[list[Served]] = []
         self._tokens_lock: Final = threading.Lock()
@@ -286,9 +283,9 @@ class ServedObject:
                 self._running += 1
                 self._executed += 1
         except ZenohIceError as error:
-            return self._refusals, partial(reply, *self._refuse(error, about))
+            return self._refusals, partial(reply, *self._refuse(error))
         except DECODE_ERRORS as error:
-            return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment"), about))
+            return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment")))
         return method.kind, partial(self._run, call)
 
     def _run(self, call: _Call, refusal: BusyException | None = None) -> None:
@@ -347,7 +344,7 @@ class ServedObject:
     def _enqueue(self, call: _Call) -> None:
         """Let a call wait for its turn; raises BusyException when too many do. Needs the turn's lock."""
         turn, size = self._turn, len(call.payload)
-        most = _MOST_WAITING if call.about.timeout > 0 else _MOST_ONEWAY
+        most = _MOST_FROZEN if call.method.frozen else _MOST_WAITING
         full = turn.waiting_bytes + size > _MOST_BYTES
         if len(turn.waiting) >= most or (turn.waiting and full):
             raise BusyException(
@@ -359,20 +356,10 @@ class ServedObject:
 
     # Failures.
 
-    def _refuse(self, error: ZenohIceError, about: Attachment) -> Answer:
+    def _refuse(self, error: ZenohIceError) -> Answer:
         """Count a call that is not executed, and return the answer that says why."""
-        now = time.monotonic()
         with self._turn.lock:
             self._refused += 1
-            self._complaints += about.timeout == 0
-            # The caller does not see why a oneway call failed; but a flood of them must not fill the log.
-            complain = self._complaints and now - self._complained_at >= _COMPLAINT_PERIOD
-            if complain:
-                count, self._complaints, self._complained_at = self._complaints, 0, now
-        if complain:
-            _logger.warning(
-                "%d oneway calls of %s were dropped, the last: %s", count, self.target.identity, error
-            )
         return False, encode_error(error)
 
     def _failure(self, error: BaseException, call: _Call, stage: _Stage) -> Answer:
@@ -384,7 +371,7 @@ class ServedObject:
             if isinstance(error, ZenohIceError):
                 with self._turn.lock:
                     self._executed -= 1
-                return self._refuse(error, call.about)
+                return self._refuse(error)
         declared: tuple[type[ZenohIceError], ...] = (*method.operation.exceptions, *_OF_SERVANTS)
         if stage == "executed" and isinstance(error, declared):
             return False, encode_error(error)
@@ -495,7 +482,7 @@ class ServedObject:
                 turn.waiting_bytes -= len(call.payload)
         for call in dropped:
             error = ObjectNotExistException(f"{self.target.identity} is no longer served")
-            call.reply(*self._refuse(error, call.about))
+            call.reply(*self._refuse(error))
         if not done:
             _logger.error("a call of %s still runs", self.target)
         # Our own token must not look like another process's when the identity is added again.

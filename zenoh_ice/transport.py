@@ -138,9 +138,6 @@ class Caller(Protocol):
         Return a function that forgets the call. Raises SystemException where the call cannot be sent.
         """
 
-    def send(self, payload: bytes, attachment: bytes) -> None:
-        """Call without an answer; raises SystemException where the call cannot be sent."""
-
 
 class Pacer:
     """Compute when the next sample is due, so that there are at most `rate` a second on average."""

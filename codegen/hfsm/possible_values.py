@@ -44,7 +44,7 @@ _HARMLESS_ATTRIBUTES: Final = frozenset(
     {"__call__", "__class__", "__doc__", "__module__", "__name__", "__qualname__"}
 )
 """Special attributes that lead to no other object."""
-SAME_PROXY: Final = frozenset({"ice_invocationTimeout", "ice_oneway", "ice_twoway"})
+SAME_PROXY: Final = frozenset({"ice_invocationTimeout"})
 """Operations that return a proxy of the same servant."""
 _OF_EVERY_PROXY: Final = frozenset(
     {

@@ -172,7 +172,7 @@ class _RecordingTransport(ObservedTransport):
         proxies = [proxy for _, known, proxy in self._proxies if known == target]
         fitting = (p for p in proxies if p.ice_interface.all_operations.get(operation.name) is operation)
         proxy = next(fitting, proxies[0] if proxies else self.below.stringToProxy(str(target)))
-        proxy = proxy.ice_twoway().ice_invocationTimeout(1000 * timeout)
+        proxy = proxy.ice_invocationTimeout(1000 * timeout)
         return _RecordedCaller(self, target, operation, proxy)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
@@ -273,17 +273,11 @@ class _RecordedCaller(_Recorded):
         super().__init__(transport, target, operation)
         self.timeout: Final = proxy.ice_getInvocationTimeout() / 1000
         self._call: Final = Call(proxy, _encoded(operation))
-        self._call_oneway: Final = Call(proxy.ice_oneway(), _encoded(operation))
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - each call below has its own
         """Call and wait for the answer, while other threads run code."""
         with self._recorded("call", payload) as exchange, self._lock.released():
             return _take(exchange, partial(self._call, payload))
-
-    def send(self, payload: bytes, attachment: bytes) -> None:  # noqa: ARG002
-        with self._recorded("call", payload) as exchange, self._lock.released():
-            self._call_oneway(payload)
-            exchange.packed = NOTHING
 
     def begin(
         self,

@@ -147,9 +147,6 @@ class _ReplayedCaller(_Replayed):
             raise outcome
         return outcome
 
-    def send(self, payload: bytes, attachment: bytes) -> None:
-        self.call(payload, attachment)
-
     def begin(
         self,
         payload: bytes,

@@ -172,11 +172,6 @@ class _LoggedCaller:
         done(outcome_of(partial(self.call, payload, attachment)))
         return lambda: None
 
-    def send(self, payload: bytes, attachment: bytes) -> None:
-        """Call immediately, and ignore the outcome."""
-        self._genuine.send(payload, attachment)
-        self._note(payload, None, None)
-
     def _note(self, payload: bytes, result: object, error: Exception | None) -> None:
         codec = self._operation.arguments
         arguments = codec.unpack(payload, self._what, self._network.communicator.stringToProxy)

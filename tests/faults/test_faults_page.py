@@ -54,7 +54,6 @@ TESTS = {
         "test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_streams",
     ),
     "too many calls": (OVERLOAD, "test_too_many_calls_are_refused_and_take_no_memory"),
-    "too many oneway calls": (OVERLOAD, "test_oneway_calls_beyond_the_queue_are_dropped_and_counted"),
     "no further thread": (
         THREADS,
         "test_a_robot_server_that_can_start_no_thread_answers_every_call_and_stops",

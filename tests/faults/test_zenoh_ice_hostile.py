@@ -56,7 +56,7 @@ ATTACHMENTS = [
     encode_call_attachment(CALCULATOR.fingerprint, 1, "abc", 2.0),
     encode_sample_attachment(CALCULATOR.fingerprint, 1, 12.5),
 ]
-ONEWAY = encode_call_attachment(GRIPPER.fingerprint, 1, "abc", 0.0)
+UNLIMITED = encode_call_attachment(GRIPPER.fingerprint, 1, "abc", 0.0)
 RESULTS = [
     msgpack.packb({"returnValue": 3.0}),
     msgpack.packb({"returnValue": 1.0, "remainder": 2.0}),
@@ -157,33 +157,29 @@ class TestServer:
                 assert reply.ok is None
         assert servant.counted == 0
 
-    def test_of_oneway_calls_only_what_fits_one_operation_is_executed(
-        self, pair: Pair, intruder: Stranger, caplog: pytest.LogCaptureFixture
+    def test_of_calls_without_a_limit_only_what_fits_one_operation_is_executed(
+        self, pair: Pair, intruder: Stranger
     ) -> None:
         servant = GripperI()
         pair.adapter.add(servant, "Gripper")
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         hostile = HostileBytes(4)
         keys = ["nao/Gripper/move"] * 6 + ["nao/Gripper/*", "nao/**", "nao/Gripper/mo$*"]
-        started = time.monotonic()
         asked = []
         for _ in range(INPUTS):
             payload = hostile.next_input([msgpack.packb({"position": 1.0})])
-            attachment = hostile.choose((None, hostile.next_input([ONEWAY])))
+            attachment = hostile.choose((None, hostile.next_input([UNLIMITED])))
             asked.append(intruder.begin_to_ask(hostile.choose(keys), payload, attachment))
         for replies in asked:
             list(replies)
         intruder.session.put("nao/Gripper/move", msgpack.packb({"position": 66.0}))
         intruder.session.delete("nao/Gripper/move")
-        intruder.ask("nao/Gripper/move", msgpack.packb({"position": 77.0}), ONEWAY)
+        intruder.ask("nao/Gripper/move", msgpack.packb({"position": 77.0}), UNLIMITED)
         assert servant.moved[-1] == 77.0
         assert 66.0 not in servant.moved
         assert 5 < len(servant.moved) < INPUTS * 0.6
         assert all(isinstance(position, float) for position in servant.moved)
         assert servant.texts == 0
-        reported = [record for record in caplog.records if "were dropped" in record.getMessage()]
-        assert 1 <= len(reported) <= 2 + time.monotonic() - started
-        assert all(record.getMessage().isprintable() for record in reported)
         assert repr(gripper.positions()) == repr(servant.moved)  # some of which are no number
 
     def test_those_who_claim_to_serve_the_same_do_not_flood_the_log(

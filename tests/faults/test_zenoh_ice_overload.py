@@ -63,29 +63,6 @@ def own_memory(process: ComponentProcess) -> int:
     return int(memory.rss - memory.shared)
 
 
-def test_oneway_calls_beyond_the_queue_are_dropped_and_counted(
-    pair: Pair, caplog: pytest.LogCaptureFixture
-) -> None:
-    servant = CalculatorI()
-    pair.adapter.add(servant, "Calculator")
-    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    busy = calculator.sleep.begin(FOREVER)
-    assert servant.entered.wait(EVENT_LIMIT)
-    oneway = CalculatorPrx.uncheckedCast(calculator.ice_oneway())
-    for _ in range(1100):
-        oneway.sleep(0.0)
-
-    def status() -> tuple[int, int]:
-        shown = pair.client.processStatus(pair.server.client_id).servants["Calculator@nao"]
-        return shown.calls, shown.refused
-
-    until(lambda: status()[1] >= 1100 - 1024 - 1)
-    until(lambda: "oneway calls of Calculator were dropped" in caplog.text)
-    servant.leave.set()
-    busy.result(CALL_LIMIT)
-    until(lambda: sum(status()) == 1101)  # each was executed, or counted as dropped
-
-
 def is_reference(payload: bytes) -> bool:
     """Return whether a payload is not a map but an array with the place of its bytes."""
     return payload[0] & 0xF0 == 0x90

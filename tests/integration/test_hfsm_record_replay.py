@@ -33,7 +33,6 @@ from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.image_servant import ImageI, image
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
-from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.robot_server import eventually
 from tests.support.waiting import listened
 from zenoh_ice import (
@@ -583,35 +582,6 @@ def test_a_proxy_that_comes_in_a_value_leads_to_what_it_led_to(
     adapter.add(Directory(world[0].stringToProxy("Head")), "Directory")
     record_watcher(Finder, world, tmp_path / "run.mcap", 1.0)
     assert identical(tmp_path / "run.mcap", Finder).cycles > 5
-
-
-def test_oneway_calls_are_recorded_with_their_arguments(
-    tmp_path: Path, world: World, adapter: ObjectAdapter
-) -> None:
-    class Notes(Watcher, document="watcher.xml"):
-        notes = Proxy("Notebook", NotebookPrx)
-        text = "cycle"
-
-        def look(self, count: int) -> list[Any]:
-            self.notes.ice_oneway().note(f"{self.text} {count}")
-            return []
-
-        def decide(self) -> bool:
-            return False
-
-    class Edited(Notes, document="watcher.xml"):
-        text = "round"
-
-    servant = Notebook()
-    adapter.add(servant, "Notebook")
-    path = tmp_path / "run.mcap"
-    record_watcher(Notes, world, path, 1.0)
-    assert servant.wait_for(2)[:2] == ["cycle 1", "cycle 2"]
-    identical(path, Notes)
-    _, comparison = replayed(path, Edited)
-    assert [(found.what, found.recorded, found.replayed) for found in comparison.differences] == [
-        ("notes.note", ["cycle 1"], ["round 1"])
-    ]
 
 
 class Looks(Watcher, document="watcher.xml"):

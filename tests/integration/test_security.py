@@ -232,15 +232,6 @@ def test_a_stream_that_is_silent_is_no_refusal(keys: Keys, head: HeadI, open_wit
         student.getPose.wait(timeout=0.2)
 
 
-def test_oneway_calls_are_granted_as_others_are(keys: Keys, head: HeadI, open_with: Open) -> None:
-    student, operator = (open_with(keys.settings(who)) for who in ("student", "operator"))
-    proxy(student).ice_oneway().stop()
-    proxy(student).getPose()  # whatever was sent before it has arrived
-    proxy(operator).ice_oneway().stop()
-    assert head.stopped.get(timeout=EVENT_LIMIT) == operator.client_id
-    assert head.stopped.empty()
-
-
 def test_everybody_with_a_certificate_can_have_a_role(
     own_keys: Keys, open_with: Open, tmp_path: Path
 ) -> None:

@@ -1,11 +1,11 @@
-"""Proxies between two sessions over loopback: texts, oneway calls, and calls that get no answer."""
+"""Proxies between two sessions over loopback: texts, and calls that get no answer."""
 
 from __future__ import annotations
 
 import pytest
 
 from tests.conftest import Pair
-from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.stranger import session_of
 from zenoh_ice import (
@@ -13,9 +13,6 @@ from zenoh_ice import (
     CommunicatorDestroyedException,
     ConfigurationException,
     ConnectionLostException,
-    MarshalException,
-    ObjectNotExistException,
-    TwowayOnlyException,
 )
 from zenoh_ice._presence import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
@@ -52,20 +49,13 @@ class TestTexts:
         "text",
         [
             "Head",
-            "Head -o",
             "Left.Arm_1-b@other",
-            "Head -o@other",
         ],
     )
     def test_proxy_comes_back_from_its_text(self, pair: Pair, text: str) -> None:
         proxy = pair.client.stringToProxy(text)
         assert proxy.ice_toString() == text
         assert pair.client.stringToProxy(proxy.ice_toWire()).ice_toString() == text
-
-    def test_twoway_is_the_default(self, pair: Pair) -> None:
-        proxy = pair.client.stringToProxy("Head -t")
-
-        assert proxy.ice_toString() == "Head"
 
     def test_endpoints_are_refused_with_a_hint(self, pair: Pair) -> None:
         with pytest.raises(ConfigurationException, match="endpoints are settings, such as --connect"):
@@ -78,63 +68,16 @@ class TestTexts:
         others = [
             pair.client.stringToProxy("Head@other"),
             pair.client.stringToProxy("Neck"),
-            proxy.ice_oneway(),
             proxy.ice_invocationTimeout(100),
             pair.server.stringToProxy("Head"),
         ]
         assert proxy not in others
-        assert proxy.ice_oneway().ice_twoway() == proxy
 
     def test_proxy_of_another_kind_keeps_how_it_calls(self, pair: Pair) -> None:
-        proxy = pair.client.stringToProxy("Head@other").ice_invocationTimeout(250).ice_oneway()
+        proxy = pair.client.stringToProxy("Head@other").ice_invocationTimeout(250)
         cast = NotebookPrx.uncheckedCast(proxy)
         assert cast.ice_getInvocationTimeout() == 250
-        assert cast.ice_toString() == "Head -o@other"
-
-
-class TestOneway:
-    def test_oneway_calls_arrive_in_their_order(self, proxy: NotebookPrx, notebook: Notebook) -> None:
-        oneway = proxy.ice_oneway()
-        for number in range(50):
-            oneway.note(str(number))
-        assert notebook.wait_for(50) == [str(number) for number in range(50)]
-
-    def test_oneway_calls_in_a_hurry_arrive_in_their_order(
-        self, remote: NotebookPrx, notebook: Notebook
-    ) -> None:
-        oneway = remote.ice_oneway().ice_invocationTimeout(500)
-        for number in range(50):
-            oneway.note(str(number))
-        assert notebook.wait_for(50) == [str(number) for number in range(50)]
-
-    def test_future_of_a_oneway_call_ends_when_it_is_executed_or_refused(
-        self, proxy: NotebookPrx, notebook: Notebook
-    ) -> None:
-        future = proxy.ice_oneway().note.begin("sent")
-        assert future.result(CALL_LIMIT) is None
-        assert notebook.wait_for(1) == ["sent"]
-
-    def test_what_has_an_answer_cannot_be_called_oneway(self, proxy: NotebookPrx) -> None:
-        with pytest.raises(TwowayOnlyException, match=r"Notebook\.notes"):
-            proxy.ice_oneway().notes()
-        with pytest.raises(TwowayOnlyException):
-            proxy.ice_oneway().ice_ids()
-
-    def test_ping_may_be_oneway(self, proxy: NotebookPrx) -> None:
-        proxy.ice_oneway().ice_ping()
-
-    def test_oneway_call_of_nobody_is_reported(self, pair: Pair, remote: NotebookPrx) -> None:
-        oneway = remote.ice_oneway()
-        oneway.note("sent")
-        remove(pair)
-        with pytest.raises(ObjectNotExistException):
-            oneway.note("lost")
-        with pytest.raises(ObjectNotExistException):
-            remote.ice_oneway().note.begin("lost").result(EVENT_LIMIT)
-
-    def test_wrong_argument_is_reported(self, remote: NotebookPrx) -> None:
-        with pytest.raises(MarshalException):
-            remote.ice_oneway().note(object())  # type: ignore[arg-type]
+        assert cast.ice_toString() == "Head@other"
 
 
 class TestUnansweredCalls:

@@ -56,9 +56,6 @@ class Servant:
     def getPose(self) -> None:
         pass
 
-    def ice_oneway(self) -> Servant:
-        return self
-
     def ice_invocationTimeout(self, milliseconds: float) -> Servant:
         return self
 

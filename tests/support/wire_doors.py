@@ -361,7 +361,7 @@ def _proxies() -> Door:
         assert zenoh.KeyExpr(proxy._target.key("operation"))
         assert proxy.ice_toString().isprintable()
 
-    sound = [b"Head", b"Head@nao", b"soccer.Ball -o@nao"]
+    sound = [b"Head", b"Head@nao", b"soccer.Ball@nao"]
     return Door(sound, _refusable(take))
 
 

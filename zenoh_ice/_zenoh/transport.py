@@ -61,9 +61,6 @@ _MOST_CALLERS: Final = 256  # shared by proxies: each has a querier
 
 _TIMEOUT: Final = b"Timeout"  # Zenoh's own error at the end of a query
 
-# Handler for the answers of oneway calls: C code, the cheapest that Zenoh's thread can run.
-_DISCARD: Final[Callable[[object], None]] = deque[object](maxlen=0).append
-
 _logger = logging.getLogger(__name__)
 
 
@@ -340,13 +337,6 @@ class _Caller:
         except zenoh.ZError as error:
             raise self._transport.refusal(self._what, error) from error
         return cancellation.cancel
-
-    def send(self, payload: bytes, attachment: bytes) -> None:
-        handler = Callback(_DISCARD, indirect=False)
-        try:
-            self._get(handler, payload=payload, attachment=attachment or None)
-        except zenoh.ZError as error:
-            raise self._transport.refusal(self._what, error) from error
 
     def _interpret(self, reply: zenoh.Reply | None) -> Outcome:
         """Return the outcome in a reply; raises NoAnswer for none, and for Zenoh's own error at the limit."""

@@ -221,7 +221,7 @@ class TestCalls:
 
         busy = serve(ends, Servant(stay))
         other = serve(ends, Servant(), Target("nao", "Other"))
-        busy.send(b"", ABOUT)
+        busy.begin(b"", ABOUT, lambda _: None)
         assert entered.wait(EVENT_LIMIT)
         assert whole(other.call(b"x", ABOUT)) == (True, b"x")
         leave.set()
@@ -271,23 +271,6 @@ class TestCallsWithoutWaiting:
         outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
         calls.begin(b"", ABOUT, outcomes.put)
         return outcomes.get(timeout=EVENT_LIMIT)
-
-
-class TestOneway:
-    def test_what_is_sent_arrives_in_order_and_nobody_waits(self, ends: Ends) -> None:
-        leave = threading.Event()
-        servant = Servant()
-        calls = serve(ends, servant)
-        servant.act = lambda *_: leave.wait(FOREVER)
-        calls.send(b"first", ABOUT)
-        until(lambda: servant.calls)
-        leave.set()
-        calls.send(b"second", ABOUT)
-        until(lambda: len(servant.calls) == 2)
-        assert [call.payload for call in servant.calls] == [b"first", b"second"]
-
-    def test_where_nothing_is_served_it_is_lost(self, ends: Ends) -> None:
-        caller(ends).send(b"", ABOUT)
 
 
 @dataclass

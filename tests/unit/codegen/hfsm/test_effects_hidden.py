@@ -275,12 +275,12 @@ class Holder:
 HOLDER = "holder = self.Holder(self.Head)"
 COMMANDS = [
     # proxies that a proxy makes
-    ("", "self.Head.ice_oneway().stop()"),
-    ("", "self.Head.ice_invocationTimeout(100).ice_oneway().stop()"),
-    ("head = self.Head.ice_oneway()", "head.stop()"),
-    ("self.quick = self.Head.ice_oneway()", "self.quick.stop()"),
-    ("", 'getattr(self.Head, "ice_oneway")().stop()'),
-    ("", "make = self.Head.ice_oneway\nmake().stop()"),
+    ("", "self.Head.ice_invocationTimeout(100).stop()"),
+    ("", "self.Head.ice_invocationTimeout(100).ice_invocationTimeout(200).stop()"),
+    ("head = self.Head.ice_invocationTimeout(100)", "head.stop()"),
+    ("self.quick = self.Head.ice_invocationTimeout(100)", "self.quick.stop()"),
+    ("", 'getattr(self.Head, "ice_invocationTimeout")(100).stop()'),
+    ("", "make = self.Head.ice_invocationTimeout\nmake(100).stop()"),
     # special attributes, and a proxy in a class
     ("", "self.Head.stop.__call__()"),
     ("", "self.Head.__class__.stop(self.Head)"),

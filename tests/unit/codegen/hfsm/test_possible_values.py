@@ -70,7 +70,7 @@ def test_operations_on_plain_values_are_plain(operands: list[Values], result: Va
     ("value", "attribute", "leads"),
     [
         (HEAD, "stop", False),
-        (HEAD, "ice_oneway", False),
+        (HEAD, "ice_invocationTimeout", False),
         (HEAD, "ice_getCommunicator", True),
         (HEAD, "uncheckedCast", True),
         (HEAD, "__copy__", True),
