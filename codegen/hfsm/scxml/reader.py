@@ -23,7 +23,7 @@ from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
-from .script import ScriptReader, decode_event, descendants, extract_timers, inside_all, is_name
+from .script import ScriptReader, decode_event, descendants, inside_all, is_name, take_timers
 from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 __all__ = ["is_scxml", "parse_scxml"]
@@ -182,7 +182,7 @@ class _Reader:
             self.report(Code.INVALID_SCXML, root, message)
             return None
         self._read_automaton(root, None)
-        self._timers = extract_timers(root, self.report)
+        self._timers = take_timers(root)
         for automaton in self._automata:
             self._find_initial(automaton)
         for automaton in self._automata:

@@ -1,13 +1,12 @@
-"""Translate the executable content of SCXML: code into Python, and delayed events into timers."""
+"""Read the executable content of SCXML as Python, and delayed events as timers."""
 
 from __future__ import annotations
 
-import ast
 import json
 import keyword
 import re
 import textwrap
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from decimal import Decimal
 from typing import Final
@@ -16,28 +15,19 @@ from ..codes import Code
 from ..document import Text
 from ..formats.writer import UNWRITABLE
 from ..formats.xml_tree import XmlElement
-from .writer import expression_of
 
-__all__ = ["ScriptReader", "decode_event", "descendants", "extract_timers", "inside_all", "is_name"]
+__all__ = ["ScriptReader", "decode_event", "descendants", "inside_all", "is_name", "take_timers"]
 
 Report = Callable[[str, XmlElement, str], None]
 """Reports a diagnostic with a code about an element."""
 
 _ECMASCRIPT: Final = "ECMAScript"
 _ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
-_QUOTED: Final = re.compile(r"""\s*(['"])([^'"\\]*)\1\s*""")
-_TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(ms|s|m|h|d)?")
-_MILLISECONDS: Final = {None: 1, "ms": 1, "s": 1000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
-_WORDS: Final = re.compile(r"""'[^'\\\n]*'|"[^"\\\n]*"|[\w$.]+|\s*(?:&&|\|\|)\s*|[=!]==""")
-_IN_PYTHON: Final = {"true": "True", "false": "False", "===": "==", "!==": "!=", "&&": " and ", "||": " or "}
-_NOT_NAMES: Final = frozenset(("undefined", "null", "NaN", "Infinity", "In", "_event", "this"))
+_TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(m?s)")
+_MILLISECONDS: Final = {"ms": 1, "s": 1000}
 _SYSTEM_NAMES: Final = re.compile(r"\b(?:In(?=\()|_event\b|_sessionid\b|_name\b|_ioprocessors\b)")
 _SEND_ATTRIBUTES: Final = frozenset(("event", "target", "id"))
 _SELF_TARGETS: Final = ("", "#_internal", "#_scxml")
-_COMMON: Final = (
-    *(ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.USub, ast.Load),
-    *(ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE),
-)
 
 
 def descendants(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
@@ -53,65 +43,47 @@ def inside_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElemen
     return (each for found in element.elements(holder) for each in found.elements(tag))
 
 
-def extract_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str], str]:
+def take_timers(root: XmlElement) -> dict[tuple[XmlElement, str], str]:
     """Return the delays in ms of timers, by the element of their state and the event.
 
-    In SCXML a timer is a delayed event that a state sends to itself on entry, and that no other state sends
-    or waits for. The elements that send and cancel it are removed.
+    A timer is a delayed event that a state sends to itself on entry and cancels on exit, and that no other
+    state sends or waits for. The elements that send and cancel it are removed.
     """
-    senders: dict[XmlElement, XmlElement] = {}
-    waiting: dict[str, set[XmlElement]] = defaultdict(set)
-    for state in descendants(root, "state", "parallel"):
-        for send in inside_all(state, "onentry", "send"):
-            if _delay(send) and send.attributes.get("target", "") in ("", "#_internal"):
-                senders[send] = state
-        for transition in state.elements("transition"):
-            for event in transition.attributes.get("event", "").split():
-                waiting[event].add(state)
-    sends: dict[str, list[XmlElement]] = defaultdict(list)
-    for element in descendants(root, "raise", "send"):
-        sends[element.attributes.get("event", "")].append(element)
+    states = list(descendants(root, "state", "parallel"))
+    events = {state: _awaited(state) for state in states}
+    waiting = Counter(event for awaited in events.values() for event in awaited)
+    sent = Counter(each.attributes.get("event", "") for each in descendants(root, "raise", "send"))
     timers: dict[tuple[XmlElement, str], str] = {}
-    taken: dict[XmlElement, list[XmlElement]] = defaultdict(list)
-    for event, found in sends.items():
-        if all(each in senders for each in found) and waiting[event] <= {senders[each] for each in found}:
-            for send in found:
-                state = senders[send]
-                if state in waiting[event] and (state, event) not in timers:
-                    timers[state, event] = _delay(send)
-                    taken[state].append(send)
-    for state, found in taken.items():
-        _remove_timers(state, found, report)
+    for state in states:
+        cancels = {each.attributes.get("sendid", ""): each for each in inside_all(state, "onexit", "cancel")}
+        gone: set[XmlElement] = set()
+        for send in inside_all(state, "onentry", "send"):
+            event, cancel = send.attributes.get("event", ""), cancels.get(send.attributes.get("id", ""))
+            is_own = event in events[state] and waiting[event] == sent[event] == 1
+            if cancel is not None and is_own and (delay := _delay(send)):
+                timers[state, event] = delay
+                gone |= {send, cancel}
+        for holder in state.elements("onentry", "onexit"):
+            holder.children = [each for each in holder.children if each not in gone]
     return timers
 
 
-def _remove_timers(state: XmlElement, sends: list[XmlElement], report: Report) -> None:
-    """Remove the elements of a state that send and cancel the events of its timers."""
-    cancels = {each.attributes.get("sendid", ""): each for each in inside_all(state, "onexit", "cancel")}
-    gone = {*sends, *(cancels[name] for each in sends if (name := each.attributes.get("id")) in cancels)}
-    for holder in state.elements("onentry", "onexit"):
-        holder.children = [each for each in holder.children if each not in gone]
-    for send in sends:
-        if send.attributes.get("id") not in cancels:
-            message = (
-                "here the timer ends when the state is left; in SCXML it continues, as there is no `cancel`"
-            )
-            report(Code.SCXML_OTHER_FORM, send, message)
+def _awaited(state: XmlElement) -> set[str]:
+    """Return the events for which the transitions of a state wait."""
+    events = (transition.attributes.get("event", "") for transition in state.elements("transition"))
+    return {name for text in events for name in text.split()}
 
 
 def _delay(send: XmlElement) -> str:
-    """Return the delay of an event in ms, blank if it is not a time."""
-    quoted = _QUOTED.fullmatch(send.attributes.get("delayexpr", ""))
-    match = _TIME.fullmatch(send.attributes.get("delay", quoted[2] if quoted else "").strip())
-    return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}" if match is not None else ""
+    """Return the delay in ms of an event that is sent within the chart, blank for any other."""
+    match = _TIME.fullmatch(send.attributes.get("delay", "").strip())
+    if match is None or send.attributes.get("target", "") not in ("", "#_internal"):
+        return ""
+    return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}"
 
 
 class ScriptReader:
-    """Translates the code of a file into Python.
-
-    Expressions of another `datamodel` than Python are translated if Python has the same syntax elements. Any
-    other code is kept and reported; then the document is in `language`.
-    """
+    """Reads the code of a file. That of another `datamodel` than Python is kept, and reported."""
 
     def __init__(self, datamodel: str, report: Report) -> None:
         is_default = datamodel.lower() in ("", "null", "ecmascript", "javascript")
@@ -122,11 +94,9 @@ class ScriptReader:
         """The language of the code read so far, blank for Python."""
 
     def expression(self, element: XmlElement, text: str) -> str:
-        """Return an expression in Python, or unchanged; `element` is for the messages."""
-        python = None if self._is_python else _translated(text)
-        if python is None:
-            self._check(element, text)
-        return text if python is None else python
+        """Return an expression as it is; `element` is for the messages."""
+        self._check(element, text)
+        return text
 
     def code(self, holders: Iterable[XmlElement]) -> Text:
         """Return the code in elements such as `onentry`."""
@@ -228,26 +198,6 @@ def decode_event(name: str) -> str:
 def is_name(text: str) -> bool:
     """Return whether a text is a valid name of a variable."""
     return text.isascii() and text.isidentifier() and not keyword.iskeyword(text)
-
-
-def _translated(text: str) -> str | None:
-    """Return an expression of ECMAScript in Python, or None if Python lacks one of its syntax elements."""
-    python = _WORDS.sub(lambda match: _IN_PYTHON.get(match[0].strip(), match[0]), text.strip())
-    parsed = expression_of(python)
-    return python if parsed is not None and all(map(_is_common, ast.walk(parsed))) else None
-
-
-def _is_common(node: ast.AST) -> bool:
-    match node:
-        case ast.Name(id=name):
-            return name not in _NOT_NAMES
-        case ast.Constant(value=value):
-            return isinstance(value, int | float | str)
-        case ast.Compare(ops=operators):
-            return len(operators) == 1
-        case ast.UnaryOp(op=operator):
-            return isinstance(operator, ast.USub)
-    return isinstance(node, _COMMON)
 
 
 def _quoted(text: str) -> str:

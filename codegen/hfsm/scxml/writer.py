@@ -23,7 +23,7 @@ from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Node, State, Text, Transition
 from ..formats.writer import write_document
 
-__all__ = ["OWN_NAMESPACE", "SCXML_NAMESPACE", "expression_of", "write_scxml"]
+__all__ = ["OWN_NAMESPACE", "SCXML_NAMESPACE", "write_scxml"]
 
 SCXML_NAMESPACE: Final = "http://www.w3.org/2005/07/scxml"
 """The namespace of the W3C's recommendation."""
@@ -53,14 +53,14 @@ def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str
     return _Writer(document, path, diagnostics).text()
 
 
-def expression_of(code: str) -> ast.expr | None:
-    """Return the tree of a Python expression, or None for any other text."""
+def _is_expression(code: str) -> bool:
+    """Return whether a text is a Python expression."""
     with without_warnings():
         tree = parse_piece(code)
     match tree:
-        case ast.Module(body=[ast.Expr(value=value)]):
-            return value
-    return None
+        case ast.Module(body=[ast.Expr()]):
+            return True
+    return False
 
 
 @dataclass(slots=True)
@@ -204,7 +204,7 @@ class _Writer:
         """Return a condition for SCXML: one that is empty or has statements never holds."""
         if not self._is_python:
             return "false" if text.is_blank else text.text
-        is_expression = expression_of(text.text) is not None
+        is_expression = _is_expression(text.text)
         self._omit("a condition of statements", [] if text.is_blank or is_expression else [text])
         return text.text if is_expression else "False"
 
@@ -215,7 +215,7 @@ class _Writer:
         lines = automaton.variables.text.split("\n")
         found = {match[1]: match[2] for line in lines if (match := _ASSIGNMENT.fullmatch(line)) is not None}
         is_plain = len(found) == len(lines) and not found.keys() & self._ids
-        is_plain &= all(expression_of(value) is not None for value in found.values())
+        is_plain &= all(map(_is_expression, found.values()))
         if not self._is_python or not is_plain:
             self._omit("code that sets variables", [automaton.variables])
             return
