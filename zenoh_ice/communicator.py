@@ -37,7 +37,7 @@ from .settings import Settings, load_settings
 from .status import ProcessStatus, ServantStatus, decode_status, encode_status
 from .streams import Streams
 from .text import few, printable
-from .transport import Target, Transport, check_name
+from .transport import Relay, Target, Transport, check_name
 
 _PROXY: Final = re.compile(PROXY_TEXT)
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may still run
@@ -171,6 +171,8 @@ class Communicator:
         self.check()
         if (local := self.served.get(target)) is not None:
             return local.fingerprints
+        if (relay := self.transport.relay) is not None:
+            return {} if type_id is None else relay.find(target, type_id, timeout)
         self.presence.wait_for(target, type_id, timeout, since=since)
         if not (found := self.presence.interfaces(target)):
             raise self.presence.explain_absence(target)
@@ -178,12 +180,15 @@ class Communicator:
 
     def knows(self, target: Target) -> bool:
         """Return whether `find` would return at once."""
-        return not self.destroyed and (target in self.served or target in self.presence.present)
+        if self.destroyed:
+            return False
+        return self.transport.relay is not None or target in self.served or target in self.presence.present
 
     def new_future(self) -> Future[Any]:
         """Return a future that has an outcome at the latest when the communicator is destroyed."""
         self.check()
-        future: Future[Any] = Future()
+        relay = self.transport.relay
+        future: Future[Any] = Future() if relay is None else _ObservedFuture(relay)
         self._futures.add(future)
         future.add_done_callback(self._forget_future)
         return future
@@ -396,6 +401,24 @@ class Communicator:
             who,
             server,
         )
+
+
+class _ObservedFuture(Future[Any]):
+    """A future whose relay decides when it is done."""
+
+    def __init__(self, relay: Relay) -> None:
+        super().__init__()
+        self._relay: Final = relay
+
+    def result(self, timeout: float | None = None) -> Any:  # noqa: ANN401
+        if not self.done():
+            self._relay.wait(self, timeout)
+        return super().result(0.0)
+
+    def exception(self, timeout: float | None = None) -> BaseException | None:
+        if not self.done():
+            self._relay.wait(self, timeout)
+        return super().exception(0.0)
 
 
 class _ClockReading(msgspec.Struct):

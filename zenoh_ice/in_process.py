@@ -27,6 +27,7 @@ from .transport import (
     Outcome,
     Outlet,
     Receiver,
+    Relay,
     Served,
     Target,
     outcome_of,
@@ -49,6 +50,7 @@ class InProcessTransport:
 
     endpoints: Sequence[str] = ()
     token_delay = 0.0
+    relay: Relay | None = None
 
     def __init__(self, pool: Pool) -> None:
         self.id = f"{next(_numbers):x}"

@@ -180,23 +180,27 @@ class Streams:
         self.listening: Final[set[StreamReader[Any] | Subscription[Any]]] = set()
         self._transport: Final = transport
         self._lock: Final = threading.RLock()
-        self._readers: Final = WeakValueDictionary[tuple[Target, Operation[..., Any]], StreamReader[Any]]()
+        self._readers: Final = WeakValueDictionary[
+            tuple[Target, Operation[..., Any], bool], StreamReader[Any]
+        ]()
         self._repeating: Callable[[], object] | None = None
         presence.add_listener(self._wake)
 
-    def reader(self, target: Target, operation: Operation[..., V]) -> StreamReader[V]:
-        """Return the reader of a stream.
+    def reader(
+        self, target: Target, operation: Operation[..., V], *, encoded: bool = False
+    ) -> StreamReader[V]:
+        """Return the reader of a stream; with `encoded`, the values of its samples are payloads.
 
         Raises CommunicatorDestroyedException after `close`, BusyException where there is no thread for it.
         """
         with self._lock:
-            reader = self._readers.get((target, operation))
+            reader = self._readers.get((target, operation, encoded))
             if reader is None:
-                reader = StreamReader(self, target, operation)
+                reader = StreamReader(self, target, operation, encoded=encoded)
                 self._check_open(reader)
                 if self.pool.has_threads and self._repeating is None:
                     self._repeating = repeat(LINGER / _LOOKS, self.close_unwanted, "zenoh_ice streams")
-                self._readers[target, operation] = reader
+                self._readers[target, operation, encoded] = reader
             return reader
 
     def listen(self, listener: StreamReader[Any] | Subscription[Any], queue: int) -> Inlet:
@@ -238,12 +242,15 @@ class Streams:
 
 
 class _Listener(Generic[V]):
-    """Listen to one stream, and decode its samples."""
+    """Listen to one stream, and decode its samples, unless the payload is to be their value."""
 
-    def __init__(self, streams: Streams, target: Target, operation: Operation[..., V]) -> None:
+    def __init__(
+        self, streams: Streams, target: Target, operation: Operation[..., V], *, encoded: bool
+    ) -> None:
         self.streams: Final = streams
         self.target: Final = target
         self.operation: Final = operation
+        self.encoded: Final = encoded
         self.what: Final = f"{target.identity}.{operation.name}"
         self.inlet: Inlet | None = None
         self._accepted = ""  # fingerprint
@@ -271,10 +278,18 @@ class _Listener(Generic[V]):
         self.lost += lost
         if about.fingerprint != self._accepted:
             self._check_fingerprint(about.fingerprint)
-        what = f"sample of {self.what}"
-        value = cast("V", self.operation.result.unpack_result(arrived.payload, what, self.streams.resolve))
+        value: object = arrived.payload
+        if not self.encoded:
+            what = f"sample of {self.what}"
+            value = self.operation.result.unpack_result(arrived.payload, what, self.streams.resolve)
         return Sample(
-            value, about.sequence, about.robot_time, about.wall_time, lost, about.stream, arrived.age
+            cast("V", value),
+            about.sequence,
+            about.robot_time,
+            about.wall_time,
+            lost,
+            about.stream,
+            arrived.age,
         )
 
     def _check_fingerprint(self, fingerprint: str) -> None:
@@ -333,8 +348,10 @@ class StreamReader(_Listener[V]):
     Samples stay in the transport, undecoded, until they are read.
     """
 
-    def __init__(self, streams: Streams, target: Target, operation: Operation[..., V]) -> None:
-        super().__init__(streams, target, operation)
+    def __init__(
+        self, streams: Streams, target: Target, operation: Operation[..., V], *, encoded: bool = False
+    ) -> None:
+        super().__init__(streams, target, operation, encoded=encoded)
         self._lock: Final = threading.RLock()
         self._changed: Final = threading.Condition(self._lock)
         self._sample: Sample[V] | None = None
@@ -462,7 +479,7 @@ class Subscription(_Listener[V]):
         for it.
         """
         _check(rate, queue)
-        super().__init__(reader.streams, reader.target, reader.operation)
+        super().__init__(reader.streams, reader.target, reader.operation, encoded=reader.encoded)
         self.received = 0
         """Number of samples that the callback got."""
         self._callback: Final = callback

@@ -1,8 +1,8 @@
 """The interface that proxies, servants and streams build on: a few operations on encoded payloads.
 
 Four transports implement it: over Zenoh (`zenoh_ice._zenoh`), within the process (`zenoh_ice.in_process`),
-one that records what another carries, and one that replays a recording (both in `hfsm_runtime`). Nothing else
-uses Zenoh.
+one that records what passes to another communicator, and one that replays a recording (both in
+`hfsm_runtime`). Nothing else uses Zenoh.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import math
 import re
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from typing import Any, Final, NamedTuple, Protocol
 
 from ._codec import Buffer, Parted, Pieces
@@ -30,6 +31,7 @@ __all__ = [
     "Outlet",
     "Parted",
     "Pieces",
+    "Relay",
     "Target",
     "decode_attachment",
     "decode_error",
@@ -214,6 +216,20 @@ class Inlet(Protocol):
         """Stop listening; return whether a running function ended within `timeout` s."""
 
 
+class Relay(Protocol):
+    """The far side of a transport that finds servants and waits for them by itself.
+
+    Such a transport stands in front of another communicator, or of a recording of one: no tokens appear on
+    it, and a call is made at once, whose outcome says whether the servant was there.
+    """
+
+    def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:
+        """Return the fingerprints of a servant's interfaces by type id, as `Communicator.find` does."""
+
+    def wait(self, future: Future[Any], timeout: float | None) -> None:
+        """Wait until a future of a call is done, for at most `timeout` s."""
+
+
 class Transport(Protocol):
     """Carry encoded calls, samples and tokens between processes, or within one."""
 
@@ -223,6 +239,8 @@ class Transport(Protocol):
     """The endpoints that it connects to; none for one that connects to nobody."""
     token_delay: float
     """Seconds within which existing tokens arrive, once a link is made."""
+    relay: Relay | None
+    """What finds servants and waits in place of the communicator; None where tokens show who is there."""
 
     def explain_unreachable(self, limit: float) -> str:
         """Return why nothing answers at the endpoints, after `limit` s at most."""

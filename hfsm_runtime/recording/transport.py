@@ -14,11 +14,8 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
-from copy import copy
-from functools import cache, partial
-from typing import Any, Final, TypeVar
-
-import msgspec
+from functools import partial
+from typing import Any, Final
 
 from zenoh_ice import Communicator, ObjectPrx, Sample, Settings, Subscription, UserException
 from zenoh_ice.exceptions import SystemException
@@ -40,75 +37,27 @@ from ..component import Component, proxies_of
 from .recorder import Recorder
 from .results import Exchange, Results
 
-V = TypeVar("V")
-
-NOTHING: Final = b"\x80"
-"""The result of an operation that returns nothing."""
-
 
 class ObservedTransport(InProcessTransport):
-    """The base class of transports that decide what a component sees, and when.
-
-    `communicator` uses it, and leaves finding servants and waiting to it.
-    """
+    """The base class of transports that decide what a component sees, and when: each is its own relay."""
 
     def __init__(self, settings: Settings) -> None:
         pool = Pool(0, "observed")
         super().__init__(pool)
-        self.communicator: Final = _ObservedCommunicator(settings, pool, self)
+        self.relay = self
+        self.communicator: Final = Communicator(settings, pool=pool, transport=lambda _: self)
 
     def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:
         """Return the fingerprints of a servant's interfaces by type id, as `Communicator.find` does."""
         raise NotImplementedError
 
-    def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:
+    def wait(self, future: Future[Any], timeout: float | None) -> None:
         """Wait until a future is done, for at most this many s."""
         raise NotImplementedError
 
     def forget(self, target: Target, operation: Operation[..., Any]) -> None:
         """Let the reader of a stream forget its sample."""
         self.communicator.streams.reader(target, operation).forget()
-
-
-class _ObservedCommunicator(Communicator):
-    def __init__(self, settings: Settings, pool: Pool, transport: ObservedTransport) -> None:
-        super().__init__(settings, pool=pool, transport=lambda _: transport)
-        self._observed: Final = transport
-
-    def knows(self, target: Target) -> bool:  # noqa: ARG002 - a call finds out
-        return True
-
-    def find(
-        self,
-        target: Target,
-        type_id: str | None,
-        timeout: float,
-        *,
-        since: float | None = None,  # noqa: ARG002
-    ) -> Mapping[str, str]:
-        return {} if type_id is None else self._observed.find(target, type_id, timeout)
-
-    def new_future(self) -> Future[Any]:
-        future = _ObservedFuture[Any](self._observed)
-        self._futures.add(future)
-        future.add_done_callback(self._forget_future)
-        return future
-
-
-class _ObservedFuture(Future[V]):
-    def __init__(self, transport: ObservedTransport) -> None:
-        super().__init__()
-        self._transport: Final = transport
-
-    def result(self, timeout: float | None = None) -> V:
-        if not self.done():
-            self._transport.wait_for_future(self, timeout)
-        return super().result(0.0)
-
-    def exception(self, timeout: float | None = None) -> BaseException | None:
-        if not self.done():
-            self._transport.wait_for_future(self, timeout)
-        return super().exception(0.0)
 
 
 def target_of(proxy: ObjectPrx) -> Target:
@@ -182,7 +131,7 @@ class _RecordingTransport(ObservedTransport):
         with self.lock.released():
             return self.below.find(target, type_id, timeout)
 
-    def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:
+    def wait(self, future: Future[Any], timeout: float | None) -> None:
         """Wait for a future while other threads run code."""
         with self.lock.released(), suppress(TimeoutError, CancelledError):
             Future.exception(future, timeout)
@@ -193,30 +142,6 @@ class _RecordingTransport(ObservedTransport):
         names = (name for name, known, _ in self._proxies if known == target)
         made = Results(self.recorder, next(names, str(target)), self.below.stringToProxy)
         return self._results.setdefault(target, made)
-
-
-class _Encoded:
-    """A codec that passes payloads unchanged."""
-
-    make: Final = msgspec.Raw
-    decode: Final = None
-    value_of: Final = None
-
-    def __init__(self, operation_codec: Any) -> None:  # noqa: ANN401
-        self.fields: Final = operation_codec.fields
-        self.holds_bytes: Final = operation_codec.holds_bytes
-        self.size_limit: Final = operation_codec.size_limit
-
-    def unpack_result(self, payload: bytes | Parted, *_: object) -> bytes | Parted:
-        return payload
-
-
-@cache
-def _encoded(operation: Operation[..., Any]) -> Operation[..., Any]:
-    """Return an operation that takes and returns payloads instead of values."""
-    made = copy(operation)
-    vars(made).update(arguments=_Encoded(operation.arguments), result=_Encoded(operation.result))
-    return made
 
 
 class _Recorded:
@@ -272,12 +197,12 @@ class _RecordedCaller(_Recorded):
     ) -> None:
         super().__init__(transport, target, operation)
         self.timeout: Final = proxy.ice_getInvocationTimeout() / 1000
-        self._call: Final = Call(proxy, _encoded(operation))
+        self._call: Final = Call(proxy, operation)
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - each call below has its own
         """Call and wait for the answer, while other threads run code."""
         with self._recorded("call", payload) as exchange, self._lock.released():
-            return _take(exchange, partial(self._call, payload))
+            return _take(exchange, partial(self._call.call_encoded, payload))
 
     def begin(
         self,
@@ -286,7 +211,7 @@ class _RecordedCaller(_Recorded):
         done: Callable[[Outcome | SystemException], object],
     ) -> Callable[[], object]:
         """Call without waiting; `done`, and what it causes, runs under the lock."""
-        future: Future[bytes | Parted] = self._call.begin(payload)
+        future = self._call.begin_encoded(payload)
         ticket = self._begin("begin", payload)
 
         def answered(future: Future[bytes | Parted]) -> None:
@@ -325,7 +250,7 @@ class _RecordedInlet(_Recorded):
     ) -> None:
         super().__init__(transport, target, operation)
         self._queue: Final = queue
-        self._reader: Final = transport.below.streams.reader(target, _encoded(operation))
+        self._reader: Final = transport.below.streams.reader(target, operation, encoded=True)
         self._newest: Sample[Any] | None = None  # that the reader above has
         self._last_recorded: Sample[Any] | None = None
         self._subscription: Subscription[Any] | None = None

@@ -19,9 +19,12 @@ from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Target, decode_
 
 from ..component import Component, proxies_of
 from ..recording.results import put_bytes
-from ..recording.transport import NOTHING, ObservedTransport, encoded_sample, released, target_of
+from ..recording.transport import ObservedTransport, encoded_sample, released, target_of
 from .script import NothingRecordedError, Record, Recording, ReplayError, Want
 from .threads import Answers
+
+_NOTHING: Final = b"\x80"
+"""The encoded result of an operation that returns nothing."""
 
 
 class ReplayTransport(ObservedTransport):
@@ -65,7 +68,7 @@ class ReplayTransport(ObservedTransport):
         """Raise ReplayError: presence is not recorded."""
         raise ReplayError(f"whether {target} is a {type_id} was not recorded: cast its proxy unchecked")
 
-    def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:  # noqa: ARG002
+    def wait(self, future: Future[Any], timeout: float | None) -> None:  # noqa: ARG002
         """Wait until the recorded result has arrived."""
         self.answers.ask("future")
 
@@ -99,7 +102,7 @@ class _Replayed:
 
     def _payload(self, message: Result, want: Want) -> bytes:
         """Return the result, or the sample, that was recorded."""
-        packed = NOTHING if message.packed is None else message.packed
+        packed = _NOTHING if message.packed is None else message.packed
         try:
             if message.too_large:
                 raise ReplayError(
@@ -168,7 +171,7 @@ class _ReplayedCaller(_Replayed):
         record = record or self._answers.guess(want)
         if record is None:
             if not self._operation.result.fields:
-                return True, NOTHING
+                return True, _NOTHING
             raise NothingRecordedError(
                 f"nobody had read {want} by then, so the recording has no value for it"
             )

@@ -38,6 +38,7 @@ from ..transport import (
     Outcome,
     Pacer,
     Receiver,
+    Relay,
     Served,
     Target,
     outcome_of,
@@ -88,6 +89,7 @@ class ZenohTransport:
 
     # Over a link they come within milliseconds, and gossip makes the links to others within tens of them.
     token_delay = 0.5
+    relay: Relay | None = None
 
     def __init__(self, settings: Settings, pool: Pool) -> None:
         """Open the session; raises as `open_session` does."""
