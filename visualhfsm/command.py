@@ -56,7 +56,7 @@ visualhfsm watch
 
 visualhfsm watch dance_and_follow --seconds 60 --report report.html
 
-visualhfsm watch follow_ball --plain > log.txt"""
+visualhfsm watch follow_ball > log.txt"""
 
 
 @app.callback(invoke_without_command=True)
@@ -213,19 +213,16 @@ def watch(
             metavar="HTML", dir_okay=False, help="Write the run as a page at the end, with pictures."
         ),
     ] = None,
-    plain: Annotated[
-        bool, typer.Option("--plain", help="Print one line a second, as when the output is not a terminal.")
-    ] = False,
     wait: Annotated[
         float,
         typer.Option(metavar="S", min=0.0, callback=finite, help="How long to wait for the component."),
     ] = 3.0,
 ) -> None:
-    """Show a component and its robot in the terminal.
+    """Print what a component and its robot do, a line each second.
 
-    The view shows the tree of states with their timers, the marks on the camera picture, the angles of head
-    and arms, and how well the robot's server keeps up. Ctrl-C ends with a summary. When the component or the
-    robot is lost, the view waits for it.
+    A line has the current states, errors, the marks on the camera picture, the angles of the head, and how
+    well the robot's server keeps up. Ctrl-C ends with a summary. A component or a robot that is lost is
+    waited for.
     """
     from rich.console import Console
 
@@ -236,7 +233,7 @@ def watch(
 
     with initialize(settings) as communicator:
         component = component or find_component(communicator, wait)
-        options = WatchOptions(component, seconds, wait, report, plain)
+        options = WatchOptions(component, seconds, wait, report)
         watch_component(communicator, options, Console())
 
 

@@ -1,11 +1,9 @@
-"""`visualhfsm watch`, where signals or a terminal matter as a process, on a fake robot and on a component whose monitor the test serves."""
+"""`visualhfsm watch`, where signals matter as a process, on a fake robot and on a component whose monitor the test serves."""
 
 from __future__ import annotations
 
-import os
 import re
 import signal
-import subprocess
 import threading
 import time
 from collections.abc import Iterator
@@ -19,11 +17,10 @@ from interfaces.hfsm import ComponentSnapshot, ComponentStructure
 from naoserver.fake import FakeRobot
 from tests.support.commands import run_here
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
-from tests.support.limits import END_LIMIT, START_LIMIT
+from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.stranger import session_of
-from tests.support.terminal import read_until
 from tests.support.watching import content
 from visualhfsm.command import app
 from visualhfsm.errors import VisualHfsmError
@@ -195,29 +192,6 @@ def test_a_lost_server_is_reported_and_found_again(tmp_path: Path) -> None:
         while "images/s" not in watcher.output[seen:]:
             assert time.monotonic() < deadline, watcher.output
             time.sleep(0.05)
-
-
-def test_ctrl_c_in_a_terminal_leaves_the_screen_and_sums_up(robot: ServedRobot) -> None:
-    main, terminal = os.openpty()
-    with component(robot.endpoint, robot.realm):
-        watcher = subprocess.Popen(
-            ["setsid", "--ctty", *watch(robot, "dance_and_follow", "--seconds", "60", "--wait", "60")],
-            stdin=terminal, stdout=terminal, stderr=terminal, env={**os.environ, "TERM": "xterm-256color"},
-        )  # fmt: skip
-        try:
-            os.close(terminal)
-            output = read_until(main, "1 of 60 s watched")
-            assert "● followBall" in output
-            os.write(main, b"\x03")
-            output += read_until(main, "changes of state")
-            assert watcher.wait(END_LIMIT) == 130
-        finally:
-            if watcher.poll() is None:
-                watcher.kill()
-                watcher.wait(END_LIMIT)
-            os.close(main)
-    entered, left = output.index("\x1b[?1049h"), output.index("\x1b[?1049l")
-    assert entered < left < output.index("changes of state")
 
 
 @contextmanager

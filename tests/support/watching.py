@@ -1,4 +1,4 @@
-"""A component and its robot as the view and the report see them, for tests."""
+"""A component and its robot as the lines and the report see them, for tests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from tests.support.component import dance_and_follow, snapshot
 from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
-from visualhfsm.watch.panels import ARM_JOINTS
 from visualhfsm.watch.telemetry import WatchState
 
 __all__ = ["content", "recorded", "watched"]
@@ -39,8 +38,7 @@ def content(page: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def _robot(time: float) -> RobotState:
-    joints = {side + name: math.sin(time) for side in "LR" for name in ARM_JOINTS}
-    joints |= {"HeadYaw": 0.31, "HeadPitch": -0.07}
+    joints = {"LShoulderPitch": math.sin(time), "HeadYaw": 0.31, "HeadPitch": -0.07}
     event = HealthEvent(1.2, Severity.Warning, "Head", "velocity not renewed")
     health = HealthReport(time, time, 0.99, 0.0031, 0.03, False, {"Camera": 10.0}, 0, 0, [event])
     return RobotState(joints, 0.31, -0.07, health)
@@ -57,13 +55,9 @@ def watched(time: float = 9.5) -> WatchState:
     return WatchState(
         component="dance_and_follow",
         endpoint="tcp/127.0.0.1:7447",
-        elapsed=time,
-        seconds=60.0,
         automata=Automata(dance_and_follow()),
         snapshot=newest.component,
         snapshot_age=0.05,
-        changes=log.changes(),
         robot=newest.robot,
         robot_age=0.01,
-        limits={"HeadYaw": (-2.0, 2.0), "LShoulderPitch": (-2.0, 2.0)},
     )

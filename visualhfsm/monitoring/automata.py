@@ -13,7 +13,6 @@ from interfaces.hfsm import (
     AutomatonStructure,
     ComponentSnapshot,
     ComponentStructure,
-    StateStructure,
     TransitionStructure,
 )
 from zenoh_ice.text import printable
@@ -26,15 +25,6 @@ _MOST_AUTOMATA: Final = 10_000
 """Automata that a log distinguishes; with more, removed ones are forgotten."""
 _LONGEST_NUMBER: Final = 40
 _TRUTHS: Final = {"True": 1.0, "False": 0.0}
-
-
-@dataclass(frozen=True, slots=True)
-class StateRow:
-    """A state in the tree; `last` says of each owner above and of itself whether it is the last sibling."""
-
-    automaton: AutomatonStructure
-    state: StateStructure
-    last: tuple[bool, ...]
 
 
 class Automata:
@@ -80,12 +70,6 @@ class Automata:
         found = self.transition(automaton, transition)
         return self.state_name(automaton, found.destination) if found else f"transition {transition}"
 
-    def awaited(self, automaton: int, state: int) -> list[str]:
-        """Return the names of the events that transitions out of a state wait for."""
-        found = self._by_id.get(automaton)
-        events = [t.event for t in found.transitions if t.origin == state and t.event] if found else []
-        return list(dict.fromkeys(events))
-
     def depth(self, automaton: int) -> int:
         """Return the number of automata above one."""
         return sum(1 for _ in self.ancestors(automaton))
@@ -103,26 +87,6 @@ class Automata:
             seen.add(found.parent)
             yield found.parent
             found = self._by_id.get(found.parent)
-
-    def rows(self) -> Iterator[StateRow]:
-        """Yield every state in document order, each before the states of the automaton that it owns."""
-        roots = [automaton for automaton in self.all if automaton.parent not in self._by_id]
-        # No automaton is visited twice: this ends even for a structure with a cycle, which is invalid.
-        visited: set[int] = set()
-        for root in roots[:1]:
-            yield from self._rows_below(root, (), visited)
-
-    def _rows_below(
-        self, automaton: AutomatonStructure, last: tuple[bool, ...], visited: set[int]
-    ) -> Iterator[StateRow]:
-        visited.add(automaton.id)
-        for position, state in enumerate(automaton.states, 1):
-            here = (*last, position == len(automaton.states))
-            yield StateRow(automaton, state, here)
-            for number in state.children:
-                child = self._by_id.get(number)
-                if child is not None and child.id not in visited and len(here) < _DEEPEST:
-                    yield from self._rows_below(child, here, visited)
 
     def current_path(self, snapshot: ComponentSnapshot) -> list[str]:
         """Return the names of the current states from the root down to the innermost running automaton.

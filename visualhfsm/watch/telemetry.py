@@ -1,11 +1,11 @@
-"""Listen to a component and its robot, and keep the data of the view and the report."""
+"""Listen to a component and its robot, and keep the data of the lines and the report."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Final, Self
@@ -14,7 +14,7 @@ from codegen.hfsm.document import Document
 from interfaces.hfsm import ComponentSnapshot, Mark
 from interfaces.jderobot import CameraPrx
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.automata import Automata, Change
+from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.follower import Follower
 from visualhfsm.monitoring.pictures import Pictures, encode_jpeg
 from visualhfsm.monitoring.realm import Newest, PolledValue, has_interface
@@ -26,28 +26,22 @@ from zenoh_ice import Communicator
 CAMERA: Final = "Camera"
 """The camera that is shown as long as no mark is on another one."""
 IMAGE_SIZE: Final = (320, 240)
-_CHANGES_SHOWN: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
 class WatchState:
     """A component and its robot at one moment; what has not arrived yet is None or empty.
 
-    `elapsed` counts the wall seconds of watching, `seconds` is its end, 0 for never; ages are wall seconds
-    since the last sample. `limits` are in rad by joint, `image_size` is that of `camera` in pixels.
+    Ages are wall seconds since the last sample; `image_size` is that of `camera` in pixels.
     """
 
     component: str
     endpoint: str
-    elapsed: float = 0.0
-    seconds: float = 0.0
     automata: Automata | None = None
     snapshot: ComponentSnapshot | None = None
     snapshot_age: float = math.inf
-    changes: Sequence[Change] = ()
     robot: RobotState = field(default_factory=RobotState)
     robot_age: float = math.inf
-    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     camera: str = CAMERA
     image_size: tuple[int, int] = IMAGE_SIZE
 
@@ -131,7 +125,7 @@ class Telemetry:
             figures=figures,
         )
 
-    def update(self, elapsed: float = 0.0, seconds: float = 0.0) -> WatchState:
+    def update(self) -> WatchState:
         """Request missing data and return the present state."""
         self._robot.update()
         self._follower.update()
@@ -145,15 +139,11 @@ class Telemetry:
         return WatchState(
             component=self._follower.component,
             endpoint=self._endpoint,
-            elapsed=elapsed,
-            seconds=seconds,
             automata=self._automata,
             snapshot=snapshot,
             snapshot_age=self._follower.age,
-            changes=self.log.changes(_CHANGES_SHOWN),
             robot=self._robot.read(stale=self._robot.age() > STALE),
             robot_age=self._robot.age(),
-            limits={one.name: (one.lower, one.upper) for one in self._robot.facts().limits},
             camera=self.camera,
             image_size=self.image_size,
         )

@@ -1,20 +1,10 @@
-"""The tree of automata: its rows, the path of current states, and when an automaton became active."""
+"""The tree of automata: the path of current states, and when an automaton became active."""
 
 from msgspec.structs import replace
 
 from interfaces.hfsm import AutomatonStructure
 from tests.support.component import dance_and_follow, snapshot, state_structure, transition_structure
 from visualhfsm.monitoring.automata import Automata
-
-
-def test_the_rows_are_the_states_depth_first_with_their_place_among_siblings():
-    rows = list(Automata(dance_and_follow()).rows())
-    assert [(len(row.last), row.state.name) for row in rows] == [
-        (1, "followBall"), (2, "red"), (3, "follow"), (3, "search"), (2, "green"), (3, "follow"), (3, "search"),
-        (1, "dance"), (2, "right"), (2, "left"),
-    ]  # fmt: skip
-    assert rows[2].last == (False, False, False)
-    assert rows[-1].last == (True, True)
 
 
 def test_the_path_of_current_states_goes_down_to_the_innermost_running_automaton():
@@ -40,16 +30,12 @@ def test_a_final_state_ends_the_path():
     assert list(Automata(structure).current_paths(snapshot(12.0))) == [["dance"]]
 
 
-def test_the_events_that_a_state_waits_for_are_known():
+def test_the_name_of_an_event_does_not_command_the_terminal():
     structure = dance_and_follow()
-    structure.automata[2].transitions = [
-        transition_structure(1, "", 1, 2, event="lost"),
-        transition_structure(2, "", 1, 2, event="lost"),
-        transition_structure(3, "", 1, 2, event="\x1b[2J"),
-        transition_structure(4, "", 2, 1, event="found"),
-    ]
-    assert Automata(structure).awaited(3, 1) == ["lost", " [2J"]
-    assert Automata(structure).awaited(9, 1) == []
+    structure.automata[2].transitions = [transition_structure(3, "", 1, 2, event="\x1b[2J")]
+    found = Automata(structure).transition(3, 3)
+    assert found is not None
+    assert found.event == " [2J"
 
 
 def test_ids_that_the_structure_does_not_have_get_a_name_that_shows_them():
@@ -64,14 +50,11 @@ def test_a_structure_that_is_no_tree_ends():
     structure.automata[4].states[0].children = [1]
     structure.automata[0].parent = 5
     automata = Automata(structure)
-    assert list(automata.rows()) == []
     assert list(automata.ancestors(1)) == [5]
     assert automata.current_path(snapshot(12.0)) == []
 
     structure = dance_and_follow()
     structure.automata[4].states[0].children = [1]
-    rows = list(Automata(structure).rows())
-    assert len(rows) == 10
     assert Automata(structure).current_path(snapshot(12.0)) == ["dance", "right"]
 
 
@@ -90,5 +73,6 @@ def test_a_structure_deeper_than_the_stack_is_shown_as_far_as_anybody_looks():
         for number in range(1, 2001)
     ]
     structure = replace(dance_and_follow(), name="deep", automata=automata)
-    rows = list(Automata(structure).rows())
-    assert [row.automaton.id for row in rows] == list(range(1, 65))
+    root = snapshot(12.0).automata[0]
+    now = replace(snapshot(12.0), automata=[replace(root, id=number, state=1) for number in range(1, 2001)])
+    assert len(Automata(structure).current_path(now)) == 64
