@@ -5,108 +5,30 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-import subprocess
 import sys
 import threading
-import time
-from collections.abc import Iterable, Sequence
-from contextlib import ExitStack, closing
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Final
 
 import typer
 
+from naoserver.assembly import Assembly
 from naoserver.body import BODIES, H25, find_body
-from naoserver.errors import RobotError
+from naoserver.entrances import Disk, find_entrance
 from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
-from naoserver.qi import DISK_HELP, serve_as_naoqi
-from naoserver.robot import CameraFacts
+from naoserver.robot import CameraFacts, Robot
 from naoserver.server import JointSpeed, problem_of, serve
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.team import run_team, team_commands
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
-from zenoh_ice.application import tether_command
 from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 MOST_ROBOTS: Final = 16
-_REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed", "--qi")
-"""Options with a value that is different for each robot."""
-_PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
-_POLL: Final = 0.1
-_END: Final = 5.0
-"""Wall seconds for a robot's process to end on request."""
-
-
-def team_commands(
-    options: Sequence[str], robots: int, settings: Settings, *, seed: int | None = None, qi: str | None = None
-) -> list[list[str]]:
-    """Return the command of each robot: the given options, except those that differ between robots.
-
-    The first has the realm and the endpoints of `settings`; the second has the realm with a 2 appended and
-    the next ports, and so on. All connect to the first, so that clients connected to it find every realm.
-    """
-    shared = _without(options, _REPLACED)
-    commands = []
-    for number in range(robots):
-        own = ["--realm", settings.realm + (str(number + 1) if number else "")]
-        for endpoint in settings.listen:
-            own += ["--listen", _later_port(endpoint, number)]
-        for endpoint in (*settings.connect, *(settings.listen if number else ())):
-            if not endpoint.endswith(":0"):
-                own += ["--connect", endpoint]
-        if seed is not None:
-            own += ["--seed", str(seed + number)]
-        if qi is not None:
-            own += ["--qi", _later_port(qi, number)]
-        commands.append([sys.executable, "-P", "-m", "naoserver_sim", *shared, *own])
-    return commands
-
-
-def run_team(commands: Iterable[Sequence[str]], stop: threading.Event) -> None:
-    """Run commands until `stop` is set or one of them exits, which raises RobotError; then end all."""
-    processes: list[subprocess.Popen[bytes]] = []
-    try:
-        for command in commands:
-            tethered = [*tether_command(), *command]
-            processes.append(subprocess.Popen(tethered, stdin=subprocess.DEVNULL, start_new_session=True))
-        while not stop.wait(_POLL):
-            for number, process in enumerate(processes):
-                if process.poll() is not None:
-                    raise RobotError(f"robot {number + 1} ended with exit code {process.returncode}")
-    finally:
-        _end(processes)
-
-
-def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
-    for process in processes:
-        process.terminate()
-    deadline = time.monotonic() + _END
-    for process in processes:
-        try:
-            process.wait(max(0.0, deadline - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait(_END)
-
-
-def _without(options: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Return options without some that have a value, written `--name value` or `--name=value`."""
-    left, rest = [], iter(options)
-    for option in rest:
-        if option in names:
-            next(rest, None)  # its value
-        elif option.partition("=")[0] not in names:
-            left.append(option)
-    return left
-
-
-def _later_port(endpoint: str, number: int) -> str:
-    """Return an endpoint with its port increased by a number; port 0, which the system picks, stays."""
-    return _PORT.sub(lambda found: f":{int(found[1]) + number if int(found[1]) else 0}", endpoint)
-
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -132,8 +54,57 @@ naoserver-sim --robots 3                                   three robots, in the 
 naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside a running one"""
 # After this time, a computing thread hands over Python's global lock; with the default of 5 ms, serving
 # would delay control ticks, which are 0.5 ms apart at 20 times real time.
-_SWITCH_INTERVAL: Final = 0.0005
-_CHECK_INTERVAL: Final = 0.5
+_SWITCH_INTERVAL: Final = 0.0005  # s
+_CHECK_PERIOD: Final = 0.5  # s
+
+
+_Speed = Annotated[
+    str, typer.Option(metavar="FACTOR|max", help="Robot seconds per wall second, such as 1, 5 or 20.")
+]
+_World = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME|FILE",
+        help=f"World around the robot: {', '.join(bundled_worlds())}, "
+        "or a TOML file (docs/how-to/worlds.md).",
+    ),
+]
+_Robots = Annotated[
+    int,
+    typer.Option(
+        min=1, max=MOST_ROBOTS, help="Simulate several robots, each in its own process, world and realm."
+    ),
+]
+_Skin = Annotated[bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")]
+_Noise = Annotated[
+    bool,
+    typer.Option(
+        "--noise/--no-noise", help="Make sensors, pictures and gears as imperfect as a real robot's."
+    ),
+]
+_Seed = Annotated[
+    int | None,
+    typer.Option(min=0, help="Scatter the balls, and draw the noise; the same seed, the same numbers."),
+]
+_Body = Annotated[
+    str,
+    typer.Option(metavar="NAME", help=f"The robot's body: {' or '.join(BODIES)}, whose hands are fixed."),
+]
+_Cameras = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=WIDTHxHEIGHT[@RATE]",
+        help="Images that a camera (Camera, CameraBottom, CameraOutside) starts with; may be repeated."
+        " Without it: 320x240@10.",
+    ),
+]
+_Qi = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL",
+        help="Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559.",
+    ),
+]
 
 
 @app.command(epilog=_EPILOG)
@@ -141,71 +112,27 @@ _CHECK_INTERVAL: Final = 0.5
 def naoserver_sim(
     *,
     settings: Settings,
-    speed: Annotated[
-        str, typer.Option(metavar="FACTOR|max", help="Robot seconds per wall second, such as 1, 5 or 20.")
-    ] = "1",
-    world: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME|FILE",
-            help=f"World around the robot: {', '.join(bundled_worlds())}, "
-            "or a TOML file (docs/how-to/worlds.md).",
-        ),
-    ] = DEFAULT_WORLD,
-    robots: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            max=MOST_ROBOTS,
-            help="Simulate several robots, each in its own process, world and realm.",
-        ),
-    ] = 1,
-    skin: Annotated[
-        bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")
-    ] = True,
-    noise: Annotated[
-        bool,
-        typer.Option(
-            "--noise/--no-noise", help="Make sensors, pictures and gears as imperfect as a real robot's."
-        ),
-    ] = False,
-    seed: Annotated[
-        int | None,
-        typer.Option(min=0, help="Scatter the balls, and draw the noise; the same seed, the same numbers."),
-    ] = None,
-    body: Annotated[
-        str,
-        typer.Option(metavar="NAME", help=f"The robot's body: {' or '.join(BODIES)}, whose hands are fixed."),
-    ] = H25.name,
-    camera: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=WIDTHxHEIGHT[@RATE]",
-            help="Images that a camera (Camera, CameraBottom, CameraOutside) starts with; may be repeated."
-            " Without it: 320x240@10.",
-        ),
-    ] = None,
+    speed: _Speed = "1",
+    world: _World = DEFAULT_WORLD,
+    robots: _Robots = 1,
+    skin: _Skin = True,
+    noise: _Noise = False,
+    seed: _Seed = None,
+    body: _Body = H25.name,
+    camera: _Cameras = None,
     joint_speed: JointSpeed = None,
-    qi: Annotated[
-        str | None,
-        typer.Option(
-            metavar="URL",
-            help="Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559.",
-        ),
-    ] = None,
-    disk: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help=DISK_HELP, exists=True, file_okay=False),
-    ] = None,
+    qi: _Qi = None,
+    disk: Disk = None,
 ) -> None:
     """Simulate a Nao and its surroundings in MuJoCo, and serve them.
 
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
     factor = parse_speed(speed)
-    requested = parse_cameras(camera or ())
-    options = ServerOptions(safety=capped(joint_speed), cameras=requested)
-    surroundings, facts = load_world(world), find_body(body)
+    options = ServerOptions(safety=capped(joint_speed), cameras=parse_cameras(camera or ()))
+    surroundings = load_world(world)
+    facts = find_body(body)
+    naoqi = None if qi is None else partial(find_entrance("qi"), url=qi, disk=disk)
     if robots > 1:
         with stop_on_signals() as stop:
             run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi), stop)
@@ -217,21 +144,32 @@ def naoserver_sim(
             SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed, body=facts)
         ) as robot,
     ):
-        check_cameras(requested, robot.cameras)
+        check_cameras(options.cameras, robot.cameras)
         robot.start()  # first: clients that find the server wait only briefly for its servants
-        with initialize(settings) as communicator, latch_of(settings) as latch:
-            adapter = communicator.createObjectAdapter("NaoServer")
-            with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
-                if qi is not None:
-                    url = also.enter_context(serve_as_naoqi(robot, assembly, qi, disk=disk))
-                    typer.echo(f"NAOqi: {url}")
-                adapter.activate()
-                endpoints = ", ".join(settings.reached_at)
-                text = f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras"
-                watchdog = report_ready(text)
-                while not stop.wait(_CHECK_INTERVAL):
-                    robot.check()
-                    watchdog.report(partial(problem_of, communicator, assembly))
+        _serve(robot, settings, options, naoqi, stop)
+
+
+def _serve(
+    robot: SimulatedRobot,
+    settings: Settings,
+    options: ServerOptions,
+    naoqi: Callable[[Robot, Assembly], AbstractContextManager[str]] | None,
+    stop: threading.Event,
+) -> None:
+    """Serve a started robot until `stop` is set, also by the entrance for NAOqi's programs if it has one."""
+    with initialize(settings) as communicator, latch_of(settings) as latch:
+        adapter = communicator.createObjectAdapter("NaoServer")
+        with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
+            if naoqi is not None:
+                url = also.enter_context(naoqi(robot, assembly))
+                typer.echo(f"NAOqi: {url}")
+            adapter.activate()
+            endpoints = ", ".join(settings.reached_at)
+            text = f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras"
+            watchdog = report_ready(text)
+            while not stop.wait(_CHECK_PERIOD):
+                robot.check()
+                watchdog.report(partial(problem_of, communicator, assembly))
 
 
 def parse_speed(text: str) -> float:
@@ -265,7 +203,7 @@ def parse_cameras(texts: Sequence[str]) -> dict[str, CameraOptions]:
     return options
 
 
-def check_cameras(requested: dict[str, CameraOptions], cameras: Sequence[CameraFacts]) -> None:
+def check_cameras(requested: Mapping[str, CameraOptions], cameras: Sequence[CameraFacts]) -> None:
     """Raise typer.BadParameter when a requested camera, size or rate does not exist."""
     known = {camera.name: dict(zip(camera.sizes, camera.rates, strict=True)) for camera in cameras}
     for name, options in requested.items():

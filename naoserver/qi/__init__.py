@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from naoserver.assembly import Assembly
     from naoserver.robot import Robot
 
-__all__ = ["DISK_HELP", "serve_as_naoqi"]
-
-DISK_HELP = "With --qi: the folder that stands for the robot's disk, where its sounds are."
+__all__ = ["serve_as_naoqi"]
 
 
 def serve_as_naoqi(

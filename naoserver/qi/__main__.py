@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from contextlib import closing
-from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
 
-from naoserver.qi import DISK_HELP, serve_as_naoqi
+from naoserver.entrances import Disk
+from naoserver.qi import serve_as_naoqi
 from zenoh_ice.application import begin_loading
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -21,9 +21,7 @@ def serve_fake(
     qi: Annotated[
         str, typer.Option(metavar="URL", help="Address to listen on; port 0 picks a free port.")
     ] = "tcp://127.0.0.1:9559",
-    disk: Annotated[
-        Path | None, typer.Option(metavar="DIR", help=DISK_HELP, exists=True, file_okay=False)
-    ] = None,
+    disk: Disk = None,
     speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Robot seconds per wall second.")] = 1.0,
     faults: Annotated[
         bool, typer.Option("--faults", help="Also serve Faults, which delays calls or makes them fail.")

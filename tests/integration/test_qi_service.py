@@ -404,10 +404,19 @@ def test_a_port_that_is_taken(url):
     assert "Traceback" not in refused.stderr
 
 
-def test_without_qi_it_names_what_to_install():
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["naoserver.qi"],
+        pytest.param(
+            ["naoserver_sim", "--listen", "tcp/127.0.0.1:0", "--qi", ANYWHERE], marks=pytest.mark.sim
+        ),
+    ],
+)
+def test_without_qi_it_names_what_to_install(command):
     code = (
-        "import runpy, sys; sys.modules['qi'] = None; sys.argv = ['naoserver.qi'];"
-        "runpy.run_module('naoserver.qi', run_name='__main__')"
+        f"import runpy, sys; sys.modules['qi'] = None; sys.argv = {command};"
+        f"runpy.run_module({command[0]!r}, run_name='__main__')"
     )
     result = subprocess.run(
         [sys.executable, "-c", code],
