@@ -13,7 +13,7 @@ from pathlib import Path, PurePath
 from types import ModuleType, TracebackType
 from typing import Any, Final
 
-from zenoh_ice.application import begin_loading
+from zenoh_ice.application import begin_loading, hidden_interfaces
 
 from .errors import ComponentError, MissingLibraryError
 from .source_map import last_line, line_of_frame
@@ -29,13 +29,16 @@ def prepare_program() -> None:
     """Prepare the imports of a program that is a component; other programs are unaffected.
 
     Ctrl-C ends it quietly while its modules load, and a missing library is reported with the document's line
-    instead of a traceback, as is one that ends the program.
+    instead of a traceback, as is one that ends the program. Raises ImportError in other programs if a user's
+    module hides the package `interfaces`.
     """
     program = sys.modules["__main__"]
     if program_file():
         begin_loading()
         sys.excepthook = _report_uncaught
         builtins.__import__ = partial(_import_for, vars(program))
+    elif hidden := hidden_interfaces():
+        raise ImportError(hidden, name="interfaces")
 
 
 def program_file() -> str:

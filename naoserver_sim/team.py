@@ -1,4 +1,4 @@
-"""Several simulated robots: a process for each, in a realm of its own."""
+"""Several simulated robots, each with its own process and realm."""
 
 from __future__ import annotations
 

@@ -52,6 +52,5 @@ class Code(StrEnum):
     NOT_UTF8_ESCAPES = "W008"
     DOUBTFUL_CAPITALIZATION = "W009"
     IGNORED_AMD = "W010"
-    HIDES_OURS = "W011"
 
     SKIPPED = "N001"

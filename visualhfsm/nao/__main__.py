@@ -10,7 +10,7 @@ from zenoh_ice.application import begin_loading
 
 def main() -> NoReturn:
     """Run the command."""
-    begin_loading()
+    begin_loading(with_interfaces=False)  # it stops robots, whatever is wrong here
     from visualhfsm.nao.command import app
     from visualhfsm.nao.completion import join_words
     from zenoh_ice.application.cli import run

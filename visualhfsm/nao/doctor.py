@@ -36,6 +36,7 @@ from zenoh_ice import (
     ZenohIceError,
     initialize,
 )
+from zenoh_ice.application import hidden_interfaces
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
 from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings, host_and_port
@@ -132,21 +133,6 @@ def _print(finding: Finding) -> None:
 # The installation.
 
 _DISTRIBUTION: Final = "visualhfsm"
-_ROOT: Final = Path(__file__).resolve().parents[2]
-_HIDDEN: Final = (
-    "cv2",
-    "interfaces",
-    "mcap",
-    "msgpack",
-    "msgspec",
-    "mujoco",
-    "numpy",
-    "qi",
-    "rich",
-    "typer",
-    "zenoh",
-)
-"""Names that a user's file may easily have; it then hides the library, or our interfaces."""
 _EXTRAS: Final[Mapping[str, str]] = {
     "": "needed by every command",
     "sim": "the simulated robot, naoserver-sim",
@@ -160,7 +146,7 @@ _REQUIREMENT: Final = re.compile(r"([\w.-]+)[^;>]*(?:>=([\d.]+))?[^;]*(?:;.*extr
 
 
 def check_installation() -> Iterator[Finding]:
-    """Yield findings about the installation: versions, extras, and modules that hide others."""
+    """Yield findings about the installation: versions, extras, and a module that hides our interfaces."""
     try:
         lines = requires(_DISTRIBUTION) or []
     except PackageNotFoundError:
@@ -188,30 +174,10 @@ def check_installation() -> Iterator[Finding]:
             yield _note(f"{_EXTRAS[extra]}: {'; '.join(problems)}", install)
     if ready := [_EXTRAS[extra] for extra, problems in lacking.items() if not problems]:
         yield _ok(f"installed: {'; '.join(ready)}")
-    hiding = list(_hiding_modules())
-    yield from hiding or [_ok("no other module hides ours")]
-
-
-def _hiding_modules() -> Iterator[Finding]:
-    """Yield files that are imported in place of a library or of our interfaces.
-
-    A folder `interfaces` merges with ours, unless it is a package or has one of ours.
-    """
-    interfaces = [path.parent.name for path in (_ROOT / "interfaces").glob("*/__init__.py")]
-    names = (*_HIDDEN, *(f"interfaces/{name}" for name in interfaces))
-    files = sorted(each for name in names for each in (f"{name}.py", f"{name}/__init__.py"))
     # The folders that Python searches before those of installed packages.
     listed = (".", *os.environ.get("PYTHONPATH", "").split(os.pathsep))
-    for folder in dict.fromkeys(Path(each).resolve() for each in listed if each):
-        found = [each for each in files if (folder / each).is_file()]
-        if found and folder != _ROOT:
-            without = (
-                "; a folder interfaces needs no __init__.py" if "interfaces/__init__.py" in found else ""
-            )
-            yield _warn(
-                f"programs that start here import the wrong modules from {folder}: {', '.join(found)}",
-                f"rename them, or start in another folder{without}",
-            )
+    hidden = hidden_interfaces(str(Path(each).resolve()) for each in listed if each)
+    yield _fail(*hidden.rsplit(": ", 1)) if hidden else _ok("no module hides our interfaces")
 
 
 def installed_version(name: str) -> str | None:

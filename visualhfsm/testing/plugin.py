@@ -5,11 +5,14 @@ Every pytest run loads it, so its dependencies are imported only when they are n
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import pytest
+
+from zenoh_ice.application import hidden_interfaces
 
 if TYPE_CHECKING:
     from hfsm_runtime import Component
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 
 def __tracebackhide__(caught: pytest.ExceptionInfo[BaseException]) -> bool:  # noqa: N807 - the name is pytest's
     """Return whether pytest need not show our code, because the error says it all."""
+    if "hfsm_runtime" not in sys.modules:
+        return False  # not an error of it
     from hfsm_runtime.virtual.errors import says_it_all
 
     return says_it_all(caught)
@@ -83,6 +88,8 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     """Make behaviors that run in virtual time; each is closed after the test."""
+    if hidden := hidden_interfaces():
+        pytest.fail(hidden, pytrace=False)
     from .behavior import Behavior
     from .loading import document_of, find_directories, find_document, forget, load_component
 
@@ -116,6 +123,17 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         loaded.append(type(behavior.component))  # another one after a reload
     for component in loaded:
         forget(component)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Name the module that hides the package `interfaces` where a file of tests cannot import it."""
+    report = yield
+    if report.failed and "interfaces" in str(report.longrepr) and (hidden := hidden_interfaces()):
+        report.longrepr = f"{collector.nodeid}: {hidden}"
+    return report
 
 
 @pytest.hookimpl(wrapper=True)

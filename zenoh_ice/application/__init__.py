@@ -9,21 +9,47 @@ import gc
 import os
 import signal
 import sys
+from collections.abc import Iterable
+from importlib.machinery import PathFinder
 
-__all__ = ["begin_loading", "end_at_ctrl_c", "missing_package", "tether_command"]
+__all__ = ["begin_loading", "end_at_ctrl_c", "hidden_interfaces", "missing_package", "tether_command"]
 
 _TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
 _INTERRUPTED = 130
+_INTERFACES = "interfaces"
 
 
-def begin_loading() -> None:
+def begin_loading(*, with_interfaces: bool = True) -> None:
     """Prepare to import a command: Ctrl-C ends the process at once, and garbage collection is off.
 
-    Imported objects all stay, and checking them takes a tenth of the time. `cli.run` ends both.
+    Imported objects all stay, and checking them takes a tenth of the time. `cli.run` ends both. A command
+    `with_interfaces` exits with an error if a user's module hides those of VisualHFSM.
     """
     end_at_ctrl_c()
     gc.disable()
+    if with_interfaces and (problem := hidden_interfaces()):
+        program = os.path.basename(sys.argv[0].removesuffix("/__main__.py"))  # noqa: PTH119
+        sys.exit(f"{program}: error: {problem}")
+
+
+def hidden_interfaces(folders: Iterable[str] = ()) -> str:
+    """Return which module hides the package `interfaces`, and what to do about it; empty if none does.
+
+    Folders of this name merge, wherever Python finds them, but a module of this name replaces them all. It is
+    one where Python looks: for programs that also look in other `folders`, or for this process, where nothing
+    hides the package any more once it is loaded.
+    """
+    folders = [*folders]
+    if not folders and _INTERFACES in sys.modules and sys.modules[_INTERFACES].__file__ is None:
+        return ""
+    found = PathFinder.find_spec(_INTERFACES, [*folders, *sys.path])
+    if found is None or found.origin is None:
+        return ""
+    remedy = "rename it"
+    if found.submodule_search_locations is not None:
+        remedy = "delete this file, as folders of this name merge without it"
+    return f"{found.origin} hides the package {_INTERFACES} of VisualHFSM: {remedy}"
 
 
 def end_at_ctrl_c() -> None:
@@ -35,12 +61,8 @@ def end_at_ctrl_c() -> None:
 
 
 def missing_package(error: ModuleNotFoundError, extra: str) -> str:
-    """Return what to do about a module that cannot be imported: install an extra, or rename a file."""
+    """Return what to install for a module that cannot be imported: an extra."""
     name = error.name or ""
-    first = sys.modules.get(name.partition(".")[0])
-    if first is not None and first.__name__ != name:  # another package of this name was imported
-        place = first.__file__ or ", ".join(first.__path__)
-        return f"{name} is not in {place}, which hides ours: rename it; `nao doctor` finds all such files"
     if name == "qi" and sys.version_info >= (3, 13):
         return "qi is not available for Python 3.13 and newer: the real robot needs Python 3.11 or 3.12"
     return f"{name} is not installed; type: pip install 'visualhfsm[{extra}]'"

@@ -20,6 +20,7 @@ from .component import (
     check_component,
     check_file_name,
     check_functions,
+    check_hidden_interfaces,
     check_libraries,
     check_neighbors,
     check_parameters,
@@ -49,6 +50,7 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     report = Report(path, diagnostics)
     check_file_name(analysis, report)
     check_neighbors(path, report)
+    check_hidden_interfaces(analysis, report)
     check_component(document, interfaces, report)
     check_ros(document, interfaces.ros, report)
     check_tree(document, report)

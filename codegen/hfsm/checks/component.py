@@ -13,6 +13,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Final
 
+from zenoh_ice.application import hidden_interfaces
+
 from ...diagnostics import Location, Note, did_you_mean
 from ...files import is_regular
 from ..analysis import Analysis, imported_names
@@ -33,6 +35,7 @@ __all__ = [
     "check_component",
     "check_file_name",
     "check_functions",
+    "check_hidden_interfaces",
     "check_libraries",
     "check_neighbors",
     "check_parameters",
@@ -107,6 +110,13 @@ def check_neighbors(path: Path, report: Report) -> None:
         if is_same and is_regular(other) and looks_like_document(other):
             message = f"{other.name} has the same component, {target.name}: rename one of them"
             report.error(Code.SAME_COMPONENT, message, Location(path))
+
+
+def check_hidden_interfaces(analysis: Analysis, report: Report) -> None:
+    """Check that no module hides the package `interfaces` from the component, which looks beside it first."""
+    target = component_path(analysis.path, analysis.output)
+    if hidden := hidden_interfaces([str(target.parent.resolve())]):
+        report.error(Code.HIDDEN_INTERFACES, hidden, Location(analysis.path))
 
 
 def check_libraries(analysis: Analysis, reserved: Collection[str], report: Report) -> None:

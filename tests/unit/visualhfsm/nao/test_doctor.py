@@ -47,31 +47,15 @@ def test_libraries_that_are_missing_or_old_are_reported(monkeypatch: pytest.Monk
     assert "'visualhfsm[sim]'" in missing.fix
 
 
-def test_files_that_are_named_like_packages_are_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "zenoh.py").touch()
+def test_a_module_that_hides_our_interfaces_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "interfaces").mkdir()
     monkeypatch.chdir(tmp_path)
-    assert not any("interfaces" in text for text in reported(check_installation(), Level.WARNING))
-    (tmp_path / "interfaces" / "__init__.py").touch()
-    (text,) = reported(check_installation(), Level.WARNING)
-    assert "interfaces/__init__.py, zenoh.py" in text
-
-
-def test_a_folder_that_merges_with_ours_is_in_order_unless_it_has_a_module_of_ours(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lamp = tmp_path / "interfaces" / "house" / "__init__.py"
-    lamp.parent.mkdir(parents=True)
-    lamp.touch()
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(tmp_path)
     assert reported(check_installation(), Level.FAILURE) == []
-    assert reported(check_installation(), Level.WARNING) == []
-    lamp.parent.rename(tmp_path / "interfaces" / "nao")
-    (text,) = reported(check_installation(), Level.WARNING)
-    assert f"from {tmp_path}: interfaces/nao/__init__.py |" in text
+    hiding = tmp_path / "interfaces" / "__init__.py"
+    hiding.touch()
+    (text,) = reported(check_installation(), Level.FAILURE)
+    assert text.startswith(f"{hiding} hides the package interfaces of VisualHFSM")
+    assert "delete this file" in text
 
 
 @pytest.mark.slow

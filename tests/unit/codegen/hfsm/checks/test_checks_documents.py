@@ -58,4 +58,5 @@ def test_every_check_has_a_planted_fault() -> None:
     )
     codes = {Code[name] for source in sources for name in re.findall(r"\bCode\.([A-Z]\w+)", source)}
     planted = Counter(path.name[:4].upper() for path in FAULTY)
-    assert {code for code in codes if code[1] == "5"} <= planted.keys()
+    beside = {Code.HIDDEN_INTERFACES}  # its fault is a file that would hide them from all documents here
+    assert {code for code in codes if code[1] == "5"} - beside <= planted.keys()
