@@ -20,6 +20,8 @@ from visualhfsm.convert import EPILOG as CONVERT_EPILOG
 from visualhfsm.convert import convert
 from visualhfsm.diff import EPILOG as DIFF_EPILOG
 from visualhfsm.diff import diff
+from visualhfsm.draw import EPILOG as DRAW_EPILOG
+from visualhfsm.draw import draw
 from visualhfsm.errors import MissingPackageError
 from visualhfsm.new import EPILOG as NEW_EPILOG
 from visualhfsm.new import new
@@ -242,5 +244,6 @@ app.command(epilog=NEW_EPILOG)(new)
 app.command(epilog=CHECK_EPILOG)(check)
 app.command(epilog=CONVERT_EPILOG)(convert)
 app.command(epilog=DIFF_EPILOG)(diff)
+app.command(epilog=DRAW_EPILOG)(draw)
 app.command(epilog=REPLAY_EPILOG)(replay)
 app.command(epilog=REPORT_EPILOG)(report)

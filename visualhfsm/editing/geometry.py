@@ -15,9 +15,9 @@ from .nodes import coordinate
 Point = tuple[float, float]
 """x and y in pixels, y downwards."""
 
-_FAN: Final = 50.0
+FAN: Final = 50.0
 """Pixels between the handles of transitions between the same two states."""
-_LOOP: Final = 90.0
+LOOP: Final = 90.0
 """Pixels from the middle of a state to the handle of a transition to itself."""
 _NEAR: Final = 30.0
 _CLEAR: Final = 52.0
@@ -131,7 +131,7 @@ def _places(origin: State | None, destination: State | None) -> Iterator[Point]:
     elif destination is not None and origin is None:
         yield from _around(destination)
     elif origin is None or destination is None:
-        yield from ((_FAN * number, 0.0) for number in count())
+        yield from ((FAN * number, 0.0) for number in count())
     else:
         first, second = sorted((origin, destination), key=lambda state: state.id)
         x, y = (first.x + second.x) / 2, (first.y + second.y) / 2
@@ -140,12 +140,12 @@ def _places(origin: State | None, destination: State | None) -> Iterator[Point]:
         if across == (0.0, 0.0):
             across = (0.0, -1.0)
         for number in count():
-            offset = _FAN * ((number + 1) // 2) * (1 if number % 2 else -1)
+            offset = FAN * ((number + 1) // 2) * (1 if number % 2 else -1)
             yield x + across[0] * offset, y + across[1] * offset
 
 
 def _around(state: State) -> Iterator[Point]:
     for turn in count():
-        radius = _LOOP + _FAN * (turn // 6)
+        radius = LOOP + FAN * (turn // 6)
         angle = -math.pi / 2 + (turn % 6) * math.pi / 3
         yield state.x + radius * math.cos(angle), state.y + radius * math.sin(angle)

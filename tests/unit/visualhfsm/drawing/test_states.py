@@ -1,0 +1,68 @@
+"""One state of a picture: its marks, and its badges between the arcs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from xml.etree.ElementTree import Element
+
+from codegen.hfsm.document import State, Text
+from visualhfsm.drawing.states import draw_state
+from visualhfsm.drawing.symbols import BADGES, CODES, INK, PARENT, PLAIN
+
+PLAIN_STATE = State(id=1, name="walk", x=10, y=20)
+
+
+def drawn(state: State, *touched: float, is_importing: bool = False) -> Element:
+    return draw_state(state, touched, is_importing=is_importing)
+
+
+def circles(element: Element) -> list[tuple[str | None, str | None]]:
+    return [(each.get("fill"), each.get("stroke")) for each in element.iter("circle")]
+
+
+def paths(element: Element) -> list[str]:
+    return [each.get("d", "") for each in element.iter("path")]
+
+
+def badges(element: Element) -> list[str]:
+    """Return the places of the badges."""
+    return [each.get("transform", "") for each in element.iter("g") if each.find("rect") is not None]
+
+
+def test_marks_distinguish_initial_final_and_parent_states() -> None:
+    assert drawn(PLAIN_STATE).get("transform") == "translate(10,20)"
+    assert circles(drawn(PLAIN_STATE)) == [(PLAIN.fill, PLAIN.line)]
+    assert circles(drawn(replace(PLAIN_STATE, initial=True)))[1:] == [("none", PLAIN.line)]
+    assert circles(drawn(replace(PLAIN_STATE, final=True))) == [(PLAIN.fill, INK)]
+    assert circles(drawn(replace(PLAIN_STATE, children=(2,)))) == [(PARENT.fill, PARENT.line)]
+
+
+def test_signs_say_which_code_a_state_has() -> None:
+    assert paths(drawn(PLAIN_STATE)) == []
+    busy = replace(PLAIN_STATE, entry=Text("a()"), code=Text(" \n"), exit=Text("b()"))
+    assert paths(drawn(busy)) == [CODES["entry"], CODES["exit"]]
+
+
+def test_badges_say_what_a_state_owns() -> None:
+    assert paths(drawn(replace(PLAIN_STATE, children=(2,)))) == [BADGES["child"]]
+    (three,) = paths(drawn(replace(PLAIN_STATE, children=(2, 3, 4))))
+    (many,) = paths(drawn(replace(PLAIN_STATE, children=tuple(range(2, 99)))))
+    assert (three.count("V4.5"), many.count("V4.5")) == (3, 4)
+    restarted = replace(PLAIN_STATE, children=(2,), history=Text(" restart "))
+    assert paths(drawn(restarted)) == [BADGES["child"], BADGES["restart"]]
+    resumed = replace(restarted, history=Text("resume"))
+    assert paths(drawn(resumed, is_importing=True)) == [
+        *(BADGES["child"], BADGES["resume"], BADGES["imported"]),
+    ]
+
+
+def test_badges_stand_where_no_arc_is() -> None:
+    parent = replace(PLAIN_STATE, children=(2,))
+    (usual,) = badges(drawn(parent))
+    (same,) = badges(drawn(parent, math.pi, -math.pi / 2))
+    (other,) = badges(drawn(parent, math.pi / 4))
+    (round_,) = badges(drawn(parent, math.pi / 4 + 2 * math.pi))
+    assert usual == same != other == round_
+    everywhere = [step / 10 for step in range(63)]
+    assert badges(drawn(parent, *everywhere)) == [usual]
