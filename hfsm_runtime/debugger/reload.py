@@ -15,7 +15,7 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
-from typing import Any, Final
+from typing import Final
 
 from interfaces.hfsm import ReloadReport
 from zenoh_ice import ZenohIceError
@@ -34,7 +34,6 @@ from ..runtime import Runtime
 from ..source_map import locate
 from ..tree import Replaced, Run, Tree, grow
 from ..variables import cells_of, values_of
-from ..virtual.run import VirtualRun
 from .expressions import plain
 
 
@@ -92,21 +91,6 @@ class Reloading:
             raise ReloadRefusedError(
                 f"the component cannot be created: {type(error).__name__}: {error}"
             ) from error
-
-
-class ReloadableRun(VirtualRun):
-    """A component in virtual time that can continue in another version of itself."""
-
-    def __init__(self, component: Component, **options: Any) -> None:  # noqa: ANN401 - those of VirtualRun
-        super().__init__(component, **options)
-        self._first = first_values_of(self.tree.runs)
-
-    def exchange(self, component: Component) -> tuple[str, ...]:
-        """Continue in another version, as a reload of a running component does; return what was lost."""
-        replacement = Replacement(self.component, component)
-        self.replace(component, partial(replacement.apply, self.tree, self._first))
-        self._first = replacement.first
-        return tuple(replacement.not_kept)
 
 
 FirstValues = Mapping[str, object]

@@ -15,15 +15,21 @@ if TYPE_CHECKING:
     from .errors import BehaviorFailed as BehaviorFailed
     from .errors import ExecutionError as ExecutionError
     from .errors import UnknownName as UnknownName
+    from .execution import Condition as Condition
+    from .execution import Execution as Execution
     from .journal import Call as Call
     from .journal import Fired as Fired
     from .journal import Journal as Journal
     from .network import VirtualNetwork as VirtualNetwork
     from .ros import FakeRos as FakeRos
+    from .stubs import make_stub as make_stub
+    from .world import VirtualWorld as VirtualWorld
 
 _MODULES: Final = {
     "BehaviorFailed": "errors",
     "Call": "journal",
+    "Condition": "execution",
+    "Execution": "execution",
     "ExecutionError": "errors",
     "FakeRos": "ros",
     "Fired": "journal",
@@ -31,6 +37,8 @@ _MODULES: Final = {
     "TaskClock": "clock",
     "UnknownName": "errors",
     "VirtualNetwork": "network",
+    "VirtualWorld": "world",
+    "make_stub": "stubs",
 }
 
 __all__ = ["Change", "VirtualRun", *_MODULES]  # noqa: PLE0604 - all of them are strings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
@@ -61,18 +62,18 @@ class Fired:
 
 
 class Journal(Observer):
-    """Write down the events and the calls of the automata of a run."""
+    """Write down the events and the calls of the automata of a run, all of them or the newest `kept`."""
 
-    def __init__(self, now: Callable[[], float]) -> None:
+    def __init__(self, now: Callable[[], float], kept: int | None = None) -> None:
         self._now = now
-        self._calls: list[Call] = []
+        self._calls: deque[Call] = deque(maxlen=kept)
         self._running: list[Run] = []
         """The automata whose cycles run, the innermost last."""
         self._firing: Run | None = None
-        self.fired_transitions: list[Fired] = []
-        self._lines: list[str] = []
-        self.failures: list[tuple[Run, Exception]] = []
-        """The exceptions of user code, with their automata."""
+        self.fired_transitions: deque[Fired] = deque(maxlen=kept)
+        self._lines: deque[str] = deque(maxlen=kept)
+        self._written = 0
+        self._failures: deque[tuple[Run, Exception]] = deque(maxlen=kept)
 
     def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
         """Note the automaton whose code runs."""
@@ -113,7 +114,7 @@ class Journal(Observer):
 
     def code_failed(self, run: Run, error: Exception) -> None:
         """Write down an exception of user code."""
-        self.failures.append((run, error))
+        self._failures.append((run, error))
         text = f"{run.automaton.name}: in {run.current.name} raises {type(error).__name__}: {error}"
         self._write(self._now(), run.depth, text[:_LONGEST])
 
@@ -126,8 +127,14 @@ class Journal(Observer):
     def calls(self, target: str = "") -> list[Call]:
         """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all."""
         if not target:
-            return self._calls.copy()
+            return list(self._calls)
         return [call for call in self._calls if target in (call.target, call.target.partition(".")[0])]
+
+    def take_failures(self) -> list[tuple[Run, Exception]]:
+        """Return the exceptions of user code since the last time, with their automata."""
+        taken = list(self._failures)
+        self._failures.clear()
+        return taken
 
     def note(self, text: str) -> None:
         """Write down what the test did."""
@@ -135,10 +142,12 @@ class Journal(Observer):
 
     def text(self, last: int = 60) -> str:
         """Return the timeline, its newest lines at the bottom."""
-        left_out = max(0, len(self._lines) - last)
-        return "\n".join([f"({left_out} lines before)"] * (left_out > 0) + self._lines[left_out:])
+        lines = list(self._lines)[-last:]
+        left_out = self._written - len(lines)
+        return "\n".join([f"({left_out} lines before)", *lines] if left_out else lines)
 
     def _write(self, time: float, depth: int, text: str) -> None:
+        self._written += 1
         self._lines.append(f"{time:10.3f} s  {'  ' * depth}{text}")
 
 

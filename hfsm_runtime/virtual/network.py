@@ -1,8 +1,7 @@
-"""The servants and the proxies of a test, connected within the process, in virtual time.
+"""Servants and proxies connected within the process, in virtual time.
 
 Both are the real ones, over a transport without a network: arguments and results are encoded, validated and
-decoded as on the wire, immediately and on the calling thread. Stubs take the place of servants that no robot
-serves, operation by operation.
+decoded as on the wire, immediately and on the calling thread.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from zenoh_ice import (
     SystemException,
 )
 from zenoh_ice.in_process import InProcessTransport, Pool
-from zenoh_ice.interface import Interface, Operation
+from zenoh_ice.interface import Operation
 from zenoh_ice.streams import LINGER
 from zenoh_ice.transport import (
     Arrived,
@@ -40,9 +39,7 @@ from zenoh_ice.transport import (
     outcome_of,
 )
 
-from .blank import blank
 from .clock import TaskClock
-from .errors import UnknownName
 from .journal import Journal
 
 Polls = dict[str, Callable[[], Any]]
@@ -53,14 +50,14 @@ _logger = logging.getLogger(__name__)
 
 
 class VirtualNetwork:
-    """Serve servants to the proxies of the same process, and remember the calls.
+    """Serve servants to the proxies of the same process, and remember the calls, or the newest `kept`.
 
     `on_listening` is called when a stream gets a listener.
     """
 
-    def __init__(self, clock: TaskClock) -> None:
+    def __init__(self, clock: TaskClock, kept: int | None = None) -> None:
         self.clock: Final = clock
-        self.journal: Final = Journal(clock.now)
+        self.journal: Final = Journal(clock.now, kept)
         self.on_listening: Callable[[], object] = lambda: None
         self.polls: Final[dict[str, Polls]] = {}
         """Functions of stubs that return the newest value of a stream, by identity and operation."""
@@ -68,11 +65,11 @@ class VirtualNetwork:
         """The identities of servants whose calls fail as over a cut link."""
         self.communicator: Final = _VirtualCommunicator(
             Settings(clock="sim"),
-            pool=Pool(0, "test"),
+            pool=Pool(0, "virtual"),
             transport=lambda pool: _VirtualTransport(self, pool),
             clock=clock,
         )
-        self._adapter: Final = self.communicator.createObjectAdapter("test")
+        self._adapter: Final = self.communicator.createObjectAdapter("virtual")
         self._adapter.activate()
         clock.call_at(clock.now() + _LOOK, self._close_unwanted)
 
@@ -97,7 +94,7 @@ class VirtualNetwork:
 
 
 class _VirtualCommunicator(Communicator):
-    """A communicator whose errors say how a test can provide a missing servant."""
+    """A communicator whose errors say how a missing servant can be provided."""
 
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
@@ -151,7 +148,7 @@ class _LoggedCaller:
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         try:
             if self._target.identity in self._network.offline:
-                raise ConnectionLostException(f"{self._target.identity} is offline: the test took it offline")
+                raise ConnectionLostException(f"{self._target.identity} is offline: it was taken offline")
             outcome = self._genuine.call(payload, attachment)
         except SystemException as error:
             self._note(payload, None, error)
@@ -247,56 +244,3 @@ def _stamped(attachment: bytes, clock: TaskClock) -> bytes:
     """Return the attachment of a sample, sent at this virtual time."""
     about = msgspec.structs.replace(decode_attachment(attachment), wall_time=clock.now())
     return msgspec.msgpack.encode(about)
-
-
-def make_stub(
-    identity: str, interface: Interface, answers: Mapping[str, object], below: Object | None = None
-) -> tuple[Object, dict[str, Callable[[], Any]]]:
-    """Return a servant that answers some operations, and the functions that yield its streams' samples.
-
-    An answer is a function of the operation's arguments, an exception, which is raised, or a value, which is
-    returned. Other operations go to the servant `below`. A stream of a stubbed operation yields what the
-    operation returns for empty arguments. Raises UnknownName for an unknown operation.
-    """
-    operations = interface.all_operations
-    for name in answers:
-        if name not in operations:
-            raise UnknownName(f"{identity} has no operation {name!r}; it has {', '.join(operations)}")
-    methods: dict[str, Any] = {
-        operation.method: _answering(answers[name])
-        if name in answers
-        else _passing_on(f"{identity}.{name}", operation, below)
-        for name, operation in operations.items()
-    }
-    servant: Object = type("Stub", (Object,), {"ice_interface": interface, **methods})()
-    if below is not None:
-        vars(servant)["_ice_publishers"] = vars(below).setdefault("_ice_publishers", {})
-    polls = {name: _poll(answers[name], operations[name]) for name in answers if operations[name].streamed}
-    return servant, polls
-
-
-def _answering(answer: object) -> Callable[..., object]:
-    def call(self: Object, *arguments: object) -> object:  # noqa: ARG001
-        return _answer(answer, arguments[:-1])  # the last is the Current
-
-    return call
-
-
-def _passing_on(what: str, operation: Operation[..., Any], below: Object | None) -> Callable[..., object]:
-    def call(self: Object, *arguments: object) -> object:  # noqa: ARG001
-        if below is None:
-            raise NotImplementedError(f"{what} is not stubbed")
-        return getattr(below, operation.method)(*arguments)
-
-    return call
-
-
-def _poll(answer: object, operation: Operation[..., Any]) -> Callable[[], object]:
-    empty = blank(operation.arguments.struct)
-    return lambda: _answer(answer, empty)
-
-
-def _answer(answer: object, arguments: tuple[object, ...]) -> object:
-    if isinstance(answer, BaseException):
-        raise answer
-    return answer(*arguments) if callable(answer) else answer

@@ -9,26 +9,26 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from hfsm_runtime.virtual.errors import BehaviorFailed as BehaviorFailed
-    from hfsm_runtime.virtual.errors import UnknownName as UnknownName
-    from hfsm_runtime.virtual.journal import Call as Call
+    from hfsm_runtime.virtual import BehaviorFailed as BehaviorFailed
+    from hfsm_runtime.virtual import Call as Call
+    from hfsm_runtime.virtual import UnknownName as UnknownName
+    from visualhfsm.simulation import Ball as Ball
+    from visualhfsm.simulation import Behavior as Behavior
+    from visualhfsm.simulation import DocumentInvalid as DocumentInvalid
+    from visualhfsm.simulation import RobotUnderTest as RobotUnderTest
 
-    from .behavior import Behavior as Behavior
-    from .errors import DocumentInvalid as DocumentInvalid
     from .plugin import MakeBehavior as MakeBehavior
     from .properties import check_properties as check_properties
-    from .robot import Ball as Ball
-    from .robot import RobotUnderTest as RobotUnderTest
 
 _MODULES: Final = {
-    "Ball": "visualhfsm.testing.robot",
-    "Behavior": "visualhfsm.testing.behavior",
-    "BehaviorFailed": "hfsm_runtime.virtual.errors",
-    "Call": "hfsm_runtime.virtual.journal",
-    "DocumentInvalid": "visualhfsm.testing.errors",
+    "Ball": "visualhfsm.simulation",
+    "Behavior": "visualhfsm.simulation",
+    "BehaviorFailed": "hfsm_runtime.virtual",
+    "Call": "hfsm_runtime.virtual",
+    "DocumentInvalid": "visualhfsm.simulation",
     "MakeBehavior": "visualhfsm.testing.plugin",
-    "RobotUnderTest": "visualhfsm.testing.robot",
-    "UnknownName": "hfsm_runtime.virtual.errors",
+    "RobotUnderTest": "visualhfsm.simulation",
+    "UnknownName": "hfsm_runtime.virtual",
     "check_properties": "visualhfsm.testing.properties",
 }
 

@@ -20,9 +20,7 @@ from codegen.hfsm.formats.reader import looks_like_document
 from hfsm_runtime import Transition
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run, Tree
-
-from .errors import DocumentInvalid
-from .loading import read
+from visualhfsm.simulation.loading import DocumentInvalid, read
 
 _OUTPUT: Final = "hfsm_coverage"
 

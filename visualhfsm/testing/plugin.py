@@ -16,10 +16,9 @@ from zenoh_ice.application import hidden_interfaces
 
 if TYPE_CHECKING:
     from hfsm_runtime import Component
+    from visualhfsm.simulation import Behavior
+    from visualhfsm.simulation.robot import CameraKind, RobotKind
     from zenoh_ice import Object
-
-    from .behavior import Behavior
-    from .robot import CameraKind, RobotKind
 
 
 def __tracebackhide__(caught: pytest.ExceptionInfo[BaseException]) -> bool:  # noqa: N807 - the name is pytest's
@@ -90,39 +89,30 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     """Make behaviors that run in virtual time; each is closed after the test."""
     if hidden := hidden_interfaces():
         pytest.fail(hidden, pytrace=False)
-    from .behavior import Behavior
-    from .loading import document_of, find_directories, find_document, forget, load_component
+    from visualhfsm.simulation import simulate
 
     made: list[Behavior] = []
-    loaded: list[type[Component]] = []
     request.node.stash[_BEHAVIORS] = made
     coverage = request.config.pluginmanager.get_plugin(_COVERAGE)
+    places = [request.path.parent, request.config.rootpath]
 
     def make(
         document: str | Path | type[Component],
         *,
         include: Sequence[str | Path] = (),
-        **options: Any,  # noqa: ANN401 - those of Behavior
+        **options: Any,  # noqa: ANN401 - those of `simulate`
     ) -> Behavior:
-        if isinstance(document, type):
-            component, path = document, document_of(document)
-        else:
-            places = [request.path.parent, request.config.rootpath]
-            path = find_document(Path(document), places)
-            component = load_component(path, find_directories(include, places))
-            loaded.append(component)
-        behavior = Behavior(component(), document=path, **options)
+        if not isinstance(document, type):
+            document = _find_document(Path(document), places)
+        behavior = simulate(document, include=_find_directories(include, places), **options)
         made.append(behavior)
-        if coverage is not None and path is not None:
+        if coverage is not None and behavior.document is not None:
             coverage.hits.watch(lambda: behavior.document, behavior.tree)
         return behavior
 
     yield make
     for behavior in made:
         behavior.close()
-        loaded.append(type(behavior.component))  # another one after a reload
-    for component in loaded:
-        forget(component)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -148,3 +138,24 @@ def pytest_runtest_makereport(
             if behavior.timeline not in message:
                 report.sections.append(("behavior", behavior.timeline))
     return report
+
+
+def _find_document(path: Path, directories: Sequence[Path]) -> Path:
+    """Return the path of a document; a relative one is looked up in the directories, in order."""
+    tried = [directory / path for directory in directories]
+    for candidate in tried:
+        if candidate.is_file():
+            return candidate
+    raise FileNotFoundError(f"there is no document {path}; looked for {', '.join(map(str, tried))}")
+
+
+def _find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) -> list[Path]:
+    """Return the paths of directories; a relative one is looked up in the other directories."""
+    found: list[Path] = []
+    for each in [wanted] if isinstance(wanted, str) else wanted:
+        tried = [directory / each for directory in directories]
+        place = next((candidate for candidate in tried if candidate.is_dir()), None)
+        if place is None:
+            raise FileNotFoundError(f"there is no directory {each}; looked for {', '.join(map(str, tried))}")
+        found.append(place)
+    return found

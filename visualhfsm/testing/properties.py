@@ -15,11 +15,11 @@ from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
 from hfsm_runtime.virtual.errors import BehaviorFailed, says_it_all
+from hfsm_runtime.virtual.execution import name_of
+from visualhfsm.simulation import Behavior
+from visualhfsm.simulation.loading import DocumentInvalid, forget, load_component, read
 
 from .abstraction import abstract_component
-from .behavior import Behavior, name_of
-from .errors import DocumentInvalid
-from .loading import forget, load_component, read
 from .strategies import Step, stimuli
 
 __tracebackhide__ = says_it_all

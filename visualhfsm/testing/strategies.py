@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hfsm_runtime.virtual.errors import says_it_all
+from visualhfsm.simulation import Behavior
+from visualhfsm.simulation.loading import read
 
 from .abstraction import abstract_component
-from .behavior import Behavior
-from .loading import read
 
 __all__ = ["advances", "balls", "events", "guard_scripts", "guards", "stimuli"]
 __tracebackhide__ = says_it_all

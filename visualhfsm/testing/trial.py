@@ -28,7 +28,7 @@ from hfsm_runtime.robot import connect
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.timeline import Timeline
 from hfsm_runtime.virtual.blank import blank
-from hfsm_runtime.virtual.network import make_stub
+from hfsm_runtime.virtual.stubs import make_stub
 from naoserver.fake import FakeRobot
 from naoserver.jobs import Job, JobThreads, Periodic
 from naoserver.server import serve

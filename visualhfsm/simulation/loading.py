@@ -19,14 +19,16 @@ from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.loading import naming_libraries
-from hfsm_runtime.virtual.errors import says_it_all
-
-from .errors import DocumentInvalid
+from hfsm_runtime.virtual.errors import ExecutionError, says_it_all
 
 __tracebackhide__ = says_it_all
 
-_MARK: Final = "_under_test_"
+_MARK: Final = "_in_memory_"
 _numbers = count(1)
+
+
+class DocumentInvalid(ExecutionError, ValueError):
+    """A document has errors and cannot be run; the text is that of the compiler."""
 
 
 def read(path: Path) -> Document:
@@ -40,27 +42,6 @@ def read(path: Path) -> Document:
     return document
 
 
-def find_document(path: Path, directories: Sequence[Path]) -> Path:
-    """Return the path of a document; a relative one is looked up in the directories, in order."""
-    tried = [directory / path for directory in directories]
-    for candidate in tried:
-        if candidate.is_file():
-            return candidate
-    raise FileNotFoundError(f"there is no document {path}; looked for {', '.join(map(str, tried))}")
-
-
-def find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) -> list[Path]:
-    """Return the paths of directories; a relative one is looked up in the other directories."""
-    found: list[Path] = []
-    for each in [wanted] if isinstance(wanted, str) else wanted:
-        tried = [directory / each for directory in directories]
-        place = next((candidate for candidate in tried if candidate.is_dir()), None)
-        if place is None:
-            raise FileNotFoundError(f"there is no directory {each}; looked for {', '.join(map(str, tried))}")
-        found.append(place)
-    return found
-
-
 def document_of(component: type[Component]) -> Path | None:
     """Return the document next to a generated component, or None."""
     path = Path(component.automaton.__code__.co_filename).resolve().with_name(component._hfsm_document or " ")
@@ -70,7 +51,7 @@ def document_of(component: type[Component]) -> Path | None:
 def load_component(document: Path, include: Sequence[Path] = ()) -> type[Component]:
     """Compile a document and return the class of its component; raises DocumentInvalid.
 
-    Nothing is written. Each call makes a new module, so that tests share no state; call `forget` when the
+    Nothing is written. Each call makes a new module, so that runs share no state; call `forget` when the
     component no longer runs.
     """
     path = document.resolve()
@@ -88,7 +69,7 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
     sys.modules[module.__name__] = module  # dataclasses and pickle look up the module of a class there
     try:
         with _importable(target.parent, *include, *interface_directories(path)), naming_libraries(file):
-            exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
+            exec(_code(text, file), vars(module))  # noqa: S102 - it is to run
         (found,) = components_in(module)
     except BaseException:
         del sys.modules[module.__name__]

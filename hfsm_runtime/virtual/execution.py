@@ -1,54 +1,60 @@
-"""A behavior under test: a component in virtual time with a robot, and access to everything it does."""
+"""The execution of a component in virtual time: run it, see everything it does, and interfere."""
 
 from __future__ import annotations
 
 import inspect
-import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from contextlib import contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, Self
 
-from hfsm_runtime import Component
-from hfsm_runtime.component import parameters_of, proxies_of, ros_of, source_of
-from hfsm_runtime.debugger.reload import ReloadableRun
-from hfsm_runtime.errors import OnRefused
-from hfsm_runtime.recording.clocks import intercepted_time
-from hfsm_runtime.robot import Permission, stop_robot
-from hfsm_runtime.source_map import locate
-from hfsm_runtime.supervision import UNAVAILABLE
-from hfsm_runtime.tree import Run
-from hfsm_runtime.variables import assign, values_of
-from hfsm_runtime.virtual.clock import TaskClock
-from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName, says_it_all
-from hfsm_runtime.virtual.guards import GuardTable, path_of
-from hfsm_runtime.virtual.journal import Call, Fired
-from hfsm_runtime.virtual.network import VirtualNetwork, make_stub
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
-from .loading import forget, load_component
-from .robot import CameraKind, RobotKind, RobotUnderTest
+from ..component import Component, parameters_of, source_of
+from ..debugger.reload import Replacement, first_values_of
+from ..errors import OnRefused
+from ..robot import Permission, stop_robot
+from ..source_map import locate
+from ..supervision import UNAVAILABLE
+from ..tree import Run
+from ..variables import assign, values_of
+from .errors import BehaviorFailed, UnknownName, says_it_all
+from .guards import GuardTable, path_of
+from .journal import Call, Fired
+from .run import VirtualRun
+from .time_module import TimeModule
+from .world import VirtualWorld
 
 if TYPE_CHECKING:
-    from hfsm_runtime.ros import Endpoints
-    from hfsm_runtime.virtual.ros import FakeRos
+    from .ros import FakeRos
 
 __tracebackhide__ = says_it_all
 
-Condition = str | Callable[[], object] | Callable[["Behavior"], object]
-"""A path of states, or a function, of nothing or of the behavior, that returns whether it holds."""
+Condition = str | Callable[[], object] | Callable[[Any], object]
+"""A path of states, or a function, of nothing or of the execution, that returns whether it holds."""
 
 
-class Behavior(ReloadableRun):
-    """A component under test, in virtual time and with a robot; the fixture `behavior` makes it.
+class Execution(VirtualRun):
+    """A component in virtual time, whose calls stay within the process.
 
-    An exception in its code fails the test, unless `on_error` is given: then this policy applies, `errors`
-    lists the exceptions, and the policy `stop` stops the robot as a real component does. A refused command
-    is not an error if the document lets it pause the component. Methods take an automaton by its name, its
-    path (`followBall/green`: the states that own it) or its id.
+    Life: creating it sets the parameters, serves the stubs, connects the component to the `world`, runs the
+    variables of its document and enters the initial states at time 0. Nothing else happens until `advance` or
+    `run_until` moves the time; both run the cycles that fall due, in the thread that calls them. `close`, or
+    the end of a `with` block, ends the world, also one that was passed. The same component with the same
+    stimuli does the same every time, but for threads that its code starts.
+
+    Errors: an exception in the component's code raises BehaviorFailed, with the line of the document and the
+    timeline, unless `on_error` is given: then this policy (`stop` or `continue`) applies, `errors` has the
+    exceptions, and `stop` stops the robot as a real component does. A refused command is no error if the
+    document lets it pause the component; it is tried again after each second of the clock. UnknownName says
+    which names there are. What creating it may raise is in `VirtualRun`.
+
+    Time: `time` is that of the component in s, `clock` that of its world. `self.sleep`, and `time.sleep` in
+    the component's own modules, advance both; the functions of `time` follow them there.
+
+    Methods take an automaton by its name, its path (`followBall/green`: the states that own it) or its id.
     """
 
     component: Any
@@ -57,52 +63,37 @@ class Behavior(ReloadableRun):
     def __init__(
         self,
         component: Component,
+        world: VirtualWorld | None = None,
         *,
-        robot: RobotKind | None = None,
         parameters: Mapping[str, object] | None = None,
         stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
         on_error: str | None = None,
-        camera: CameraKind = "auto",
-        document: Path | None = None,
-        **settings: Any,  # noqa: ANN401 - those of the robot
     ) -> None:
-        self.document = document
-        """The file of the document, if it is known."""
+        self.world: Final = world or VirtualWorld()
+        """The clock, the servants and the ROS that surround the component."""
+        self._journal: Final = self.world.journal
         self._strict = on_error is None
-        self._thread: Final = threading.get_ident()
-        self._date: Final = time.time()
-        clock: Final = TaskClock()
-        self._network: Final = VirtualNetwork(clock)
-        self._ros: FakeRos | None = None
-        self._endpoints: Endpoints | None = None
-        self._robot: Final = (
-            None if robot is None else RobotUnderTest(robot, clock, self._network, camera=camera, **settings)
-        )
+        self._time_module: Final = TimeModule(self.world.clock, self._sleep)
         try:
             for name, stub in (stubs or {}).items():
-                self._stub(component, name, stub)
-            for name, value in (parameters or {}).items():
-                if name not in parameters_of(component):
-                    known = ", ".join(parameters_of(component)) or "none"
-                    raise UnknownName(f"the component has no parameter {name!r}; there are {known}")
-                setattr(component, name, value)
-            self._connect(component)
-            self._journal: Final = self._network.journal
-            safety = SafetyPrx.uncheckedCast(self._network.communicator.stringToProxy("Safety"))
-            with self._virtual_time(component):
+                self.world.stub(component, name, stub)
+            _set_parameters(component, parameters or {})
+            self.world.connect(component)
+            safety = SafetyPrx.uncheckedCast(self.world.communicator.stringToProxy("Safety"))
+            with self._time_module.shown_to(component):
                 super().__init__(
                     component,
-                    clock=clock,
+                    clock=self.world.clock,
                     on_error=on_error,
                     on_halt=lambda: stop_robot(self.component),
                     commands_accepted=Permission(safety).is_given,
                     observers=[self._journal],
                 )
+            self._first = first_values_of(self.tree.runs)
         except BaseException:
             self.close()
             raise
         self._name_parts()
-        self._tolerated = 0
 
     # -- time ----------------------------------------------------------------------------------------------
 
@@ -113,7 +104,7 @@ class Behavior(ReloadableRun):
         calls `sys.exit`.
         """
         try:
-            with self._virtual_time(self.component):
+            with self._time_module.shown_to(self.component):
                 super().advance(seconds)
         except SystemExit as end:
             location = locate(end, source_of(self.component))
@@ -193,26 +184,17 @@ class Behavior(ReloadableRun):
 
     @property
     def timeline(self) -> str:
-        """The events of the run as text, shown when a test fails."""
+        """The events of the run as text, which errors show."""
         name = self.tree.root.automaton.name
         head = f"timeline of {name}, {self.time:.3f} s, in {', '.join(self.active_paths)}"
         return f"{head}\n{self._journal.text()}"
 
-    # -- control by the test -------------------------------------------------------------------------------
-
-    @property
-    def robot(self) -> RobotUnderTest:
-        """The robot: tests use it to place balls, read joints, and get camera images."""
-        if self._robot is None:
-            raise UnknownName("this behavior has no robot: pass robot='fake' or robot='sim'")
-        return self._robot
+    # -- control from outside ------------------------------------------------------------------------------
 
     @property
     def ros(self) -> FakeRos:
-        """The ROS of the test, to publish messages, answer calls, carry out goals, and read what was sent."""
-        if self._ros is None:
-            raise UnknownName("this behavior has no interfaces of ROS")
-        return self._ros
+        """The ROS around it, to publish messages, answer calls, carry out goals, and read what was sent."""
+        return self.world.ros
 
     def set(self, automaton: str | int, **variables: object) -> None:
         """Set variables of an automaton."""
@@ -246,122 +228,56 @@ class Behavior(ReloadableRun):
         self._journal.note(f"sets the guard {name} to {value}")
 
     def stub(self, name: str, servant: Object | None = None, /, **operations: object) -> None:
-        """Answer the calls of an interface in the test, in place of the robot's servant.
+        """Answer the calls of an interface from here, in place of the servant that served it so far.
 
         `name` is the name of the attribute or of the servant. Pass a servant, or single operations, each as
         a function of its arguments, a value to return, or an exception to raise; other operations work as
         before. Returned values are validated as on the wire.
         """
-        self._stub(self.component, name, operations if servant is None else servant)
+        self.world.stub(self.component, name, operations if servant is None else servant)
 
     @contextmanager
     def server_offline(self, *servants: str) -> Iterator[None]:
         """Take some servants, or all, offline in a `with` block: calls fail as if the connection were cut."""
-        network = self._network
-        before, network.offline = (
-            network.offline,
-            network.offline.union(servants or network.communicator.identities()),
-        )
         self._journal.note(f"takes {', '.join(servants) or 'the server'} offline")
         try:
-            yield
+            with self.world.offline(*servants):
+                yield
         finally:
-            network.offline = before
             self._journal.note("brings it back")
 
-    def reload(self, document: str | Path) -> tuple[str, ...]:
-        """Continue with another version of the document, as a running component does after a reload.
+    def exchange(self, component: Component) -> tuple[str, ...]:
+        """Continue in another version of the component, as a running one does after a reload.
 
-        A relative path starts at the folder of the present document. Returns what could not be kept. Raises
-        DocumentInvalid without changing anything.
+        Returns what could not be kept.
         """
-        path = (self.document or Path()).parent / document
-        former, component = self.component, load_component(path)()
-        try:
-            self._connect(component)
-            with self._virtual_time(component):
-                not_kept = self.exchange(component)
-        except BaseException:
-            forget(type(component))
-            raise
-        forget(type(former))
-        self.document = path
+        with self._time_module.shown_to(component):
+            replacement = Replacement(self.component, component, self.world.connect)
+            self.replace(component, partial(replacement.apply, self.tree, self._first))
+        self._first = replacement.first
         self._name_parts()
-        self._journal.note(f"reloads {path.name}")
-        return not_kept
+        return tuple(replacement.not_kept)
 
     def close(self) -> None:
-        """Stop the robot and release its resources."""
-        try:
-            if self._robot is not None:
-                self._robot.close()
-        finally:
-            self._network.communicator.destroy()
+        """End the world: servants, proxies and streams."""
+        self.world.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def _name_parts(self) -> None:
         self._guards = GuardTable(self.tree)
         self._paths = {run: path_of(run) for run in self.tree.runs}
 
-    def _virtual_time(self, component: Component) -> AbstractContextManager[None]:
-        """Make the module `time` follow the clock of the test while user code runs."""
-        return intercepted_time(type(component), self._read_time)
-
-    def _read_time(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> object:
-        name = kind.removeprefix("time.")
-        if threading.get_ident() != self._thread or name == "process_time":
-            return read()  # a thread of user code must not move the clock of the test
-        if waits is not None and waits() >= 0:
-            self._sleep(waits())
-            return None
-        if name == "sleep":
-            return read()  # which raises
-        now = self.clock.now() + (self._date if name.startswith("time") else 0.0)
-        return round(now * 1e9) if name.endswith("_ns") else now
-
-    def _connect(self, component: Component) -> None:
-        for name, declared in proxies_of(component).items():
-            if name in vars(component):
-                continue
-            untyped = self._network.communicator.stringToProxy(declared.identity)
-            served = self._network.servant(declared.identity) is not None
-            # Without a servant only calls fail: a test need not stub interfaces that it does not reach.
-            cast = declared.type.checkedCast if served else declared.type.uncheckedCast
-            vars(component)[name] = cast(untyped)
-        if ros_of(component):
-            self._connect_ros(component)
-
-    def _connect_ros(self, component: Component) -> None:
-        from hfsm_runtime.ros import Endpoints  # only behaviors that use ROS need its libraries
-        from hfsm_runtime.virtual.ros import FakeRos
-
-        if self._endpoints is None:
-            network = self._network
-            self._ros = FakeRos(network.clock.now, network.clock.wait_for, network.journal.called)
-            self._endpoints = Endpoints(self._ros, self._ros.types)
-        self._endpoints.connect(component)
-
-    def _stub(self, component: Component, name: str, stub: Object | Mapping[str, object]) -> None:
-        declared = proxies_of(component)
-        found = {proxy.identity: proxy for key, proxy in declared.items() if name in (key, proxy.identity)}
-        if not found:
-            known = ", ".join(declared) or "none"
-            raise UnknownName(f"the component has no interface {name!r}; there are {known}")
-        ((identity, proxy),) = found.items()
-        if isinstance(stub, Object):
-            self._network.serve(identity, stub)
-        else:
-            below = self._network.servant(identity)
-            servant, polls = make_stub(identity, proxy.type.ice_interface, stub, below)
-            self._network.serve(identity, servant, polls)
-
     def _check(self) -> None:
-        new = self._journal.failures[self._tolerated :]
-        self._tolerated = len(self._journal.failures)
         pauses = self.component._hfsm_on_refused is OnRefused.PAUSE
-        for run, error in new:
+        for run, error in self._journal.take_failures():
             if pauses and isinstance(error, CommandRefusedException):
                 continue
-            if self._strict and not (self._network.offline and isinstance(error, UNAVAILABLE)):
+            if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
                 raise BehaviorFailed(
                     f"the code of {run.automaton.name} raised {type(error).__name__}: {error}"
@@ -380,3 +296,11 @@ class Behavior(ReloadableRun):
 def name_of(function: object, nameless: str) -> str:
     """Return the name of a function, or `nameless` if it has none."""
     return str(getattr(function, "__name__", function)).replace("<lambda>", nameless)
+
+
+def _set_parameters(component: Component, parameters: Mapping[str, object]) -> None:
+    for name, value in parameters.items():
+        if name not in parameters_of(component):
+            known = ", ".join(parameters_of(component)) or "none"
+            raise UnknownName(f"the component has no parameter {name!r}; there are {known}")
+        setattr(component, name, value)

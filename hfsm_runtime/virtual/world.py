@@ -1,0 +1,115 @@
+"""What surrounds a component in virtual time: its clock, and the servants and the ROS that it reaches."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+from zenoh_ice import Object
+
+from ..component import Component, proxies_of, ros_of
+from .clock import TaskClock
+from .errors import UnknownName, says_it_all
+from .network import VirtualNetwork
+from .stubs import StandIns, make_stub
+
+if TYPE_CHECKING:
+    from ..ros import Endpoints
+    from .ros import FakeRos
+
+__tracebackhide__ = says_it_all
+
+_logger = logging.getLogger(__name__)
+
+
+class VirtualWorld:
+    """A clock, servants and ROS within the process; `close` ends it.
+
+    Calls of an interface that nobody serves fail, unless there are `stand_ins`: then they return blank
+    values, services of ROS answer with them, and goals succeed. `kept` is the number of the newest events and
+    calls that the journal keeps; None keeps all.
+    """
+
+    def __init__(
+        self, clock: TaskClock | None = None, *, stand_ins: bool = False, kept: int | None = None
+    ) -> None:
+        self.clock: Final = clock or TaskClock()
+        self.network: Final = VirtualNetwork(self.clock, kept)
+        self.journal: Final = self.network.journal
+        self.communicator: Final = self.network.communicator
+        self._stand_ins: Final = StandIns(self.network) if stand_ins else None
+        self._ros: FakeRos | None = None
+        self._endpoints: Endpoints | None = None
+
+    @property
+    def ros(self) -> FakeRos:
+        """The ROS of a connected component; raises UnknownName if it uses none."""
+        if self._ros is None:
+            raise UnknownName("this behavior has no interfaces of ROS")
+        return self._ros
+
+    def connect(self, component: Component) -> None:
+        """Connect what a component declares and that is not connected yet."""
+        for name, declared in proxies_of(component).items():
+            if name in vars(component):
+                continue
+            identity, interface = declared.identity, declared.type.ice_interface
+            servant = self.network.servant(identity)
+            if self._stand_ins and (servant is None or interface not in servant.ice_interface.lineage):
+                self._stand_ins.serve(identity, interface)
+                _logger.warning("self.%s is a stand-in, which answers with zeros and empty texts", name)
+            served = self.network.servant(identity) is not None
+            # Without a servant only calls fail: a test need not stub interfaces that it does not reach.
+            cast = declared.type.checkedCast if served else declared.type.uncheckedCast
+            vars(component)[name] = cast(self.communicator.stringToProxy(identity))
+        if ros_of(component):
+            self._connect_ros(component)
+
+    def stub(self, component: Component, name: str, stub: Object | Mapping[str, object]) -> None:
+        """Serve one of a component's interfaces by a servant, or some of its operations, see `make_stub`.
+
+        `name` is that of the attribute or of the servant; raises UnknownName.
+        """
+        declared = proxies_of(component)
+        found = {proxy.identity: proxy for key, proxy in declared.items() if name in (key, proxy.identity)}
+        if not found:
+            known = ", ".join(declared) or "none"
+            raise UnknownName(f"the component has no interface {name!r}; there are {known}")
+        ((identity, proxy),) = found.items()
+        if isinstance(stub, Object):
+            self.network.serve(identity, stub)
+        else:
+            below = self.network.servant(identity)
+            self.network.serve(identity, *make_stub(identity, proxy.type.ice_interface, stub, below))
+
+    @contextmanager
+    def offline(self, *servants: str) -> Iterator[None]:
+        """Take some servants, or all, offline in a `with` block: calls fail as if the connection were cut."""
+        network = self.network
+        before = network.offline
+        network.offline = before.union(servants or self.communicator.identities())
+        try:
+            yield
+        finally:
+            network.offline = before
+
+    def close(self) -> None:
+        """End the servants and the proxies."""
+        self.communicator.destroy()
+
+    def _connect_ros(self, component: Component) -> None:
+        from ..ros import Endpoints  # only components that use ROS need its libraries
+        from .ros import FakeRos
+
+        stand_ins = self._stand_ins is not None
+        if self._endpoints is None:
+            clock = self.clock
+            called = self.journal.called
+            self._ros = FakeRos(clock.now, clock.wait_for, called, stand_ins=stand_ins)
+            self._endpoints = Endpoints(self._ros, self._ros.types)
+        self._endpoints.connect(component)
+        if stand_ins:
+            for name in ros_of(component):
+                _logger.warning("self.%s is a stand-in for ROS", name)

@@ -1,0 +1,85 @@
+"""An execution in plain Python: a component in virtual time, watched and steered, without robot and pytest."""
+
+from __future__ import annotations
+
+import pytest
+
+from hfsm_runtime import Automaton, Component, Parameter, Proxy, State
+from hfsm_runtime.virtual import BehaviorFailed, Execution, UnknownName, VirtualWorld
+from tests.support.automata import after, automaton, when
+from tests.support.gripper import GripperPrx
+from zenoh_ice import CommunicatorDestroyedException, ConnectionLostException
+
+
+class Grasps(Component, document="grasps.xml"):
+    Hand = Proxy("Hand", GripperPrx)
+    force = Parameter(2.0)
+
+    def automaton(self) -> Automaton:
+        held = 0.0
+
+        def grasp() -> None:
+            nonlocal held
+            held = self.Hand.close(self.force)
+
+        states = [State(id=1, name="open"), State(id=2, name="closed", entry=grasp)]
+        transitions = [
+            after(1.0, 1, 2, name="time to close"),
+            when(lambda: held > 5.0, 2, 1, name="too much"),
+        ]
+        return automaton(1, "grasps", states, transitions)
+
+
+def test_it_runs_and_knows_what_happened() -> None:
+    with Execution(
+        Grasps(), parameters={"force": 3.0}, stubs={"Hand": {"close": lambda force: force}}
+    ) as run:
+        assert run.run_until("closed") == 1.0
+        assert (run.state("grasps"), run.variables("grasps")["held"]) == ("closed", 3.0)
+        assert [(call.target, call.force, call.result) for call in run.calls()] == [("Hand.close", 3.0, 3.0)]
+        assert [fired.transition for fired in run.fired] == ["time to close"]
+        assert "grasps: open -> closed  by time to close after 1 s" in run.timeline
+        run.set("grasps", held=6.0)
+        run.advance(0.1)
+        assert run.changes("grasps")[-1] == (1.1, "open")
+
+
+def test_an_error_of_its_code_is_raised_unless_a_policy_says_what_follows() -> None:
+    stubs = {"Hand": {"close": ValueError("stuck")}}
+    with Execution(Grasps(), stubs=stubs) as run, pytest.raises(BehaviorFailed, match="stuck"):
+        run.advance(2.0)
+    with Execution(Grasps(), stubs=stubs, on_error="stop") as run:
+        run.advance(2.0)
+        assert run.halted
+        assert "stuck" in run.errors[-1].message
+
+
+def test_a_servant_that_is_offline_is_no_error_of_the_code() -> None:
+    with Execution(Grasps(), stubs={"Hand": {"close": 1.0}}) as run:
+        with run.server_offline("Hand"):
+            run.advance(1.5)
+            assert isinstance(run.calls("Hand")[-1].error, ConnectionLostException)
+        run.advance(0.1)
+        assert run.calls("Hand")[-1].result == 1.0
+
+
+def test_nothing_is_served_any_more_when_it_is_closed() -> None:
+    component = Grasps()
+    with Execution(component, stubs={"Hand": {"close": 1.0}}):
+        assert component.Hand.close(1.0) == 1.0
+    with pytest.raises(CommunicatorDestroyedException):
+        component.Hand.close(1.0)
+
+
+def test_one_that_cannot_be_made_closes_its_world() -> None:
+    world = VirtualWorld()
+    with pytest.raises(UnknownName, match="no parameter 'strength'; there are force"):
+        Execution(Grasps(), world, parameters={"strength": 1.0})
+    assert world.communicator.destroyed
+
+
+def test_a_world_may_keep_the_newest_calls_alone() -> None:
+    with Execution(Grasps(), VirtualWorld(kept=2), stubs={"Hand": {"close": 9.0}}) as run:
+        run.advance(10.0)
+        assert len(run.calls()) == len(run.fired) == 2
+        assert run.timeline.count("\n") == 3  # the head, how many were left out, and two lines
