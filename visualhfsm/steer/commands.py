@@ -1,4 +1,7 @@
-"""The commands that steer a running component: `pause`, `step`, `break`, `force`, `set`, `why` and others."""
+"""The commands that steer a running component by names: `step`, `break`, `force`, `set`, `why` and others.
+
+What needs no names is an operation of the monitor like any other: `nao call Hfsm.NAME.pause`.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from codegen.diagnostics import Diagnostics
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStatus, Explanation, ReloadRefused
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.automata import Automata
-from visualhfsm.monitoring.realm import RELOAD_PATIENCE, did_you_mean
+from visualhfsm.monitoring.realm import MONITOR_PREFIX, RELOAD_PATIENCE, did_you_mean
 from visualhfsm.steer.target import Address, Target, steered
 from zenoh_ice import TimeoutException
 from zenoh_ice.application.cli import finite, with_settings
@@ -33,9 +36,6 @@ _Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 _PANEL: Final = "Steer a running component"
 _PYTHON: Final = {"True": "true", "False": "false", "None": "null"}
 _OPENING: Final = ("{", "[", '"')
-_GAP: Final = 1.0
-"""Seconds in which running cycles should end when a component is paused."""
-_PERIOD: Final = 0.02
 _PATIENCE: Final = 1.0
 _PLACES: Final = (Path(), Path("behaviors"))
 _shared = with_settings(defaults={"clock": "wall"})
@@ -67,7 +67,6 @@ _SET: Final = _examples(
     notes="""A value is JSON, or a plain text such as hello. Name the automaton only when
 several have the variable.""",
 )
-_SEND: Final = _examples("send follow_ball ball_lost", 'send follow_ball ball_lost \'{"color": "red"}\'')
 _WHY: Final = _examples("why follow_ball", "why dance_and_follow followBall/green --json")
 _RELOAD: Final = _examples(
     "reload dance_and_follow",
@@ -81,37 +80,15 @@ working directory and in behaviors/.""",
 def register(app: typer.Typer) -> None:
     """Add the commands to those of `visualhfsm`."""
     for name, command, epilog in (
-        ("pause", pause, None),
-        ("resume", resume, None),
         ("step", step, _STEP),
         ("break", break_, _BREAK),
         ("force", force, _FORCE),
         ("set", set_, _SET),
-        ("send", send, _SEND),
         ("why", why, _WHY),
         ("reload", reload, _RELOAD),
         ("stop", stop, None),
     ):
         app.command(name, epilog=epilog, rich_help_panel=_PANEL)(_shared(command))
-
-
-def pause(*, settings: Settings, component: _Component, as_json: _Json = False) -> None:
-    """Pause a component: running cycles end, none begins, and its time stops."""
-    with steered(settings, component) as target:
-        target.monitor.pause()
-        deadline = time.monotonic() + _GAP
-        while any(one.inCycle for one in target.monitor.getSnapshot().automata):
-            if time.monotonic() > deadline:
-                break
-            time.sleep(_PERIOD)
-        _show_states(target, as_json=as_json)
-
-
-def resume(*, settings: Settings, component: _Component, as_json: _Json = False) -> None:
-    """Resume a component after a pause or a breakpoint."""
-    with steered(settings, component) as target:
-        target.monitor.resume()
-        _show_states(target, as_json=as_json)
 
 
 def step(
@@ -131,9 +108,8 @@ def step(
         snapshot = target.monitor.getSnapshot()
         status = snapshot.status
         if status is not ComponentStatus.Paused:
-            raise VisualHfsmError(
-                f"{target.name} is {status.name.lower()}, not paused: visualhfsm pause {target.name}"
-            )
+            pause = f"nao call {MONITOR_PREFIX}{target.name}.pause"
+            raise VisualHfsmError(f"{target.name} is {status.name.lower()}, not paused: {pause}")
         for chosen in snapshot.automata:
             if chosen.id == number and (chosen.ghost or chosen.finished):
                 why = "is a ghost" if chosen.ghost else "has finished"
@@ -198,7 +174,7 @@ def break_(
     """Set, list and delete breakpoints, and wait until the component pauses at one.
 
     A component pauses when the state has been entered, or the transition has fired, before the code of the
-    state runs. `step` and `resume` continue from there.
+    state runs. `step` and `nao call Hfsm.NAME.resume` continue from there.
     """
     if condition and (delete or not element):
         raise typer.BadParameter("--if needs an ELEMENT to pause at")
@@ -343,25 +319,6 @@ def _json_of(value: str) -> str:
             raise VisualHfsmError(f"{printable(value.strip()[:100])} is not JSON: {error}") from error
         return json.dumps(value)
     return value
-
-
-def send(
-    *,
-    settings: Settings,
-    component: _Component,
-    event: Annotated[str, typer.Argument(metavar="EVENT", help="Its name.")],
-    data: Annotated[str, typer.Argument(metavar="DATA", help="Data of the event, in JSON.")] = "",
-) -> None:
-    """Send an event to every active automaton of a component."""
-    with steered(settings, component) as target:
-        known = {t.event for one in target.structure.automata for t in one.transitions if t.event}
-        if event not in known:
-            raise VisualHfsmError(
-                f"no transition of {target.name} waits for an event {printable(event)}"
-                f"{did_you_mean(event, map(printable, known))}"
-            )
-        target.monitor.sendEvent(event, _json_of(data) if data else "")
-        typer.echo(f"{printable(event)} is sent")
 
 
 def why(
