@@ -13,7 +13,7 @@ from visualhfsm.editing.commands import COMMANDS, Command, decode_command
 from visualhfsm.editing.serialization import copy_states, written
 from visualhfsm.errors import EditError
 
-__all__ = ["choose_command", "large_document", "tree"]
+__all__ = ["automaton", "choose_command", "large_document", "names", "state", "transition", "tree"]
 
 TEXTS = (
     "",
@@ -68,6 +68,30 @@ def tree() -> Document:
             Automaton(id=4, father=2, states=(State(id=1, name="deep", initial=True),)),
         )
     )
+
+
+def automaton(document: Document, id: int = 1) -> Automaton:
+    """Return an automaton of a document."""
+    found = document.automaton(id)
+    assert found is not None
+    return found
+
+
+def state(document: Document, id: int, of: int = 1) -> State:
+    """Return a state of one of its automata."""
+    found = automaton(document, of).state(id)
+    assert found is not None
+    return found
+
+
+def transition(document: Document, id: int, of: int = 1) -> Transition:
+    """Return a transition of one of its automata."""
+    return next(each for each in automaton(document, of).transitions if each.id == id)
+
+
+def names(document: Document, of: int = 1) -> list[str]:
+    """Return the names of the states of an automaton."""
+    return [each.name for each in automaton(document, of).states]
 
 
 def large_document(states: int, automata: int = 1) -> Document:
