@@ -9,18 +9,29 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import Final
 
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import Compilation, compile_interfaces
 from codegen.idl.compiler import Units
 
+from .places import DATA
 from .slice_reference import Verdict
 
 
 def sources_of(directory: Path) -> dict[str, str]:
     """Return the texts of the files in a directory by their names."""
     return {path.name: path.read_text() for path in sorted(directory.iterdir())}
+
+
+AWKWARD: Final = sources_of(DATA / "slice_awkward")
+"""Names that mean something else in Python, in the generated module, or in its base classes."""
+
+
+def in_module(text: str) -> str:
+    """Return definitions in a module."""
+    return f"module m {{\n{text}\n}};\n"
 
 
 def write_sources(directory: Path, sources: dict[str, str]) -> list[Path]:

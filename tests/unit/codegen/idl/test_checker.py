@@ -5,14 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.diagnostics import Diagnostics
-from codegen.idl import ast
-from codegen.idl.compiler import Units
-from tests.support.slice_compiler import compile_text, findings, write_sources
-
-
-def in_module(text: str) -> str:
-    return f"module m {{\n{text}\n}};\n"
+from tests.support.slice_compiler import compile_text, findings, in_module
 
 
 @pytest.mark.parametrize(
@@ -157,39 +150,6 @@ def test_definitions_stand_in_modules(tmp_path: Path, text: str) -> None:
     assert [found.code for found in diagnostics] == ["E016"]
 
 
-def test_a_note_points_to_the_first_definition(tmp_path: Path) -> None:
-    text = '#include "a.idl"\nmodule m { struct S { int b; }; };'
-    _, diagnostics = compile_text(tmp_path, text, a="module m {\n  struct S { int a; };\n};")
-    assert findings(diagnostics) == [("E013", 2, 19)]
-    assert f"{tmp_path / 'a.idl'}:2:10: note: first defined here" in diagnostics.render()
-
-
-@pytest.mark.parametrize(
-    ("text", "note"),
-    [
-        ("struct S { flot a; };", "did you mean `float`?"),
-        ("struct Pose { int a; }; struct S { Pos a; };", "did you mean `Pose`?"),
-        ("module n { struct Pose { int a; }; }; struct S { Pose a; };", "did you mean `n::Pose`?"),
-        ("exception Bad { }; interface I { void f() throws Bed; };", "did you mean `Bad`?"),
-        ("interface Head { }; interface I extends Hed { };", "did you mean `Head`?"),
-        ("const int size = 5; struct S { int a = sise; };", "did you mean `size`?"),
-        ("enum E { red }; const E k = redd;", "did you mean `red`?"),
-        ("struct S { Pose a; }; struct Pose { int a; };", "must be defined before it is used"),
-    ],
-)
-def test_a_note_helps_with_a_name_that_is_not_defined(tmp_path: Path, text: str, note: str) -> None:
-    _, diagnostics = compile_text(tmp_path, in_module(text))
-    (found,) = diagnostics
-    assert note in found.notes[0].message, diagnostics.render()
-
-
-def test_a_thrown_type_is_not_proposed_for_an_exception(tmp_path: Path) -> None:
-    text = "struct Bad { int a; }; interface I { void f() throws Bed; };"
-    _, diagnostics = compile_text(tmp_path, in_module(text))
-    (found,) = diagnostics
-    assert not found.notes
-
-
 def test_an_error_in_an_included_file_is_reported_there_and_once(tmp_path: Path) -> None:
     text = '#include "a.idl"\n#include "b.idl"\nmodule m { struct T { S s; }; };'
     bad = "#pragma once\nmodule m { struct S { strng s; }; };"
@@ -208,40 +168,10 @@ def test_local_definitions_are_skipped_with_a_note(tmp_path: Path) -> None:
     assert [sorted(schema["definitions"]) for schema in schemas] == [["::m::Lost", "::m::T"]]
 
 
-def test_names_and_numbers_have_their_values_once_checked(tmp_path: Path) -> None:
-    text = """
-    const int k = 5; enum E { x, y = k };
-    class C(E::y) { optional(k) int a = k; E e = y; };
-    interface I { optional(1) int f(optional(E::y) int a); };
-    """
-    (path,) = write_sources(tmp_path, {"main.idl": in_module(text)})
-    diagnostics = Diagnostics()
-    units = Units([], diagnostics)
-    source = units.load(path)
-    unit = units.read(source, diagnostics) if source else None
-    assert not len(diagnostics), diagnostics.render()
-    assert unit
-    (module,) = unit.tree.definitions
-    assert isinstance(module, ast.Module)
-    class_, interface = module.definitions[2:]
-    assert isinstance(class_, ast.Class)
-    assert isinstance(interface, ast.Interface)
-    numbers = [class_.compact_id, class_.members[0].tag, class_.members[0].default, class_.members[1].default]
-    numbers += [interface.operations[0].return_tag, interface.operations[0].parameters[0].tag]
-    assert [number.value if number else None for number in numbers] == [5, 5, 5, 5, 1, 5]
-
-
 def test_an_error_before_an_include_hides_nothing_of_it(tmp_path: Path) -> None:
     text = '[["a"\n#include "a.idl"\nmodule m { struct T { S s; }; };'
     _, diagnostics = compile_text(tmp_path, text, a="module m { struct S { int a; }; };")
     assert findings(diagnostics) == [("E010", 1, 1)], diagnostics.render()
-
-
-def test_a_name_must_be_included_where_it_is_used(tmp_path: Path) -> None:
-    _, diagnostics = compile_text(
-        tmp_path, "module m { struct T { S s; }; };", a="module m { struct S { int a; }; };"
-    )
-    assert findings(diagnostics) == [("E012", 1, 23)]
 
 
 @pytest.mark.parametrize(

@@ -61,3 +61,22 @@ def _compiled(given: list[Path], directory: Path) -> dict[Path, str]:
     compilation = compile_interfaces(given, [], directory / "out", diagnostics)
     assert not diagnostics.has_errors, diagnostics.render()
     return {file.path: file.text for file in compilation.files}
+
+
+def test_no_file_hides_a_module_that_another_file_puts_beside_it(tmp_path: Path) -> None:
+    sources = {
+        "y.idl": "module m { struct S { int a; }; };",
+        "x.idl": '#include "y.idl"\nmodule m { module y { struct T { m::S s; }; }; };',
+    }
+    paths = write_sources(tmp_path, sources)
+    texts = []
+    for given in (paths, paths[::-1]):
+        compilation = compile_interfaces(given, [], None, Diagnostics())
+        texts.append({file.path: file.text for file in compilation.files})
+    assert texts[0] == texts[1]
+    names = {str(path.relative_to(tmp_path / "m")) for path in texts[0]}
+    assert {"y_idl.py", "y/x.py"} <= names
+    assert "y.py" not in names
+    with imported(tmp_path, "hidden_out", sources) as package:
+        module = __import__(f"{package.__name__}.m.y", fromlist=["T"])
+        assert module.T.__annotations__ == {"s": "S"}

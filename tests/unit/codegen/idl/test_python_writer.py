@@ -1,23 +1,14 @@
 from __future__ import annotations
 
 import ast as python_ast
-import pickle
-import subprocess
-import sys
 from inspect import cleandoc
 from pathlib import Path
 
-import msgpack
-import msgspec
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.files import apply, compare_with_disk
 from codegen.idl import compile_interfaces
-from codegen.idl.doc_comments import parse_doc_comment
-from tests.support.limits import RUN_LIMIT
-from tests.support.places import DATA, ROOT
-from tests.support.slice_compiler import compile_text, imported, sources_of, write_sources
+from tests.support.slice_compiler import AWKWARD, compile_text, write_sources
 
 LAMP = """
 /** Lamps of a robot. */
@@ -124,9 +115,6 @@ class Lamp(ice.Object, proxy=LampPrx):
 Lights = list[Light]
 '''
 
-AWKWARD = sources_of(DATA / "slice_awkward")
-"""Names that mean something else in Python, in the generated module, or in its base classes."""
-
 
 def generated(directory: Path, text: str) -> str:
     compilation, diagnostics = compile_text(directory, text)
@@ -182,65 +170,6 @@ def test_the_output_is_the_same_from_anywhere(tmp_path: Path, monkeypatch: pytes
     assert len(texts[0]) == 12
 
 
-def test_awkward_names_pass_the_formatter(tmp_path: Path) -> None:
-    paths = write_sources(tmp_path / "idl", AWKWARD)
-    compilation = compile_interfaces(paths, [], tmp_path / "out", Diagnostics())
-    apply(compare_with_disk(compilation.files))
-    for command in (
-        ["ruff", "format", "--isolated", "--line-length", "110", "--diff", str(tmp_path / "out")],
-        ["ruff", "check", "--isolated", "--select", "F,E9,RUF022", str(tmp_path / "out")],
-    ):
-        done = subprocess.run(
-            [sys.executable, "-m", *command],
-            capture_output=True,
-            text=True,
-            timeout=RUN_LIMIT,
-            cwd=ROOT,
-            check=False,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_awkward_names_keep_their_spelling_on_the_wire(tmp_path: Path) -> None:
-    with imported(tmp_path, "awkward_out", AWKWARD) as package:
-        module = __import__(f"{package.__name__}.awkward", fromlist=["list"])
-        payload = msgspec.msgpack.encode(module.list(1, "a", 2))
-        assert msgpack.unpackb(payload) == {"from": 1, "lambda": "a", "self": 2}
-        worse = module.Worse("a", 1, "n", module.Time(1), module.Color._None)
-        assert msgpack.unpackb(msgspec.msgpack.encode(worse.ice_members())) == {
-            "args": "a",
-            "with_traceback": 1,
-            "None": "n",
-            "when": {"x": 1},
-            "color": 1,
-        }
-        assert pickle.loads(pickle.dumps(worse)).args == worse.args
-        operations = module.propertyPrx.ice_interface.all_operations
-        assert {"from", "lambda", "checkedCast"} <= set(operations)
-        assert module.greeting == "say \"hi\" 'there' \n \\ \t"
-        assert [base.type_id for base in module.Diamond.ice_interface.lineage] == [
-            "::awkward::Diamond",
-            "::awkward::Deeper",
-            "::awkward::Object2",
-        ]
-
-
-def test_classes_may_be_null_and_refer_to_themselves(tmp_path: Path) -> None:
-    with imported(tmp_path, "nodes_out", AWKWARD) as package:
-        module = __import__(f"{package.__name__}.awkward", fromlist=["Node"])
-        tree = module.Node([module.Node([], None), None], None)
-        decoder = msgspec.msgpack.Decoder(module.Node)
-        assert decoder.decode(msgspec.msgpack.encode(tree)) == tree
-
-
-def test_tags_of_a_doc_comment_can_stand_in_one_line() -> None:
-    doc = parse_doc_comment(
-        " Move, ask a@return.org. @param p where to @return whether @throws Stuck if not "
-    )
-    assert doc.text == "Move, ask a@return.org."
-    assert (doc.parameters, doc.returns, doc.throws) == ({"p": "where to"}, "whether", {"Stuck": "if not"})
-
-
 def test_doc_comments_lose_their_markup(tmp_path: Path) -> None:
     text = """module m {
       /** Brief text of
@@ -258,22 +187,3 @@ def test_doc_comments_lose_their_markup(tmp_path: Path) -> None:
         "Brief text of two lines, bold <x> Other.member.\n\n"
         'Second paragraph ends in a "quote"\n\nSee Elsewhere'
     )
-
-
-def test_no_file_hides_a_module_that_another_file_puts_beside_it(tmp_path: Path) -> None:
-    sources = {
-        "y.idl": "module m { struct S { int a; }; };",
-        "x.idl": '#include "y.idl"\nmodule m { module y { struct T { m::S s; }; }; };',
-    }
-    paths = write_sources(tmp_path, sources)
-    texts = []
-    for given in (paths, paths[::-1]):
-        compilation = compile_interfaces(given, [], None, Diagnostics())
-        texts.append({file.path: file.text for file in compilation.files})
-    assert texts[0] == texts[1]
-    names = {str(path.relative_to(tmp_path / "m")) for path in texts[0]}
-    assert {"y_idl.py", "y/x.py"} <= names
-    assert "y.py" not in names
-    with imported(tmp_path, "hidden_out", sources) as package:
-        module = __import__(f"{package.__name__}.m.y", fromlist=["T"])
-        assert module.T.__annotations__ == {"s": "S"}

@@ -11,7 +11,8 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm.checks.attributes import STREAM
 from codegen.hfsm.loading import check_document
-from tests.support.documents import document, state, sub
+from tests.support.checked_documents import with_code
+from tests.support.documents import document, problems, state, sub
 from zenoh_ice.proxy import StreamedCall
 
 
@@ -68,3 +69,19 @@ def test_a_wrong_call_is_found_by_the_description(tmp_path: Path, code: str, war
 
 def test_a_proxy_that_is_not_described_may_do_anything(tmp_path: Path) -> None:
     assert warnings_of(tmp_path, "self.lamp.glow()", described=False) == []
+
+
+def test_the_extension_gives_attributes(path: Path) -> None:
+    text = with_code("self.wave(self.speed)")
+    assert len(problems(path, text)) == 2
+    path.with_name("behavior_ext.py").write_text(
+        "class BehaviorExtension:\n    speed = 3\n\n    def wave(self, speed):\n        self.last = speed\n"
+    )
+    assert problems(path, text) == []
+
+
+def test_an_extension_with_a_base_may_give_any_attribute(path: Path) -> None:
+    path.with_name("behavior_ext.py").write_text(
+        "from lab import Base\n\n\nclass BehaviorExtension(Base):\n    pass\n"
+    )
+    assert problems(path, with_code("self.wave()")) == []

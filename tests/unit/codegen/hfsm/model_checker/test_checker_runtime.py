@@ -6,13 +6,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from codegen.hfsm.document import Document
-from codegen.hfsm.model_checker import (
-    PropertyResult,
-    Reachability,
-    StepKind,
-    Verdict,
-    check_model,
-)
+from codegen.hfsm.model_checker import PropertyResult, Reachability, StepKind, Verdict, check_model
 from tests.support.examples import examples
 from tests.support.model_documents import PATH, Player, Script, documents, impossible, play, stated
 

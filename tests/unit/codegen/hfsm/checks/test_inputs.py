@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import compile_document
-from codegen.hfsm.code.names import literal
-from codegen.hfsm.code.values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
-from codegen.hfsm.document import Text
 from hfsm_runtime import run
-from tests.support.any_text import any_text
 from tests.support.documents import compile_to, document, load, state, sub
 
 
@@ -170,23 +163,3 @@ def test_the_root_may_have_inputs_with_defaults(tmp_path: Path) -> None:
     made = load(compile_to(tmp_path, text))
     run(made, 0)
     assert made.seen == 4  # type: ignore[attr-defined]
-
-
-values = {
-    "int": st.integers(),
-    "float": st.floats(allow_nan=False, allow_infinity=False),
-    "bool": st.booleans(),
-    "str": any_text(),
-}
-
-
-@given(st.sampled_from(PARAMETER_TYPES).flatmap(lambda name: st.tuples(st.just(name), values[name])))
-def test_values_survive_being_written_down_and_read(item: tuple[str, object]) -> None:
-    name, written = item
-    assert parse_value(name, Text(literal(written))) == written
-
-
-@given(st.sampled_from(INPUT_TYPES), any_text(max_size=20))
-def test_any_text_is_a_value_or_a_fault(name: str, text: str) -> None:
-    with contextlib.suppress(ValueTextError):
-        parse_value(name, Text(text))

@@ -1,0 +1,29 @@
+"""What is written reads back the same, and what XML cannot hold is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
+from codegen.hfsm.document import Document, Text
+from tests.support.examples import examples
+from tests.support.random_documents import documents
+
+
+@pytest.mark.parametrize("text", ["\x00", "a\x0b", "\ud800", "\ufffe"])
+def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
+    with pytest.raises(DocumentNotWritableError):
+        write_document(Document(description=Text(text)))
+
+
+@settings(max_examples=examples(25), deadline=None)
+@given(documents)
+def test_what_is_written_reads_back_the_same(document: Document) -> None:
+    text = write_document(document)
+    again = parse_document(text, Path("test.xml"), Diagnostics())
+    assert again == document
+    assert write_document(again) == text
