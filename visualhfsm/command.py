@@ -132,7 +132,7 @@ def edit(
     try:
         from visualhfsm.web.launch import has_browser, open_browser
         from visualhfsm.web.server import Options, serve
-        from visualhfsm.web.workspace import make_services
+        from visualhfsm.web.services import make_services
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
         if package not in _PACKAGES:

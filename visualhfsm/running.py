@@ -26,7 +26,7 @@ from codegen.hfsm.document import Document
 from visualhfsm.child import child_environment
 from visualhfsm.ending import LastWords, describe_end
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.generate import generate_component
+from visualhfsm.generate import generate_component, summary
 from visualhfsm.origins import Origin, Origins, read_origins
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source, complete
 from visualhfsm.watched import Lines, WatchedProcess
@@ -299,7 +299,7 @@ class _Directory:
             _copy_extension(path, target / file.name)
         component = generate_component(file, target, diagnostics, include)
         if component is None:
-            raise VisualHfsmError(_summary(diagnostics))
+            raise VisualHfsmError(summary(diagnostics))
         self._target = target
         return _Generated(component, read_origins(file, component), unsaved=file != path)
 
@@ -335,10 +335,3 @@ def _copy_extension(path: Path, copy: Path) -> None:
         shutil.copyfile(
             extension_path(component_path(path, None)), extension_path(component_path(copy, None))
         )
-
-
-def _summary(diagnostics: Diagnostics) -> str:
-    errors = diagnostics.errors
-    first = errors[0]
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    return f"nothing was generated: {first.message}{more}"

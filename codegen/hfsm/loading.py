@@ -46,18 +46,19 @@ def compile_document(
     include: Sequence[Path] = (),
     *,
     with_model: bool = False,
+    document: Document | None = None,
     generated: Mapping[Path, str] | None = None,
 ) -> list[GeneratedFile] | None:
     """Return the component of a document as a file, or None after reporting errors.
 
     `output` is the directory of the file, by default that of the document. `include` are directories with
     further packages of proxies, and `generated` the texts of such packages that are about to be written, by
-    their resolved path. With `with_model`, a short run of the model checker reports what can never
-    happen, and each violated property as an error. Errors and warnings are reported, notes are not. Nothing
-    is written.
+    their resolved path. `document` is the parsed content if it has not been saved yet. With `with_model`, a
+    short run of the model checker reports what can never happen, and each violated property as an error.
+    Errors and warnings are reported, notes are not. Nothing is written.
     """
     found = Diagnostics()
-    loaded = load_document(path, output, found, include, generated=generated)
+    loaded = load_document(path, output, found, include, document=document, generated=generated)
     if loaded is not None and with_model:
         _report_violations(loaded, path, found)
     diagnostics.add_all(found, leave_out=[Severity.NOTE])

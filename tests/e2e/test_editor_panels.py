@@ -14,7 +14,7 @@ from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, NoService, editor, services
 from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, show_list, undo_names
-from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.code_help.service import CodeHelp
 from visualhfsm.sessions import session
 
 INTERACTION_DELAY = 100
@@ -261,9 +261,7 @@ def test_two_windows_type_into_the_same_code_at_once(
 def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
     path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
     with (
-        editor(
-            path.parent, path, make_services=lambda _: services(code_help=CodeHelper(RUN_LIMIT))
-        ) as running,
+        editor(path.parent, path, make_services=lambda _: services(code_help=CodeHelp(RUN_LIMIT))) as running,
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()

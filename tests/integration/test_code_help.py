@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import threading
 from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -18,10 +19,11 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.document import Text
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
-from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.code_help.service import CodeHelp
 from visualhfsm.editing.places import Place
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.services import Source
+from visualhfsm.project.version import Version
+from visualhfsm.web.code_questions import CodeQuestions
 
 CONFIG = (
     "<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
@@ -45,22 +47,32 @@ VARIABLES = Place(kind="automaton", automaton=1, part="variables")
 FUNCTIONS = Place(kind="automaton", automaton=1, part="functions")
 
 
-def source(path: Path | None = None) -> Source:
+def version(path: Path | None = None) -> Version:
     parsed = parse_document(TEXT, path or Path("walk.xml"), Diagnostics())
     assert parsed is not None
-    return Source(1, 1, parsed, path, False)
+    return Version(
+        revision=1,
+        document=parsed,
+        path=path,
+        title="walk",
+        dirty=False,
+        is_unsaved=False,
+        undo=(),
+        redo=(),
+    )
 
 
 class Typing:
     """A user who types code; `|` is the cursor."""
 
-    def __init__(self, helper: CodeHelper, path: Path | None = None) -> None:
+    def __init__(self, helper: CodeHelp, path: Path | None = None) -> None:
         self.helper = helper
-        self.source = source(path)
+        self.questions = CodeQuestions(helper)
+        self.version = version(path)
 
     async def options(self, place: Place, text: str) -> list[dict[str, Any]]:
         code, line, column = _at_cursor(text)
-        found = await self.helper.ask("complete", self.source, place, code, line=line, column=column)
+        found = await self.questions.ask("complete", self.version, place, code, line=line, column=column)
         return list(found["options"]) if found else []
 
     async def labels(self, place: Place, text: str) -> list[str]:
@@ -68,14 +80,14 @@ class Typing:
 
     async def signature(self, place: Place, text: str) -> Any:
         code, line, column = _at_cursor(text)
-        return await self.helper.ask("signature", self.source, place, code, line=line, column=column)
+        return await self.questions.ask("signature", self.version, place, code, line=line, column=column)
 
     async def explanation(self, place: Place, text: str) -> Any:
         code, line, column = _at_cursor(text)
-        return await self.helper.ask("explain", self.source, place, code, line=line, column=column)
+        return await self.questions.ask("explain", self.version, place, code, line=line, column=column)
 
     async def problems(self, place: Place, code: str) -> list[tuple[str, int, int]]:
-        found = await self.helper.ask("lint", self.source, place, code)
+        found = await self.questions.ask("lint", self.version, place, code)
         return [(each["code"], each["line"], each["column"]) for each in found]
 
 
@@ -97,7 +109,7 @@ def typing() -> Iterator[Type]:
         runner.get_loop().set_default_executor(threads)
         together = threading.Barrier(2)  # both threads start now, not during some test
         list(threads.map(lambda _: together.wait(EVENT_LIMIT), range(2)))
-        helper = CodeHelper(START_LIMIT)
+        helper = CodeHelp(START_LIMIT)
 
         async def warm() -> None:
             person = Typing(helper)
@@ -105,18 +117,15 @@ def typing() -> Iterator[Type]:
 
         runner.run(warm())
         yield lambda go, path=None: runner.run(asyncio.wait_for(go(Typing(helper, path)), RUN_LIMIT))
-        runner.run(helper.close())
+        helper.close()
 
 
 def alone(go: Callable[[Typing], Awaitable[None]]) -> None:
     """Run a coroutine function with a user who types, and with separate processes."""
 
     async def run() -> None:
-        helper = CodeHelper(START_LIMIT)
-        try:
+        with contextlib.closing(CodeHelp(START_LIMIT)) as helper:
             await go(Typing(helper))
-        finally:
-            await helper.close()
 
     asyncio.run(asyncio.wait_for(run(), RUN_LIMIT))
 
@@ -197,14 +206,14 @@ def test_only_what_is_of_use_is_offered(typing: Type) -> None:
 
 def test_code_beside_that_is_no_python_hides_nothing(typing: Type) -> None:
     async def go(person: Typing) -> None:
-        automaton = person.source.document.automata[0]
+        automaton = person.version.document.automata[0]
         states = (replace(automaton.states[0], code=Text("goal = (")), *automaton.states[1:])
         functions = Text("def find(self, color):\n    return = 1\n\ndef lose(self):\n    pass\n")
         broken = replace(
             automaton, states=states, functions=functions, variables=Text("steps = 0\nname = = 1")
         )
-        document = replace(person.source.document, automata=(broken, *person.source.document.automata[1:]))
-        person.source = replace(person.source, document=document, revision=2)
+        document = replace(person.version.document, automata=(broken, *person.version.document.automata[1:]))
+        person.version = replace(person.version, document=document, revision=2)
         assert {"Head", "find", "lose", "speed"} <= set(await person.labels(GUARD, "self.|"))
         assert (await person.labels(GUARD, "step|"))[0] == "steps"
 
@@ -336,7 +345,9 @@ def test_of_many_questions_only_the_newest_is_asked(typing: Type) -> None:
 def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
     async def go(person: Typing) -> None:
         def ask() -> asyncio.Task[Any]:
-            return asyncio.create_task(person.helper.ask("lint", person.source, WALK, "steps += 1\n" * 2000))
+            return asyncio.create_task(
+                person.questions.ask("lint", person.version, WALK, "steps += 1\n" * 2000)
+            )
 
         asked = [ask() for _ in range(8)]
         ended, _ = await asyncio.wait(asked[1:-1], timeout=START_LIMIT, return_when=asyncio.ALL_COMPLETED)
@@ -352,7 +363,7 @@ def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
 
 def test_the_interfaces_are_described(typing: Type) -> None:
     async def go(person: Typing) -> None:
-        found = {each["scoped"]: each for each in await person.helper.interfaces(Path.cwd())}
+        found = {each["scoped"]: each for each in await person.questions.interfaces(Path.cwd())}
         operations = {each["name"]: each for each in found["nao::PoseHead"]["operations"]}
         assert operations["getPose"]["streamed"]
         assert operations["setPose"]["signature"] == ("(self, pan: float, tilt: float, fraction: float)")
@@ -363,7 +374,7 @@ def test_the_interfaces_are_described(typing: Type) -> None:
 
 def test_every_window_that_asks_gets_the_interfaces(typing: Type) -> None:
     async def go(person: Typing) -> None:
-        first, *others = await asyncio.gather(*(person.helper.interfaces(Path.cwd()) for _ in range(4)))
+        first, *others = await asyncio.gather(*(person.questions.interfaces(Path.cwd()) for _ in range(4)))
         assert first
         assert others == [first] * 3
 
@@ -373,9 +384,9 @@ def test_every_window_that_asks_gets_the_interfaces(typing: Type) -> None:
 def test_a_document_that_changes_is_read_again(typing: Type) -> None:
     async def go(person: Typing) -> None:
         assert "Body" not in await person.labels(WALK, "self.Bo|")
-        interface = replace(person.source.document.interfaces[0], name="Body", type="Joints")
-        changed = replace(person.source.document, interfaces=(interface,))
-        person.source = replace(person.source, document=changed, revision=2)
+        interface = replace(person.version.document.interfaces[0], name="Body", type="Joints")
+        changed = replace(person.version.document, interfaces=(interface,))
+        person.version = replace(person.version, document=changed, revision=2)
         assert await person.labels(WALK, "self.Bo|") == ["Body"]
 
     typing(go)

@@ -12,7 +12,7 @@ from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.pages import blocks_of
 from visualhfsm.errors import ErrorKind
 from visualhfsm.services import Push
-from visualhfsm.web.connection import CONCURRENT
+from visualhfsm.web.handlers import HANDLERS, Lane
 from visualhfsm.web.protocol import Request
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference/protocol.md"
@@ -64,7 +64,11 @@ def test_every_request_push_and_kind_of_error_is_described() -> None:
     assert re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE) == list(get_args(ErrorKind))
     listed = re.search(r"Those that change no document \((.*?)\)", page, re.DOTALL)
     assert listed
-    assert set(re.findall(r"`(\w+)`", listed[1])) == tags(CONCURRENT)
+    assert set(re.findall(r"`(\w+)`", listed[1])) == {
+        kind.__struct_config__.tag
+        for kind, handler in HANDLERS.items()
+        if handler.lane not in {Lane.IN_ORDER, Lane.AT_ONCE}
+    }
 
 
 def tags(union: Any) -> set[str]:

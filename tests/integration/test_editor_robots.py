@@ -22,7 +22,7 @@ from visualhfsm import robots
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.robots import Robots, find_worlds
 from visualhfsm.services import Robot, Simulation
-from visualhfsm.web.workspace import Services, make_services
+from visualhfsm.web.services import Services, make_services
 from zenoh_ice import Settings
 
 
@@ -68,7 +68,7 @@ def opened(
             async with asyncio.timeout(RUN_LIMIT):
                 await go(Page(services, pushes))
         finally:
-            for service in (services.running, services.robots, services.live, services.code_help):
+            for service in (services.running, services.robots, services.live):
                 await service.close()
 
     asyncio.run(run())

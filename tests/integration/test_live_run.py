@@ -18,7 +18,7 @@ from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
 from visualhfsm.monitoring.run_log import LiveSnapshot
 from visualhfsm.services import Components, RunPush, Snapshot, Source, Stale
-from visualhfsm.web.workspace import Services, make_services
+from visualhfsm.web.services import Services, make_services
 from zenoh_ice import Settings
 
 TEXT = document(
@@ -66,7 +66,7 @@ async def opened(go: Callable[[Page], object]) -> None:
         async with asyncio.timeout(RUN_LIMIT):
             await go(Page(services, pushes))  # type: ignore[misc]
     finally:
-        for service in (services.running, services.live, services.code_help):
+        for service in (services.running, services.live):
             await service.close()
 
 

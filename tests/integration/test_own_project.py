@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import shutil
 import subprocess
@@ -25,7 +26,7 @@ from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.reader import commands_of
 from tests.support.robot_server import served
-from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.code_help.service import CodeHelp
 from visualhfsm.command import app
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import find_problems
@@ -217,19 +218,12 @@ def test_the_editor_completes_the_operations_of_the_interface(project: Path, fol
     (project / "interfaces").rename(project / folder)
     include = [] if folder == "interfaces" else [project / folder]
 
-    async def go() -> tuple[set[str], set[str]]:
-        helper = CodeHelper(START_LIMIT, include)
-        try:
-            code = "self.Lamp."
-            found = await helper.ask("complete", opened(project), LEFT, code, line=1, column=len(code))
-            known = await helper.interfaces(project)
-        finally:
-            await helper.close()
-        return {each["label"] for each in found["options"]}, {each["scoped"] for each in known}
-
-    labels, known = asyncio.run(asyncio.wait_for(go(), RUN_LIMIT))
-    assert {"setOn", "isOn"} <= labels
-    assert {"home::Lamp", "nao::PoseHead"} <= known
+    source, code = opened(project), "self.Lamp."
+    with contextlib.closing(CodeHelp(START_LIMIT, include)) as helper:
+        found = helper.ask("complete", source.document, source.path, LEFT, code, line=1, column=len(code))
+        known = helper.interfaces(project)
+    assert {"setOn", "isOn"} <= {each["label"] for each in found["options"]}
+    assert {"home::Lamp", "nao::PoseHead"} <= {each["scoped"] for each in known}
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from websockets.sync.client import ClientConnection
 from tests.support.editor import DOCUMENT, Editor, Refused, editor
 from tests.support.limits import PAGE_LIMIT
 from tests.support.processes import free_endpoint
-from visualhfsm.web.workspace import Limits
+from visualhfsm.web.limits import Limits
 
 
 @pytest.fixture(scope="module")

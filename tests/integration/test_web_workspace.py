@@ -18,7 +18,8 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from tests.support.editor import DOCUMENT, Editor, NoService, Refused, Window, editor
+from codegen.hfsm.document import Document
+from tests.support.editor import DOCUMENT, Editor, NoCodeHelp, NoService, Refused, Window, editor
 from tests.support.editor import services as make_services
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
@@ -35,8 +36,9 @@ from visualhfsm.services import (
     Source,
 )
 from visualhfsm.sessions.session import Change, DocumentSession
-from visualhfsm.web import workspace
-from visualhfsm.web.workspace import Limits, Services
+from visualhfsm.web import runs
+from visualhfsm.web.limits import Limits
+from visualhfsm.web.services import Services
 
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
 
@@ -409,9 +411,9 @@ def test_a_window_that_closes_while_the_editor_ends_does_not_disturb_it(root: Pa
 def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
     gate = threading.Event()
 
-    class SlowHelp(NoService):
-        async def interfaces(self, _folder: Path) -> object:
-            return await asyncio.to_thread(gate.wait, FOREVER)
+    class SlowHelp(NoCodeHelp):
+        def interfaces(self, _folder: Path) -> object:
+            return gate.wait(FOREVER)
 
     limits = Limits(concurrent_operations=2)
     with (
@@ -429,9 +431,9 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
 def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None:
     gate = threading.Event()
 
-    class SlowHelp(NoService):
-        async def interfaces(self, _folder: Path) -> object:
-            return await asyncio.to_thread(gate.wait, FOREVER)
+    class SlowHelp(NoCodeHelp):
+        def interfaces(self, _folder: Path) -> object:
+            return gate.wait(FOREVER)
 
     class Steered(NoService):
         async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
@@ -484,7 +486,7 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
 def test_a_stop_that_is_repeated_goes_on_without_its_window_and_delays_no_end_of_a_process(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(workspace, "_COMPONENTS_END", 0.1)
+    monkeypatch.setattr(runs, "_COMPONENTS_END", 0.1)
     let_go, still, ended = threading.Event(), threading.Event(), threading.Event()
 
     class Repeated(NoService):
@@ -605,11 +607,19 @@ class FakeLive(NoService):
         raise RuntimeError("closing failed")
 
 
-class FakeCodeHelp(NoService):
-    async def ask(
-        self, wanted: str, source: Source, place: Place, code: str, *, line: int, column: int
+class FakeCodeHelp(NoCodeHelp):
+    def ask(
+        self,
+        wanted: str,
+        document: Document,
+        path: Path | None,
+        place: Place,
+        code: str,
+        *,
+        line: int,
+        column: int,
     ) -> object:
-        return {"path": None if source.path is None else source.path.name, "place": place, "code": code}
+        return {"path": None if path is None else path.name, "place": place, "code": code}
 
 
 @pytest.fixture

@@ -25,8 +25,9 @@ from tests.support.processes import free_endpoint
 from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import Publish
+from visualhfsm.web.limits import Limits
 from visualhfsm.web.server import Options, Report, Server
-from visualhfsm.web.workspace import Limits, MakeServices, Services
+from visualhfsm.web.services import MakeServices, Services
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
@@ -94,10 +95,26 @@ class NoService:
         """Do nothing: nothing is open."""
 
 
+class NoCodeHelp:
+    """Replaces the help with code in a test that does not use it."""
+
+    def ask(self, *_: Any, **__: Any) -> object:
+        """Refuse."""
+        raise VisualHfsmError("help with code is not available")
+
+    def interfaces(self, _folder: Path) -> object:
+        """Refuse."""
+        raise VisualHfsmError("help with code is not available")
+
+    def close(self) -> None:
+        """Do nothing: nothing is open."""
+
+
 def services(code_help: Any = None, running: Any = None, live: Any = None, robots: Any = None) -> Services:
     """Return services, some of which a test provides."""
     missing: Any = NoService()
-    return Services(code_help or missing, running or missing, live or missing, robots or missing)
+    help_with_code: Any = code_help or NoCodeHelp()
+    return Services(help_with_code, running or missing, live or missing, robots or missing)
 
 
 def no_services(_publish: Publish) -> Services:
@@ -331,7 +348,7 @@ SHARED_CHECKS: Final[list[SharedChecks]] = []
 def shared_checks() -> Iterator[None]:
     """Check the documents of all editors within the block in one process, which is started now."""
     checks = SharedChecks()
-    checks.find_problems(Document(), None)
+    checks.check(Document(), None)
     SHARED_CHECKS.append(checks)
     try:
         yield

@@ -23,7 +23,7 @@ from visualhfsm import robots
 from visualhfsm.generate import generate_component
 from visualhfsm.live import service, stopping
 from visualhfsm.monitoring import follower
-from visualhfsm.web.workspace import make_services
+from visualhfsm.web.services import make_services
 from zenoh_ice import Settings
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import jedi
-import msgspec
 from jedi.api.environment import InterpreterEnvironment
 
 from codegen.hfsm.code.names import COMPONENT_ALIASES
 
+from .answers import Completion, Completions, Explanation, Signature
 from .component import TypedComponent
 
 _MOST: Final = 200
@@ -49,41 +49,6 @@ _KINDS: Final = {
 
 # Jedi would run the code of these modules.
 jedi.settings.auto_import_modules = []
-
-
-class Completion(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A completion; `type` is its kind in the terms of CodeMirror, `boost` moves it up in the list."""
-
-    label: str
-    type: str = ""
-    detail: str = ""
-    info: str = ""
-    boost: int = 0
-
-
-class Completions(msgspec.Struct, frozen=True, rename="camel"):
-    """Completions; the prefix that was typed starts `typed` characters before the cursor."""
-
-    typed: int
-    options: list[Completion]
-
-
-class Signature(msgspec.Struct, frozen=True, rename="camel"):
-    """A call that is being typed: its parameters, and the index of the one at the cursor, -1 for none."""
-
-    name: str
-    parameters: list[str]
-    active: int
-    result: str
-    documentation: str
-
-
-class Explanation(msgspec.Struct, frozen=True, rename="camel"):
-    """The explanation of a name: its parameters and result, and its documentation."""
-
-    name: str
-    detail: str
-    documentation: str
 
 
 def complete(module: TypedComponent, path: Path, line: int, column: int) -> Completions:

@@ -1,8 +1,7 @@
-"""Help with code, as the server requests it."""
+"""Help with code: the questions to the processes that read it."""
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,6 @@ from visualhfsm.editing.commands.text import with_code
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.services import Source, retrieve
 
 from .question import Question, Wanted
 
@@ -29,69 +27,65 @@ _LARGEST: Final = 200_000
 """Limit of the length of a piece of code, in characters."""
 
 
-class CodeHelper:
+class CodeHelp:
     """Answers questions about code in two processes, so that no check delays completion.
 
-    Of several questions of a kind that arrive while one is being answered, only the newest waits; the others
-    get None at once. `include` are directories with packages of interfaces.
+    They are processes because all that code imports is read for an answer, which may take long or any amount
+    of memory; none of it is run. They are started on first use. `include` are directories with packages of
+    interfaces. Thread-safe: callers wait for their turn.
     """
 
     def __init__(self, patience: float = _PATIENCE, include: Sequence[Path] = ()) -> None:
         self._patience = patience
         self._include = tuple(map(str, include))
-        self._desks = {wanted: _Desk() for wanted in ("complete", "explain", "signature", "lint")}
-        self._interfaces: asyncio.Task[Any] | None = None
         self._reading = LineProcess(f"{__package__}.worker")
         self._checking = LineProcess(f"{__package__}.worker")
         self._warm: set[LineProcess] = set()
         self._context: tuple[Document, Place, str] | None = None
 
-    async def ask(
-        self, wanted: Wanted, source: Source, place: Place, code: str, *, line: int = 1, column: int = 0
+    def ask(
+        self,
+        wanted: Wanted,
+        document: Document,
+        path: Path | None,
+        place: Place,
+        code: str,
+        *,
+        line: int = 1,
+        column: int = 0,
     ) -> Any:  # noqa: ANN401
-        """Answer a question about a piece of code; `line` counts from 1, `column` from 0.
+        """Answer a question about a piece of code, in JSON; `line` counts from 1, `column` from 0.
 
-        `wanted` is `complete`: completions, best first; `explain`: explanation of the name at the position;
-        `signature`: the parameters of the call around it; `lint`: problems of the code. None when there is no
-        answer, or when a newer question has replaced this one. Raises VisualHfsmError.
+        `path` is the file of the document, if it has one. `wanted` is `complete`: completions, best first;
+        `explain`: explanation of the name at the position; `signature`: the parameters of the call around it;
+        `lint`: problems of the code. None when there is no answer. Raises VisualHfsmError.
         """
         if len(code) > _LARGEST:
             return None
         if wanted == "lint":
-            document = written(with_code(_around(source.document, place), place, code))
+            text = written(with_code(_around(document, place), place, code))
         else:
-            document = self._context_of(source.document, place)
-        path = source.path or Path.cwd() / _UNTITLED
-        desk = self._desks[wanted]
-        if not await desk.enter():
-            return None
-        try:
-            question = Question(wanted, document, str(path), place, code, line, column, self._include)
-            return await self._answer(question)
-        finally:
-            desk.leave()
+            text = self._context_of(document, place)
+        file = path or Path.cwd() / _UNTITLED
+        return self._answer(Question(wanted, text, str(file), place, code, line, column, self._include))
 
-    async def interfaces(self, folder: Path) -> Any:  # noqa: ANN401
-        """Return the interfaces that documents in a folder may declare, with operations and documentation."""
-        if self._interfaces is None or self._interfaces.done():
-            question = Question("interfaces", path=str(folder / _UNTITLED), include=self._include)
-            self._interfaces = asyncio.create_task(self._answer(question))
-            self._interfaces.add_done_callback(retrieve)
-        return await asyncio.shield(self._interfaces)
+    def interfaces(self, folder: Path) -> Any:  # noqa: ANN401
+        """Return the interfaces that documents in a folder may declare, with operations and documentation.
 
-    async def close(self) -> None:
+        Raises VisualHfsmError.
+        """
+        return self._answer(Question("interfaces", path=str(folder / _UNTITLED), include=self._include))
+
+    def close(self) -> None:
         """End the processes."""
-        await asyncio.to_thread(self._close)
-
-    def _close(self) -> None:
         self._reading.close()
         self._checking.close()
 
-    async def _answer(self, question: Question) -> Any:  # noqa: ANN401
+    def _answer(self, question: Question) -> Any:  # noqa: ANN401
         process = self._checking if question.wanted == "lint" else self._reading
         patience = self._patience * (1 if process in self._warm else _FIRST)
         try:
-            line = await asyncio.to_thread(process.ask, msgspec.json.encode(question), patience)
+            line = process.ask(msgspec.json.encode(question), patience)
         except NoAnswerError as error:
             self._warm.discard(process)
             raise VisualHfsmError(f"no help with this code: {error}") from error
@@ -100,41 +94,11 @@ class CodeHelper:
 
     def _context_of(self, document: Document, place: Place) -> str:
         """Return the text around a piece of code; it is the same while the piece is typed."""
-        if self._context is None or self._context[0] is not document or self._context[1] != place:
-            self._context = document, place, written(with_code(_around(document, place), place, ""))
-        return self._context[2]
-
-
-class _Desk:
-    """A queue for questions of one kind, one at a time; a newer question replaces the one that waits."""
-
-    def __init__(self) -> None:
-        self._busy = False
-        self._waiting: asyncio.Future[bool] | None = None
-
-    async def enter(self) -> bool:
-        """Wait for the turn; return False when a newer question took it, else `leave` must be called."""
-        if self._waiting is not None and not self._waiting.done():
-            self._waiting.set_result(False)
-        if not self._busy:
-            self._busy = True
-            return True
-        waiting: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
-        self._waiting = waiting
-        try:
-            return await waiting
-        except asyncio.CancelledError:
-            if not waiting.cancelled() and waiting.result():  # the turn came in the same moment
-                self.leave()
-            raise
-
-    def leave(self) -> None:
-        """Pass the turn to the question that waits, if any."""
-        waiting, self._waiting = self._waiting, None
-        if waiting is None or waiting.done():
-            self._busy = False
-        else:
-            waiting.set_result(True)
+        context = self._context
+        if context is None or context[0] is not document or context[1] != place:
+            context = document, place, written(with_code(_around(document, place), place, ""))
+            self._context = context
+        return context[2]
 
 
 def _around(document: Document, place: Place) -> Document:

@@ -20,6 +20,7 @@ from visualhfsm.child import answer_lines
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import Problem, find_problems
 
+from .answers import InterfaceDescription, OperationDescription
 from .completion import complete, explain, signature
 from .component import TypedComponent, generate_around
 from .parsed_files import keep_parsed_files, with_readable_files
@@ -29,24 +30,6 @@ _INTERFACES_AGE: Final = 30.0
 """Seconds after which generated interfaces are searched again."""
 _MOST_PROBLEMS: Final = 100
 _FINDERS: Final = {"complete": complete, "explain": explain, "signature": signature}
-
-
-class InterfaceDescription(msgspec.Struct, frozen=True):
-    """An interface that a document may declare."""
-
-    name: str
-    scoped: str
-    operations: list[OperationDescription]
-
-
-class OperationDescription(msgspec.Struct, frozen=True):
-    """An operation as a method of a proxy; its signature begins with `(self`."""
-
-    name: str
-    signature: str
-    result: str
-    documentation: str
-    streamed: bool
 
 
 def answer(line: bytes) -> bytes:

@@ -14,7 +14,7 @@ from visualhfsm.child import LineProcess, NoAnswerError
 from visualhfsm.errors import EditError
 
 from . import problems
-from .problems import Problem, Question
+from .problems import Findings, Problem, Question
 from .serialization import written
 
 _PATIENCE: Final = 20.0
@@ -32,10 +32,8 @@ class CheckProcess:
         self._process = LineProcess(problems.__name__)
         self._closed = threading.Event()
 
-    def find_problems(
-        self, document: Document, path: Path | None, include: Sequence[Path] = ()
-    ) -> list[Problem]:
-        """Return the problems of a document. Raises EditError when it cannot be written or checked."""
+    def check(self, document: Document, path: Path | None, include: Sequence[Path] = ()) -> Findings:
+        """Check a document. Raises EditError when it cannot be written, or the process has been ended."""
         text = written(document)
         for limit in (None, 0):
             if self._closed.is_set():
@@ -43,11 +41,13 @@ class CheckProcess:
             question = Question(text, None if path is None else str(path), [*map(str, include)], limit)
             try:
                 answer = self._process.ask(msgspec.json.encode(question), self._patience)
-                found = msgspec.json.decode(answer, type=list[Problem])
+                found = msgspec.json.decode(answer, type=Findings)
             except (NoAnswerError, msgspec.MsgspecError):
                 continue
-            return found if limit is None else [*found, _unchecked("model checker")]
-        return [_unchecked("checks")]
+            if limit is None:
+                return found
+            return msgspec.structs.replace(found, problems=(*found.problems, _unchecked("model checker")))
+        return Findings(problems=(_unchecked("checks"),))
 
     def close(self) -> None:
         """End the process; a check that is running ends without a result."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import msgspec
 
@@ -22,6 +22,7 @@ from .places import Locator, Place
 
 if TYPE_CHECKING:
     from codegen.hfsm.model_checker import ModelReport  # the editor leaves it to its process for checks
+    from codegen.hfsm.model_checker.properties import PropertyResult
 
 _MOST: Final = 1000
 """Limit of the reported problems; more are usually repetitions of one."""
@@ -71,10 +72,41 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     counterexample: CounterexampleView | None = None
 
 
+class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """What the model checker found out about a property: it holds in all runs, or a run violates it.
+
+    `undecided` means that there are more configurations than it explores, `invalid` that it is no property,
+    as a problem says. A property that is violated has a counterexample.
+    """
+
+    name: str
+    kind: str
+    expression: str
+    verdict: Literal["holds", "violated", "undecided", "invalid"]
+    counterexample: CounterexampleView | None = None
+
+
+class Findings(msgspec.Struct, frozen=True, kw_only=True):
+    """The problems of a document, by severity, and the verdict on each of its properties, in their order.
+
+    `proofs` is None if the model checker did not run, after errors or because it would have taken too long.
+    """
+
+    problems: tuple[Problem, ...] = ()
+    proofs: tuple[Proof, ...] | None = None
+
+
 def find_problems(
     text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
 ) -> list[Problem]:
-    """Return the problems of the text of a document, by severity; `path` is its file, if it has one.
+    """Return the problems that `check` finds."""
+    return [*check(text, path, include, limit=limit).problems]
+
+
+def check(
+    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
+) -> Findings:
+    """Check the text of a document; `path` is its file, if it has one.
 
     The model checker explores up to `limit` configurations, by default as many as `check_document`. It may
     take seconds: `CheckProcess` runs it in another process.
@@ -90,7 +122,10 @@ def find_problems(
     order = {"error": 0, "warning": 1, "note": 2}
     reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
     found = sorted(reported, key=lambda each: order[each.severity])[:_MOST]
-    return [_with_steps(_problem(each, file, locator, importers), report) for each in found]
+    return Findings(
+        problems=tuple(_with_steps(_problem(each, file, locator, importers), report) for each in found),
+        proofs=None if report is None else tuple(map(_proof, report.properties)),
+    )
 
 
 def _is_blank(document: Document | None) -> bool:
@@ -103,12 +138,25 @@ def _with_steps(problem: Problem, report: ModelReport | None) -> Problem:
     place = problem.place
     if problem.code != _VIOLATED or place is None or place.part != "properties" or report is None:
         return problem
-    counterexample = report.properties[place.index].counterexample
-    if counterexample is None or len(counterexample.steps) > _MOST_STEPS:
-        return problem
-    return msgspec.structs.replace(
-        problem, counterexample=msgspec.convert(counterexample, CounterexampleView, from_attributes=True)
+    return msgspec.structs.replace(problem, counterexample=_view(report.properties[place.index]))
+
+
+def _proof(result: PropertyResult) -> Proof:
+    stated = result.property
+    return Proof(
+        name=stated.name.strip(),
+        kind=stated.kind.strip(),
+        expression=stated.expression.text,
+        verdict=result.verdict.value,
+        counterexample=_view(result),
     )
+
+
+def _view(result: PropertyResult) -> CounterexampleView | None:
+    found = result.counterexample
+    if found is None or len(found.steps) > _MOST_STEPS:
+        return None
+    return msgspec.convert(found, CounterexampleView, from_attributes=True)
 
 
 def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:
@@ -154,7 +202,7 @@ def _where(path: Path, line: int, file: Path) -> str:
 
 
 class Question(msgspec.Struct, frozen=True):
-    """The text of a document to check, and the other parameters of `find_problems`."""
+    """The text of a document to check, and the other parameters of `check`."""
 
     text: str
     path: str | None
@@ -164,13 +212,13 @@ class Question(msgspec.Struct, frozen=True):
 
 def _answer(line: bytes) -> bytes:
     question = msgspec.json.decode(line, type=Question)
-    problems = find_problems(
+    found = check(
         question.text,
         None if question.path is None else Path(question.path),
         [Path(directory) for directory in question.include],
         limit=question.limit,
     )
-    return msgspec.json.encode(problems)
+    return msgspec.json.encode(found)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 from hfsm_runtime.virtual.errors import UnknownName, says_it_all
 from hfsm_runtime.virtual.execution import Execution
@@ -98,19 +99,21 @@ def simulate(
     document: str | Path | type[Component],
     *,
     include: Sequence[Path] = (),
+    content: Document | None = None,
     **options: Any,  # noqa: ANN401 - those of Behavior
 ) -> Behavior:
     """Return a behavior in virtual time, of a document or a component; close it, or use a `with` block.
 
-    The document is compiled in memory; `include` are directories with packages of interfaces that are neither
-    beside it nor in the project's folder `interfaces`. `robot` is `fake`, `sim` or None, and `settings` are
+    The document is compiled in memory; `content` is its parsed content if that has not been saved yet, and
+    `include` are directories with packages of interfaces that are neither beside it nor in the project's
+    folder `interfaces`. `robot` is `fake`, `sim` or None, and `settings` are
     the robot's, such as `seed`, `world` or `body`. `stubs` answer interfaces by hand. Raises DocumentInvalid,
     UnknownName, and what the component's code raises.
     """
     if isinstance(document, type):
         return Behavior(document(), document=document_of(document), **options)
     path = Path(document)
-    component = load_component(path, include)
+    component = load_component(path, include, content=content)
     try:
         return Behavior(component(), document=path, unload=True, **options)
     except BaseException:

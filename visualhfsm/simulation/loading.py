@@ -48,14 +48,19 @@ def document_of(component: type[Component]) -> Path | None:
     return path if path.is_file() else None
 
 
-def load_component(document: Path, include: Sequence[Path] = ()) -> type[Component]:
+def load_component(
+    document: Path, include: Sequence[Path] = (), *, content: Document | None = None
+) -> type[Component]:
     """Compile a document and return the class of its component; raises DocumentInvalid.
 
-    Nothing is written. Each call makes a new module, so that runs share no state; call `forget` when the
-    component no longer runs.
+    `content` is the parsed content if it has not been saved yet. Nothing is written. Each call makes a new
+    module, so that runs share no state; call `forget` when the component no longer runs.
     """
     path = document.resolve()
-    target, text = _compile(path, path.stat().st_mtime_ns, tuple(include))
+    if content is None:
+        target, text = _compile(path, path.stat().st_mtime_ns, tuple(include))
+    else:
+        target, text = _compiled(path, tuple(include), content)
     on_disk = target.is_file() and target.read_text(encoding="utf-8") == text
     # As long as the component on the disk is up to date, tracebacks and debuggers show its file.
     file = str(target) if on_disk else f"<compiled>/{target.name}"
@@ -85,8 +90,12 @@ def forget(component: type[Component]) -> None:
 
 @lru_cache(maxsize=64)
 def _compile(path: Path, changed: int, include: tuple[Path, ...]) -> tuple[Path, str]:  # noqa: ARG001
+    return _compiled(path, include)
+
+
+def _compiled(path: Path, include: tuple[Path, ...], content: Document | None = None) -> tuple[Path, str]:
     diagnostics = Diagnostics()
-    files = compile_document(path, None, diagnostics, include)
+    files = compile_document(path, None, diagnostics, include, document=content)
     if files is None:
         raise DocumentInvalid(f"{path} cannot be run:\n{diagnostics.render(outcome='')}")
     (file,) = files

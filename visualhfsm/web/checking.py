@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Sequence
-from functools import partial
-from pathlib import Path
 from typing import Final
 
-from visualhfsm.editing.check_process import CheckProcess
-from visualhfsm.errors import EditError
+from visualhfsm.errors import VisualHfsmError
 
-from .protocol import Problems
 from .tab import Tab, Threads
 
 _LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
@@ -21,23 +16,13 @@ _logger = logging.getLogger(__name__)
 
 
 class Checking:
-    """Checks documents that have not changed for a moment, one at a time, in their newest revision.
+    """Checks documents that have not changed for a moment, one at a time, in their newest version.
 
-    `quiet` is that moment in seconds, `report` gets the problems. `include` are directories with packages
-    of interfaces. Closing it closes `process`.
+    `quiet` is that moment in seconds. The listeners of the document get what is found.
     """
 
-    def __init__(
-        self,
-        process: CheckProcess,
-        quiet: float,
-        report: Callable[[Tab, Problems], None],
-        include: Sequence[Path] = (),
-    ) -> None:
-        self._process = process
+    def __init__(self, quiet: float) -> None:
         self._quiet = quiet
-        self._report = report
-        self._include = include
         self._threads = Threads(1)
         self._waiting: dict[int, Tab] = {}
         self._wanted = asyncio.Event()
@@ -70,21 +55,13 @@ class Checking:
             await asyncio.sleep(left)
 
     async def close(self) -> None:
-        """End the process that checks."""
-        await asyncio.to_thread(self._process.close)
+        """Wait for the check that runs."""
         await self._threads.close()
 
     async def _check(self, tab: Tab) -> None:
-        shown = tab.shown
-        if tab.problems is not None and tab.problems.revision == shown.revision:
-            return
-        look = partial(self._process.find_problems, shown.document, shown.path, self._include)
         try:
-            items = await self._threads.do(look)
-        except EditError as error:
-            _logger.warning("%s was not checked: %s", shown.title, error)
-            return
+            await self._threads.do(tab.document.check)
+        except VisualHfsmError as error:
+            _logger.warning("%s was not checked: %s", tab.shown.title, error)
         except Exception:  # an internal error of one check must not end all checks
-            _logger.exception("%s cannot be checked", shown.title)
-            return
-        self._report(tab, Problems(tab=tab.id, revision=shown.revision, items=items))
+            _logger.exception("%s cannot be checked", tab.shown.title)

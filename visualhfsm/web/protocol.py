@@ -298,6 +298,10 @@ class Detach(_Request):
     component: Name
 
 
+EMERGENCY_STOP: Final = "emergencyStop"
+"""The action of `Control` that stops everything, whatever the component."""
+
+
 class Control(_Request):
     """Steer a running component: pause, step, force a transition and the like."""
 

@@ -1,4 +1,4 @@
-"""Access to the server, only for the page that was opened with the printed address, and to files.
+"""Access to the server, only for the page that was opened with the printed address.
 
 Another page in the same browser reaches loopback too, so binding to it does not suffice.
 docs/explanation/editor-safety.md explains the purpose of each check.
@@ -14,7 +14,6 @@ import re
 import secrets
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from pathlib import Path
 from typing import Final
 from urllib.parse import parse_qs
 
@@ -22,15 +21,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from visualhfsm.errors import ForbiddenPathError
-
 from .resumption import Resumption
-
-DOCUMENT_SUFFIX: Final = ".xml"
-FOREIGN_SUFFIX: Final = ".scxml"
-RECORDING_SUFFIX: Final = ".mcap"
-
-_LONGEST: Final = 4096  # characters, as Linux has it
 
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
 _LOCKED_OUT: Final = 4403  # an own code, which the page knows
@@ -319,70 +310,3 @@ def _with_headers(send: Send) -> Send:
         await send(message)
 
     return send_with_headers
-
-
-class Root:
-    """The directory to which opening, saving and listing are confined.
-
-    Symbolic links are resolved before a path is checked. `granted` are files that the operator named at the
-    terminal; they may be elsewhere.
-    """
-
-    def __init__(self, directory: Path, granted: Iterable[Path] = ()) -> None:
-        self.directory = directory.resolve(strict=True)
-        self._granted = frozenset(path.resolve() for path in granted)
-
-    def resolve(self, text: str) -> Path:
-        """Return the path for a text from the page, absolute and without symbolic links.
-
-        Raises ForbiddenPathError.
-        """
-        if not text or len(text) > _LONGEST or "\0" in text:
-            raise ForbiddenPathError("the path is empty, too long, or contains a zero byte")
-        try:
-            path = (self.directory / text).resolve()
-            with suppress(FileNotFoundError, NotADirectoryError):
-                path.stat()
-        except (OSError, RuntimeError) as error:  # a loop of links, or too long a name
-            raise ForbiddenPathError(f"invalid path {text[:100]}") from error
-        if not self.contains(path):
-            raise ForbiddenPathError(
-                f"{text} is outside {self.directory}; start the editor with --root DIR to reach others"
-            )
-        return path
-
-    def contains(self, path: Path) -> bool:
-        """Whether the page may reach a path, with symbolic links followed."""
-        path = path.resolve()
-        return path.is_relative_to(self.directory) or path in self._granted
-
-    def document(self, text: str) -> Path:
-        """Return the path of a document, which ends in `.xml`; raises ForbiddenPathError."""
-        return self._file(text, DOCUMENT_SUFFIX)
-
-    def source(self, text: str) -> Path:
-        """Return the path of a file to open, a document or SCXML; raises ForbiddenPathError."""
-        return self._file(text, DOCUMENT_SUFFIX, FOREIGN_SUFFIX)
-
-    def recording(self, text: str) -> Path:
-        """Return the path of a recording, which ends in `.mcap`; raises ForbiddenPathError."""
-        return self._file(text, RECORDING_SUFFIX)
-
-    def _file(self, text: str, *suffixes: str) -> Path:
-        path = self.resolve(text)
-        if path.suffix.lower() not in suffixes:
-            raise ForbiddenPathError(f"{text}: the name of the file must end in {' or '.join(suffixes)}")
-        if path.exists() and not path.is_file():  # reading a pipe might wait forever
-            raise ForbiddenPathError(f"{text} is not a file")
-        return path
-
-    def directory_of(self, text: str) -> Path:
-        """Return the path of a directory, the root for an empty text; raises ForbiddenPathError."""
-        path = self.resolve(text) if text else self.directory
-        if not path.is_relative_to(self.directory) or not path.is_dir():
-            raise ForbiddenPathError(f"{text} is not a directory below {self.directory}")
-        return path
-
-    def name(self, path: Path) -> str:
-        """Return the name of a path on the page: relative to the root where possible."""
-        return str(path.relative_to(self.directory) if path.is_relative_to(self.directory) else path)

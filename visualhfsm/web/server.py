@@ -33,9 +33,11 @@ from .assets import page_assets
 from .connection import converse, until_one_ends
 from .documents import open_file
 from .launch import LaunchPage
+from .limits import Limits
 from .resumption import Resumption, kept_key
-from .security import Credentials, Guard, Root
-from .workspace import Limits, MakeServices, Workspace
+from .security import Credentials, Guard
+from .services import MakeServices
+from .workspace import Workspace
 
 LOOPBACK: Final = "127.0.0.1"
 
@@ -128,13 +130,13 @@ class Server:
         Raises VisualHfsmError when a file cannot be opened.
         """
         options = self._options
-        root = Root(options.root, granted=options.files)
         made = Workspace(
-            root,
+            options.root,
             options.limits,
             options.make_services,
-            options.journals,
-            options.include,
+            granted=options.files,
+            journals=options.journals,
+            include=options.include,
             demo=options.demo,
         )
         async with made as workspace:

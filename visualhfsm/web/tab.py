@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from functools import partial
-from itertools import islice
+from contextlib import suppress
 from pathlib import Path
-from typing import Concatenate, Final, ParamSpec, TypeVar
+from typing import Concatenate, ParamSpec, TypeVar
 
 from codegen.hfsm.document import Document
 from visualhfsm.editing.diff import differ
+from visualhfsm.project.document import OpenDocument
+from visualhfsm.project.events import Changed, Event
+from visualhfsm.project.version import Version
 from visualhfsm.services import RecentLines, RunPush, Source, retrieve
-from visualhfsm.sessions import session as sessions
-from visualhfsm.sessions.session import DocumentSession
 
-from .protocol import Outside, Problems, Step
+from .protocol import Outside, Problems
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-_STEPS: Final = 100  # that are sent; there may be more
 
 
 class Threads:
@@ -46,27 +43,17 @@ class Threads:
         await asyncio.to_thread(self._pool.shutdown, cancel_futures=True)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shown(Source):
-    """A document at one moment, with all that the windows show of it; the steps latest first."""
-
-    undo: tuple[Step, ...]
-    redo: tuple[Step, ...]
-    is_unsaved: bool
-    """Whether closing would lose changes."""
-
-
 class Tab:
-    """An editing session, which executes requests in order in threads, and its state as windows show it.
+    """An open document, on which requests work in order in threads, and its state as windows show it.
 
-    `changed` is called on the event loop whenever `shown` is new. `recording` is the file of the recording
-    that contains the document, which is not changed then.
+    It is made and used on the event loop, where `changed` is called whenever `shown` is new. `recording` is
+    the file of the recording that contains the document, which is not changed then.
     """
 
     def __init__(
         self,
         number: int,
-        session: DocumentSession,
+        document: OpenDocument,
         threads: Threads,
         *,
         changed: Callable[[Tab], None],
@@ -74,6 +61,7 @@ class Tab:
         recording: Path | None = None,
     ) -> None:
         self.id = number
+        self.document = document
         self.recording = recording
         self.outside: Outside | None = None
         self.problems: Problems | None = None
@@ -84,11 +72,18 @@ class Tab:
         self.runs: Document | None = None
         """The document as its running component has loaded it."""
         self._compared: tuple[Document, Document, bool] | None = None
-        self._session = session
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
-        self.shown = self._show()
+        self._loop = asyncio.get_running_loop()
+        document.subscribe(self._hear)
+        self.shown = document.version
+
+    @property
+    def source(self) -> Source:
+        """The document as the service that runs components gets it."""
+        shown = self.shown
+        return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.title)
 
     @property
     def is_running(self) -> bool:
@@ -115,39 +110,31 @@ class Tab:
         return self._compared[2]
 
     async def edit(
-        self, work: Callable[Concatenate[DocumentSession, P], R], *args: P.args, **kwargs: P.kwargs
+        self, work: Callable[Concatenate[OpenDocument, P], R], *args: P.args, **kwargs: P.kwargs
     ) -> R:
-        """Do work on the session in a thread, after earlier work; its exceptions are raised here.
+        """Do work on the document in a thread, after earlier work; its exceptions are raised here.
 
         Its changes are shown before this returns. Work that has begun is completed even when the caller is
         cancelled, and later work waits for it.
         """
+
+        def together() -> R:
+            with self.document.together():
+                return work(self.document, *args, **kwargs)
+
         await self._lock.acquire()
-        future = self._threads.begin(partial(work, self._session, *args, **kwargs))
-        future.add_done_callback(self._worked)
+        future = self._threads.begin(together)
+        future.add_done_callback(lambda _: self._lock.release())
         return await asyncio.shield(future)
 
-    def _worked(self, _future: object) -> None:
-        """Show the changes of some work. Called before its caller continues, also when that was cancelled."""
-        former, self.shown = self.shown, self._show()
-        self._lock.release()
-        if self.shown != former:
-            self._changed(self)
+    def _hear(self, event: Event) -> None:
+        """Show a change, in the order of events: before the caller of `edit` continues."""
+        if isinstance(event, Changed):
+            with suppress(RuntimeError):  # the loop is closed: nothing is shown any more
+                self._loop.call_soon_threadsafe(self._show, event.version)
 
-    def _show(self) -> Shown:
-        session = self._session
-        return Shown(
-            self.id,
-            session.revision,
-            session.document,
-            session.path,
-            session.dirty,
-            session.name,
-            undo=_newest(session.undo_steps),
-            redo=_newest(session.redo_steps),
-            is_unsaved=session.is_unsaved,
-        )
-
-
-def _newest(steps: Iterable[sessions.Step]) -> tuple[Step, ...]:
-    return tuple(Step(name=each.name, revision=each.revision) for each in islice(steps, _STEPS))
+    def _show(self, version: Version) -> None:
+        self.shown = version
+        if version.file == "same":
+            self.outside = None
+        self._changed(self)

@@ -15,7 +15,7 @@ dropped and counted.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Hashable
+from collections.abc import Awaitable, Callable, Hashable, Iterable
 from dataclasses import replace
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -24,8 +24,9 @@ import msgspec
 from codegen.hfsm.document import Automaton, Document, State, Transition
 from visualhfsm.editing.views import view
 from visualhfsm.services import Output, Push, RecentLines, RunPush, Snapshot, Stale, Structure
+from visualhfsm.sessions import session as sessions
 
-from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, encode
+from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, Step, encode
 from .tab import Tab
 
 _SHOWN: Final = 1.0
@@ -34,8 +35,8 @@ _SHOWN: Final = 1.0
 Item = TypeVar("Item", State, Transition)
 
 
-class Version(NamedTuple):
-    """A document at one moment, and what it is called."""
+class Sent(NamedTuple):
+    """What a window has of a document: its automata, and what it is called."""
 
     document: Document
     name: str
@@ -48,9 +49,11 @@ class Version(NamedTuple):
 class Window:
     """Gets the changes of all tabs after `greet`. Used on the event loop only."""
 
-    def __init__(self, make_output: Callable[[], RecentLines]) -> None:
+    def __init__(self, make_output: Callable[[], RecentLines], key: bytes = b"") -> None:
         self.greeted = False
-        self._sent: dict[int, Version] = {}  # the documents as the window has them, by tab
+        self.key: Final = key
+        """The key by which its page is let in again after a restart of the editor."""
+        self._sent: dict[int, Sent] = {}  # the documents as the window has them, by tab
         self._answers: list[bytes] = []
         self._pushes: dict[tuple[Hashable, object], Push | Tab] = {}
         self._make_output = make_output
@@ -153,26 +156,30 @@ class Window:
         # Created when it is sent: a slow window gets one patch with all changes in between.
         shown = tab.shown
         known = self._sent.get(tab.id)
-        version = self._sent[tab.id] = Version(shown.document, shown.title)
+        version = self._sent[tab.id] = Sent(shown.document, shown.title)
         change = None if known is None else patch(known, version)
         return DocumentPush(
             tab=tab.id,
             revision=shown.revision,
-            undo=shown.undo,
-            redo=shown.redo,
+            undo=_steps(shown.undo),
+            redo=_steps(shown.redo),
             dirty=shown.dirty,
             full=full(version) if change is None else msgspec.UNSET,
             patch=msgspec.UNSET if change is None else change,
         )
 
 
-def full(version: Version) -> msgspec.Raw:
+def _steps(steps: Iterable[sessions.Step]) -> tuple[Step, ...]:
+    return tuple(Step(name=each.name, revision=each.revision) for each in steps)
+
+
+def full(version: Sent) -> msgspec.Raw:
     """Return the JSON of a whole document: its own fields, and `automata`."""
     automata = [view(automaton) for automaton in version.document.automata]
     return _json({**version.header(), "automata": automata})
 
 
-def patch(old: Version, new: Version) -> msgspec.Raw | None:
+def patch(old: Sent, new: Sent) -> msgspec.Raw | None:
     """Return the changes from one version to another as JSON, without the unchanged parts.
 
     `document`: its own fields, if one changed; `automata`: those that are new; `parts`: what changed in

@@ -141,13 +141,13 @@ def test_a_process_beside_finds_the_same_and_is_started_again_if_it_dies(
     checks: CheckProcess, tmp_path: Path
 ) -> None:
     document = SetStateCode(automaton=1, state=2, part="code", text="undefined_name + 1").apply(clean())
-    assert checks.find_problems(document, None) == find_problems(written(document), None) != []
-    assert checks.find_problems(clean(), None) == []
+    assert [*checks.check(document, None).problems] == find_problems(written(document), None) != []
+    assert checks.check(clean(), None).problems == ()
     assert_a_broken_description_is_a_problem_with_its_file(checks, tmp_path)
     (process,) = checkers()
     process.kill()
     process.wait(END_LIMIT)
-    assert checks.find_problems(clean(), None) == []
+    assert checks.check(clean(), None).problems == ()
     (other,) = checkers()
     assert other != process
 
@@ -159,7 +159,7 @@ def assert_a_broken_description_is_a_problem_with_its_file(checks: CheckProcess,
     schema = tmp_path / "lab" / "schema.json"
     schema.write_text('{\n<<<<<<< HEAD\n "definitions": {}\n}\n')
     document = replace(clean(), interfaces=(Interface(name="Lamp", type="Lamp"),))
-    (problem,) = checks.find_problems(document, tmp_path / "main.xml", [tmp_path])
+    (problem,) = checks.check(document, tmp_path / "main.xml", [tmp_path]).problems
     assert (problem.code, problem.severity) == ("E605", "error")
     assert (problem.file, problem.line) == (str(schema), 2)
 
@@ -175,32 +175,32 @@ def checkers() -> list[psutil.Process]:
 
 def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks: CheckProcess) -> None:
     with ThreadPoolExecutor(1) as pool:
-        future = pool.submit(checks.find_problems, clean(), None)
+        future = pool.submit(checks.check, clean(), None)
         deadline = time.monotonic() + EVENT_LIMIT
         while not (running := checkers()):
             assert time.monotonic() < deadline
         running[0].kill()  # before it has answered: it takes longer to start
-        (problem,) = future.result(CALL_LIMIT)
+        (problem,) = future.result(CALL_LIMIT).problems
     assert (problem.severity, "by the model checker" in problem.message) == ("warning", True)
 
 
 def test_a_check_that_takes_too_long_is_reported() -> None:
     impatient = CheckProcess(patience=0.0)
-    (problem,) = impatient.find_problems(clean(), None)
+    (problem,) = impatient.check(clean(), None).problems
     assert "not checked" in problem.message
     impatient.close()
 
 
 def test_closing_ends_a_check_that_is_running() -> None:
     process = CheckProcess()
-    process.find_problems(clean(), None)
+    process.check(clean(), None)
     started = threading.Event()
     problems: list[Problem] = []
 
     def check() -> None:
         started.set()
         try:
-            problems.extend(process.find_problems(large_document(2000), None))
+            problems.extend(process.check(large_document(2000), None).problems)
         except EditError:
             problems.append(Problem(code="", severity="warning", message="not checked"))
 
@@ -212,7 +212,7 @@ def test_closing_ends_a_check_that_is_running() -> None:
     assert not thread.is_alive()
     assert checkers() == []
     with pytest.raises(EditError, match="ended"):
-        process.find_problems(clean(), None)
+        process.check(clean(), None)
 
 
 def test_modules_beside_a_document_are_not_run(tmp_path: Path, monkeypatch) -> None:
@@ -220,6 +220,6 @@ def test_modules_beside_a_document_are_not_run(tmp_path: Path, monkeypatch) -> N
     monkeypatch.chdir(tmp_path)
     process = CheckProcess()
     try:
-        assert process.find_problems(clean(), tmp_path / "a.xml") == []
+        assert process.check(clean(), tmp_path / "a.xml").problems == ()
     finally:
         process.close()

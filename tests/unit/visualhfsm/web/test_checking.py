@@ -8,12 +8,10 @@ from pathlib import Path
 
 from codegen.hfsm.document import Document
 from tests.support.limits import RUN_LIMIT
+from visualhfsm import Checked, Event, Findings, Project
 from visualhfsm.editing.check_process import CheckProcess
-from visualhfsm.editing.problems import Problem
 from visualhfsm.services import RecentLines
-from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.checking import Checking
-from visualhfsm.web.protocol import Problems
 from visualhfsm.web.tab import Tab, Threads
 
 
@@ -22,30 +20,38 @@ class FailsOnce(CheckProcess):
 
     asked = 0
 
-    def find_problems(
-        self, document: Document, path: Path | None, include: Sequence[Path] = ()
-    ) -> list[Problem]:
+    def check(self, document: Document, path: Path | None, include: Sequence[Path] = ()) -> Findings:
         self.asked += 1
         if self.asked == 1:
             raise RuntimeError("a fault")
-        return []
+        return Findings()
 
 
 def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path) -> None:
     process = FailsOnce()
 
     async def go() -> None:
-        reported: asyncio.Queue[Problems] = asyncio.Queue()
-        checking = Checking(process, 0.0, lambda _, problems: reported.put_nowait(problems))
+        loop = asyncio.get_running_loop()
+        checked: asyncio.Queue[Checked] = asyncio.Queue()
+
+        def hear(event: Event) -> None:
+            if isinstance(event, Checked):
+                loop.call_soon_threadsafe(checked.put_nowait, event)
+
+        project = Project(tmp_path, journals=tmp_path, checks=process)
+        project.subscribe(hear)
+        checking = Checking(0.0)
         running = asyncio.create_task(checking.run())
         threads = Threads(1)
-        for number in (1, 2):
-            session = DocumentSession.new(Document(), f"{number}", journals=tmp_path)
-            checking.check(Tab(number, session, threads, changed=lambda _: None, output=RecentLines(1, 100)))
+        documents = [project.new() for _ in range(2)]
+        for number, document in enumerate(documents):
+            tab = Tab(number, document, threads, changed=lambda _: None, output=RecentLines(1, 100))
+            checking.check(tab)
         async with asyncio.timeout(RUN_LIMIT):
-            assert (await reported.get()).tab == 2
+            assert (await checked.get()).document is documents[1]
         running.cancel()
         await asyncio.wait({running})
+        project.close()
         await checking.close()
         await threads.close()
 

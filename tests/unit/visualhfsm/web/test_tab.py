@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from codegen.hfsm.document import Automaton, Document
 from tests.support.limits import FOREVER, RUN_LIMIT
-from visualhfsm.editing.commands.states import AddState
+from visualhfsm import AddState, OpenDocument, Project
 from visualhfsm.services import RecentLines
-from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.tab import Tab, Threads
+
+EMPTY = '<VisualHFSM><SubAutomata id="1"/></VisualHFSM>'
 
 Test = Callable[[Callable[[int], Tab], Threads], Coroutine[Any, Any, None]]
 
@@ -28,22 +28,22 @@ def run(tmp_path: Path) -> Callable[[Test, list[str]], None]:
         async def with_threads() -> None:
             threads = Threads(3)
             tabs: list[Tab] = []
+            project = Project(tmp_path, journals=tmp_path)
 
             def opened(number: int) -> Tab:
-                document = Document(automata=(Automaton(id=1),))
-                session = DocumentSession.new(document, f"{number}", journals=tmp_path)
+                document = project.open_text(f"{number}", EMPTY, kept=True)
 
                 def changed(tab: Tab) -> None:
                     log.append(f"changed to {tab.shown.revision}")
 
-                tabs.append(Tab(number, session, threads, changed=changed, output=RecentLines(1, 100)))
+                tabs.append(Tab(number, document, threads, changed=changed, output=RecentLines(1, 100)))
                 return tabs[-1]
 
             try:
                 await asyncio.wait_for(test(opened, threads), RUN_LIMIT)
             finally:
                 for tab in tabs:
-                    await tab.edit(lambda session: session.close(discard=True))
+                    await tab.edit(OpenDocument.close, discard=True)
                 await threads.close()
 
         asyncio.run(with_threads())
@@ -51,8 +51,8 @@ def run(tmp_path: Path) -> Callable[[Test, list[str]], None]:
     return run
 
 
-def add_state(session: DocumentSession) -> None:
-    session.do(AddState(automaton=1, x=0, y=0))
+def add_state(document: OpenDocument) -> None:
+    document.apply(AddState(automaton=1, x=0, y=0))
 
 
 def test_work_on_one_document_neither_overlaps_nor_overtakes(run: Callable[[Test, list[str]], None]) -> None:
@@ -62,21 +62,21 @@ def test_work_on_one_document_neither_overlaps_nor_overtakes(run: Callable[[Test
         tab, other = opened(1), opened(2)
         first_runs, go_on = threading.Event(), threading.Event()
 
-        def first(session: DocumentSession) -> None:
+        def first(document: OpenDocument) -> None:
             first_runs.set()
             assert go_on.wait(FOREVER)
-            add_state(session)
+            add_state(document)
             log.append("first")
 
-        def second(session: DocumentSession) -> None:
-            add_state(session)
+        def second(document: OpenDocument) -> None:
+            add_state(document)
             log.append("second")
 
         one = asyncio.create_task(tab.edit(first))
         two = asyncio.create_task(tab.edit(second))
         await asyncio.to_thread(first_runs.wait, FOREVER)
         assert await threads.do(lambda: "other work goes on") == "other work goes on"
-        assert await other.edit(lambda session: session.name) == "2"
+        assert await other.edit(lambda document: document.version.title) == "2"
         assert log == []
         go_on.set()
         await asyncio.gather(one, two)
@@ -94,9 +94,9 @@ def test_work_whose_caller_gave_up_ends_before_the_next_begins(
         tab = opened(1)
         go_on = threading.Event()
 
-        def slow(session: DocumentSession) -> None:
+        def slow(document: OpenDocument) -> None:
             assert go_on.wait(FOREVER)
-            add_state(session)
+            add_state(document)
             log.append("slow")
 
         with pytest.raises(TimeoutError):
@@ -136,6 +136,6 @@ def test_what_fails_is_raised_and_the_next_goes_on(run: Callable[[Test, list[str
         tab = opened(1)
         with pytest.raises(ZeroDivisionError):
             await tab.edit(lambda _: 1 // 0)
-        assert await tab.edit(lambda session: session.name) == "1"
+        assert await tab.edit(lambda document: document.version.title) == "1"
 
     run(test, [])

@@ -11,11 +11,10 @@ from typing import Any
 
 import pytest
 
-from codegen.hfsm.document import Automaton, Document
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
+from visualhfsm import Project
 from visualhfsm.editing.commands.states import AddState
 from visualhfsm.services import Output, OutputLine, RecentLines, RunPush
-from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.protocol import Answer, Problems
 from visualhfsm.web.tab import Tab, Threads
 from visualhfsm.web.window import Window
@@ -56,12 +55,12 @@ def with_tab(directory: Path, test: Callable[[Tab, Window], Coroutine[Any, Any, 
         threads = Threads(1)
         window = Window(partial(RecentLines, 5, 1000))
         window.greet()
-        session = DocumentSession.new(Document(automata=(Automaton(id=1),)), "new", journals=directory)
-        tab = Tab(1, session, threads, changed=window.show, output=RecentLines(1, 100))
+        document = Project(directory, journals=directory).new()
+        tab = Tab(1, document, threads, changed=window.show, output=RecentLines(1, 100))
         try:
             await asyncio.wait_for(test(tab, window), RUN_LIMIT)
         finally:
-            await tab.edit(lambda session: session.close(discard=True))
+            await tab.edit(lambda document: document.close(discard=True))
             await threads.close()
 
     asyncio.run(run())
@@ -91,7 +90,7 @@ def test_a_document_is_sent_as_it_is_when_there_is_room(tmp_path: Path) -> None:
         assert "full" in json.loads(first)
         for name in ("a", "b"):
             command = AddState(automaton=1, x=0, y=0, name=name)
-            await tab.edit(lambda session, command=command: session.do(command))  # type: ignore[misc]
+            await tab.edit(lambda document, command=command: document.apply(command))  # type: ignore[misc]
         (second,) = await batch(window)
         sent = json.loads(second)
         (part,) = sent["patch"]["parts"]

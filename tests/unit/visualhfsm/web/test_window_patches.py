@@ -22,7 +22,7 @@ from tests.support.editor import patched
 from tests.support.examples import examples
 from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
-from visualhfsm.web.window import Version, full, patch
+from visualhfsm.web.window import Sent, full, patch
 
 codes = st.builds(Text, any_text(max_size=5))
 # States and transitions are chosen, since each draw takes time; so the same ones also come again.
@@ -59,19 +59,19 @@ documents = st.builds(
 )
 
 
-def decoded(version: Version) -> dict[str, Any]:
+def decoded(version: Sent) -> dict[str, Any]:
     found: dict[str, Any] = msgspec.json.decode(full(version))
     return found
 
 
 several = st.lists(documents, min_size=2, max_size=4).map(
-    lambda versions: [Version(document, "robot") for document in versions]
+    lambda versions: [Sent(document, "robot") for document in versions]
 )
 
 
 @settings(max_examples=examples(30))
 @given(several)
-def test_patches_lead_from_version_to_version(versions: list[Version]) -> None:
+def test_patches_lead_from_version_to_version(versions: list[Sent]) -> None:
     page = decoded(versions[0])
     for shown, version in pairwise(versions):
         change = patch(shown, version)
@@ -106,7 +106,7 @@ def show() -> Iterator[Show]:
 
 @settings(max_examples=examples(30))
 @given(several)
-def test_the_page_shows_what_the_server_has(show: Show, versions: list[Version]) -> None:
+def test_the_page_shows_what_the_server_has(show: Show, versions: list[Sent]) -> None:
     about = {"push": "document", "tab": 1, "revision": 1, "undo": [], "redo": [], "dirty": False}
     assert show([{**about, "full": decoded(versions[0])}]) == decoded(versions[0])
     for shown, version in pairwise(versions):
@@ -115,7 +115,7 @@ def test_the_page_shows_what_the_server_has(show: Show, versions: list[Version])
 
 
 def changes(before: Document, after: Document) -> dict[str, Any]:
-    found: dict[str, Any] = msgspec.json.decode(patch(Version(before, "nao"), Version(after, "nao")) or b"")
+    found: dict[str, Any] = msgspec.json.decode(patch(Sent(before, "nao"), Sent(after, "nao")) or b"")
     return found
 
 
@@ -125,7 +125,7 @@ def test_only_what_changed_is_in_a_patch() -> None:
     after = Document(automata=(one, replace(two, functions=Text("x = 1"))))
     assert changes(before, before) == {}
     assert changes(before, after) == {"parts": [{"id": 2, "fields": {"functions": "x = 1"}}]}
-    renamed = msgspec.json.decode(patch(Version(after, "robot"), Version(after, "nao")) or b"")
+    renamed = msgspec.json.decode(patch(Sent(after, "robot"), Sent(after, "nao")) or b"")
     assert renamed["document"]["name"] == "nao"
     assert renamed.keys() == {"document"}
     assert [automaton["id"] for automaton in changes(Document(automata=(one,)), before)["automata"]] == [2]
@@ -154,7 +154,7 @@ def test_automata_whose_states_share_an_id_are_sent_whole() -> None:
 
 
 def test_automata_with_the_same_id_are_sent_whole() -> None:
-    before = Version(Document(automata=(Automaton(id=1),)), "nao")
-    after = Version(Document(automata=(Automaton(id=1), Automaton(id=1, father=1))), "nao")
+    before = Sent(Document(automata=(Automaton(id=1),)), "nao")
+    after = Sent(Document(automata=(Automaton(id=1), Automaton(id=1, father=1))), "nao")
     assert patch(before, after) is None
     assert len(decoded(after)["automata"]) == 2

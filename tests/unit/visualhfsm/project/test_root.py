@@ -1,4 +1,4 @@
-"""The files that the page can access."""
+"""The files that a project reaches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.support.any_text import any_text
 from visualhfsm.errors import ForbiddenPathError
-from visualhfsm.web.security import Root
+from visualhfsm.project.root import Root
 
 parts = st.one_of(
     st.sampled_from(["..", ".", "", "a", "b.xml", "away", "/", "~", "\\"]), any_text(max_size=8)

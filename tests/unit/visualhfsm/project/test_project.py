@@ -1,0 +1,166 @@
+"""A project: documents below a folder, opened once, confined to it, and recovered."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from codegen.hfsm import write_document
+from tests.support.editing import tree
+from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
+from visualhfsm import (
+    AddState,
+    ForbiddenPathError,
+    MissingError,
+    Project,
+    TooManyError,
+    WouldOverwriteError,
+)
+
+SCXML = (
+    '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="a"><state id="a">'
+    '<transition target="a" cond="In(\'b\')"/></state></scxml>'
+)
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    folder = tmp_path / "root"
+    folder.mkdir()
+    (folder / "waver.xml").write_text(write_document(tree()))
+    return folder
+
+
+@pytest.fixture
+def project(root: Path) -> Iterator[Project]:
+    with Project(root, journals=root.with_name("journals")) as opened:
+        yield opened
+
+
+def test_a_document_is_opened_once(project: Project, root: Path) -> None:
+    document = project.open("waver.xml")
+    assert project.open(root / "waver.xml") is document
+    assert project.documents == [document]
+    document.close()
+    assert project.documents == []
+    assert project.open("waver.xml") is not document
+
+
+def test_threads_that_open_a_file_get_one_document(project: Project) -> None:
+    together = threading.Barrier(4)
+
+    def open_it(_: int) -> object:
+        together.wait(EVENT_LIMIT)
+        return project.open("waver.xml")
+
+    with ThreadPoolExecutor(4) as threads:
+        found = [*threads.map(open_it, range(4))]
+    assert project.documents == [found[0]]
+    assert len({*map(id, found)}) == 1
+
+
+def test_no_more_documents_than_wanted_are_open(root: Path) -> None:
+    with Project(root, journals=root.with_name("journals"), most=1) as project:
+        document = project.open("waver.xml")
+        with pytest.raises(TooManyError, match="close one first"):
+            project.new()
+        assert project.open("waver.xml") is document
+        document.close()
+        project.new()
+
+
+def test_what_is_outside_the_folder_is_neither_opened_nor_written(project: Project, root: Path) -> None:
+    outside = root.with_name("outside.xml")
+    outside.write_text(write_document(tree()))
+    (root / "link.xml").symlink_to(outside)
+    for path in ("../outside.xml", outside, "link.xml"):
+        with pytest.raises(ForbiddenPathError, match="is outside"):
+            project.open(path)
+    document = project.open("waver.xml")
+    for save in (document.save, document.save_copy):
+        with pytest.raises(ForbiddenPathError, match="is outside"):
+            save("../elsewhere.xml")
+    assert not root.with_name("elsewhere.xml").exists()
+    with pytest.raises(MissingError, match=r"there is no file no\.xml"):
+        project.open("no.xml")
+
+
+def test_a_document_is_not_saved_over_another_one(project: Project) -> None:
+    document, other = project.new(), project.open("waver.xml")
+    for overwrite in (False, True):
+        with pytest.raises(WouldOverwriteError, match=r"waver\.xml is open, too"):
+            document.save("waver.xml", overwrite=overwrite)
+    other.close()
+    with pytest.raises(WouldOverwriteError, match=r"waver\.xml already exists"):
+        document.save("waver.xml")
+    document.save("waver.xml", overwrite=True)
+    assert project.find(project.root.directory / "waver.xml") is document
+
+
+def test_new_documents_have_names_of_their_own(project: Project) -> None:
+    titles = [project.new().version.title, project.new().version.title]
+    assert titles == ["untitled", "untitled 2"]
+    text = project.open("waver.xml").text()
+    assert project.open_text("waver.xml", text).version.title == "waver 2"
+    kept = project.open_text("waver.mcap", text, kept=True)
+    assert (kept.version.title, kept.version.dirty) == ("waver.mcap", False)
+
+
+def test_scxml_is_opened_as_a_new_document_with_remarks(project: Project, root: Path) -> None:
+    (root / "toggle.scxml").write_text(SCXML)
+    document = project.open("toggle.scxml")
+    assert (document.path, document.version.title) == (None, "toggle")
+    assert document.remarks
+    assert project.open("waver.xml").remarks is None
+    assert project.open_text("toggle.scxml", SCXML).remarks == document.remarks
+
+
+def test_unsaved_changes_of_a_project_that_ended_can_be_recovered(root: Path) -> None:
+    journals = root.with_name("journals")
+    with Project(root, journals=journals) as project:
+        project.open("waver.xml").apply(AddState(automaton=1, x=0, y=0, name="kept"))
+        project.new().apply(AddState(automaton=1, x=0, y=0, name="dropped"))
+        project.new()
+    with Project(root, journals=journals) as project:
+        names = {each.name: each.file.name for each in project.recoverable()}
+        assert {*names} == {"waver", "untitled"}
+        document = project.recover(names["waver"])
+        assert document.version.is_unsaved
+        assert "kept" in document.text()
+        project.discard(names["untitled"])
+        assert project.recoverable() == []
+        for again in (project.recover, project.discard):
+            with pytest.raises(MissingError, match="cannot be recovered any more"):
+                again(names["waver"])
+        document.undo()
+    elsewhere = root.with_name("elsewhere")
+    elsewhere.mkdir()
+    with Project(elsewhere, journals=journals) as project:
+        assert project.recoverable() == []
+
+
+def test_directories_come_first_and_hidden_files_not_at_all(project: Project, root: Path) -> None:
+    for name in (".hidden.xml", "notes.txt", "run.mcap"):
+        (root / name).write_text("")
+    (root / "z").mkdir()
+    found = [(each.path.name, each.kind) for each in project.entries()]
+    assert found == [("z", "directory"), ("run.mcap", "recording"), ("waver.xml", "document")]
+    with pytest.raises(ForbiddenPathError):
+        project.entries("..")
+
+
+def test_a_project_loads_neither_the_page_nor_asyncio() -> None:
+    code = (
+        "import sys; from visualhfsm import Project, AddState; Project('.').close(); "
+        "print({'asyncio', 'starlette', 'typer', 'uvicorn', 'zenoh'} & sys.modules.keys())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=RUN_LIMIT, check=True
+    )
+    assert done.stdout == "set()\n"
