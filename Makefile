@@ -101,7 +101,7 @@ format: $(VENV)/dev.stamp ## Format the code
 bench: $(VENV)/bench.stamp system browser ## Measure the figures and print them as tables
 	@for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
 
-bench-transport: $(VENV)/bench.stamp ## Measure calls and streams beside Ice, half an hour: benchmarks/results/transport.md
+bench-transport: $(VENV)/bench.stamp ## Measure calls and streams beside Ice, some minutes
 	@$(BIN)/python benchmarks/bench_transport.py
 
 oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a C++ compiler; minutes to build)

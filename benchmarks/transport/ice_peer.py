@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import threading
+import importlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Any, Final
 
-from .content import JOINTS, POSE, SMALL_IMAGE, frame
-from .interface import IDENTITY, load_ice
-from .peers import Got
+from .peers import IDENTITY, POSE, SLICE, SMALL_IMAGE, pixels
 
 _PROPERTIES: Final = {
     "Ice.MessageSizeMax": "0",  # the default of 1 MB is too small for the images
@@ -19,125 +17,102 @@ _PROPERTIES: Final = {
     "Ice.Warn.Connections": "0",
 }
 
+Ice: Final = importlib.import_module("Ice")
+Ice.loadSlice(f"--all -I{SLICE.parent} {SLICE}")
+bench: Final = importlib.import_module("Bench")
 
-class IceServer:
+
+class RobotI(bench.Robot):  # type: ignore[name-defined,misc]
     """A servant that sends oneway calls to the sinks of its followers."""
 
-    def __init__(self, bench: Any) -> None:  # noqa: ANN401
-        self._bench = bench
-        self._lock = threading.Lock()
-        self._sinks: tuple[Any, ...] = ()
+    def __init__(self) -> None:
+        self._sinks: list[Any] = []
 
-    def add(self, sink: Any) -> None:  # noqa: ANN401
-        """Add a sink."""
-        with self._lock:
-            self._sinks += (sink,)
+    def step(self, angles: Any, current: Any) -> Any:  # noqa: ANN401, ARG002
+        """Return the same angles."""
+        return angles
 
-    def send(self, stream: str, stamp: int, number: int, content: Any) -> None:  # noqa: ANN401
-        """Push a value; a lost sink is removed."""
-        joints = stream == "joints"
-        value = (
-            self._bench.JointState(stamp, number, content)
-            if joints
-            else self._bench.Picture(stamp, number, content.tobytes())
-        )
+    def image(self, width: int, height: int, current: Any) -> bytes:  # noqa: ANN401, ARG002
+        """Return the pixels of an image."""
+        return pixels(width, height)
+
+    def pose(self, current: Any) -> Any:  # noqa: ANN401, ARG002
+        """Return four doubles."""
+        return bench.Angles(*POSE)
+
+    def video(self, current: Any) -> Any:  # noqa: ANN401, ARG002
+        """Return an image."""
+        return bench.Picture(time.monotonic_ns(), pixels(*SMALL_IMAGE))
+
+    def follow(self, receiver: Any, current: Any) -> None:  # noqa: ANN401, ARG002
+        """Push images to a sink from now on."""
+        self._sinks.append(bench.SinkPrx.uncheckedCast(receiver.ice_oneway()))
+
+    def send_pose(self) -> None:
+        """Do nothing: Ice's clients call for the newest value."""
+
+    def send_image(self, stamp: int, content: bytes) -> None:
+        """Push an image to all that follow."""
         for sink in self._sinks:
-            try:
-                (sink.takeJoints if joints else sink.takePicture)(value)
-            except Exception:  # noqa: BLE001 - Ice's, which is not imported here
-                with self._lock:
-                    self._sinks = tuple(other for other in self._sinks if other is not sink)
+            sink.take(bench.Picture(stamp, content))
 
 
 class IceClient:
     """A proxy of the servant, and a sink."""
 
-    def __init__(self, bench: Any, robot: Any, adapter: Any) -> None:  # noqa: ANN401
-        self._bench = bench
+    def __init__(self, robot: Any, adapter: Any) -> None:  # noqa: ANN401
         self._robot = robot
         self._adapter = adapter
         self._angles = bench.Angles(*POSE)
         self.image = robot.image
-        self.joints = robot.joints
+        self.latest = robot.pose
 
     def step(self) -> object:
         """Call with four doubles there and back."""
         return self._robot.step(self._angles)
 
-    def stepAsync(self) -> Future[Any]:
+    def begin_step(self) -> Future[Any]:
         """Call without waiting; Ice's future is like Python's."""
         future: Future[Any] = self._robot.stepAsync(self._angles)
         return future
 
-    def latest(self) -> object:
-        """Call, since Ice does not keep the newest value."""
-        return self._robot.joints()
-
     @contextmanager
-    def follow(self, stream: str, got: Got) -> Iterator[object]:
+    def follow(self, take: Callable[[Any], object]) -> Iterator[None]:
         """Register a sink at the server."""
 
-        class SinkI(self._bench.Sink):  # type: ignore[misc,name-defined]
-            def takeJoints(self, state: Any, current: Any) -> None:  # noqa: ANN401, ARG002
-                if stream == "joints":
-                    got(state)
-
-            def takePicture(self, image: Any, current: Any) -> None:  # noqa: ANN401, ARG002
-                if stream == "video":
-                    got(image)
+        class SinkI(bench.Sink):  # type: ignore[name-defined,misc]
+            def take(self, image: Any, current: Any) -> None:  # noqa: ANN401, ARG002
+                take(image)
 
         proxy = self._adapter.addWithUUID(SinkI())
-        self._robot.follow(self._bench.SinkPrx.uncheckedCast(proxy))
-        try:
-            yield None
-        finally:
-            self._adapter.remove(proxy.ice_getIdentity())
+        self._robot.follow(bench.SinkPrx.uncheckedCast(proxy))
+        yield
 
 
 @contextmanager
-def serve(endpoint: str) -> Iterator[IceServer]:
+def serve(endpoint: str) -> Iterator[RobotI]:
     """Serve on an endpoint."""
-    bench, ice = load_ice()
-    server = IceServer(bench)
-
-    class RobotI(bench.Robot):  # type: ignore[misc,name-defined]
-        def step(self, angles: Any, current: Any) -> Any:  # noqa: ANN401, ARG002
-            return angles
-
-        def image(self, width: int, height: int, current: Any) -> bytes:  # noqa: ANN401, ARG002
-            pixels: bytes = frame(width, height).tobytes()
-            return pixels
-
-        def joints(self, current: Any) -> Any:  # noqa: ANN401, ARG002
-            return bench.JointState(time.monotonic_ns(), 0, list(JOINTS))
-
-        def video(self, current: Any) -> Any:  # noqa: ANN401, ARG002
-            return bench.Picture(time.monotonic_ns(), 0, frame(*SMALL_IMAGE).tobytes())
-
-        def follow(self, receiver: Any, current: Any) -> None:  # noqa: ANN401, ARG002
-            server.add(bench.SinkPrx.uncheckedCast(receiver.ice_oneway()))
-
-    with ice.initialize(_properties(ice)) as communicator:
+    with Ice.initialize(_properties()) as communicator:
         adapter = communicator.createObjectAdapterWithEndpoints("Bench", _endpoint(endpoint))
-        adapter.add(RobotI(), ice.stringToIdentity(IDENTITY))
+        robot = RobotI()
+        adapter.add(robot, Ice.stringToIdentity(IDENTITY))
         adapter.activate()
-        yield server
+        yield robot
 
 
 @contextmanager
 def connect(endpoint: str) -> Iterator[IceClient]:
     """Connect to a server."""
-    bench, ice = load_ice()
-    with ice.initialize(_properties(ice)) as communicator:
+    with Ice.initialize(_properties()) as communicator:
         robot = bench.RobotPrx.checkedCast(communicator.stringToProxy(f"{IDENTITY}:{_endpoint(endpoint)}"))
         adapter = communicator.createObjectAdapterWithEndpoints("Sinks", "tcp -h 127.0.0.1")
         adapter.activate()
-        yield IceClient(bench, robot, adapter)
+        yield IceClient(robot, adapter)
 
 
-def _properties(ice: Any) -> Any:  # noqa: ANN401
-    data = ice.InitializationData()
-    data.properties = ice.createProperties()
+def _properties() -> Any:  # noqa: ANN401
+    data = Ice.InitializationData()
+    data.properties = Ice.createProperties()
     for name, value in _PROPERTIES.items():
         data.properties.setProperty(name, value)
     return data

@@ -1,89 +1,91 @@
-"""The operations of all peers of the benchmark."""
+"""What both peers of the benchmark serve and call, and how a process becomes one of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import importlib
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-KINDS: Final = ("socket", "bare", "bare on ours", "ours", "ice")
-"""`bare on ours` is only a client: the cost of our servant without our proxy."""
+import numpy as np
 
-Got = Callable[[Any], object]
-"""Takes a JointState or a Picture."""
+SLICE: Final = Path(__file__).with_name("robot.ice")
+REPOSITORY: Final = SLICE.parents[2]
+PACKAGE: Final = "bench_generated"
+IDENTITY: Final = "Robot"
+POSE: Final = (0.1, 0.2, 0.3, 0.4)
+SMALL_IMAGE: Final = (320, 240)
+LARGE_IMAGE: Final = (1280, 960)
 
 
 class Server(Protocol):
     """Serves `Robot`."""
 
-    def send(self, stream: str, stamp: int, number: int, content: Any) -> None:  # noqa: ANN401
-        """Send to all subscribers of a stream: the positions of `joints`, or the array of `video`."""
+    def send_pose(self) -> None:
+        """Send four doubles, where the peer has streams."""
+
+    def send_image(self, stamp: int, pixels: bytes) -> None:
+        """Send an image to all that follow."""
 
 
 class Client(Protocol):
-    """Calls `Robot` and follows its streams."""
+    """Calls `Robot`."""
 
     def step(self) -> object:
         """Call with four doubles there and back."""
 
-    def stepAsync(self) -> Future[Any]:
+    def begin_step(self) -> Future[Any]:
         """Call without waiting."""
 
     def image(self, width: int, height: int) -> bytes:
         """Call for the pixels of an image."""
 
-    def joints(self) -> object:
-        """Call for the joint state."""
-
     def latest(self) -> object:
-        """Return the newest joint state, without a round trip if the peer has streams."""
+        """Return the newest four doubles, without a round trip if the peer has streams."""
 
-    def follow(self, stream: str, got: Got) -> AbstractContextManager[object]:
-        """Call a function with the values of a stream: all of `joints`, the newest of `video`."""
-
-
-# Each kind is imported only by the processes that need it, without the libraries of the others.
+    def follow(self, take: Callable[[Any], object]) -> AbstractContextManager[object]:
+        """Give the newest image that the server sends to a function."""
 
 
-def serve(kind: str, endpoint: str, package: Path) -> AbstractContextManager[Any]:
-    """Serve on an endpoint, `tcp/127.0.0.1:PORT`; yields a Server if the peer has streams."""
-    if kind == "socket":
-        from .socket_peer import serve as serve_socket
-
-        return serve_socket(endpoint)
-    if kind == "bare":
-        from .bare_peer import serve as serve_bare
-
-        return serve_bare(endpoint)
-    if kind == "ice":
-        from .ice_peer import serve as serve_ice
-
-        return serve_ice(endpoint)
-    from .our_peer import serve as serve_ours
-
-    return serve_ours(endpoint, package)
+def serve(kind: str, endpoint: str, folder: Path) -> AbstractContextManager[Server]:
+    """Serve on an endpoint, `tcp/127.0.0.1:PORT`, as `ours` or `ice`."""
+    server: AbstractContextManager[Server] = _peer(kind, folder).serve(endpoint)
+    return server
 
 
-def connect(kind: str, endpoints: Sequence[str], package: Path) -> AbstractContextManager[Any]:
-    """Connect to a server; yields a Client, which can only `step` unless it is ours or Ice's."""
-    if kind == "socket":
-        from .socket_peer import connect as connect_socket
+def connect(kind: str, endpoint: str, folder: Path) -> AbstractContextManager[Client]:
+    """Connect to a server."""
+    client: AbstractContextManager[Client] = _peer(kind, folder).connect(endpoint)
+    return client
 
-        return connect_socket(endpoints[0])
-    if kind == "bare":
-        from .bare_peer import connect as connect_bare
 
-        return connect_bare(endpoints[0])
-    if kind == "bare on ours":
-        from .bare_peer import connect_to_ours
+def _peer(kind: str, folder: Path) -> Any:  # noqa: ANN401
+    # A process imports only its own kind, without the libraries of the other.
+    sys.path.insert(0, str(folder))
+    return importlib.import_module(f"benchmarks.transport.{kind}_peer")
 
-        return connect_to_ours(endpoints[0], package)
-    if kind == "ice":
-        from .ice_peer import connect as connect_ice
 
-        return connect_ice(endpoints[0])
-    from .our_peer import connect as connect_ours
+def generate(folder: Path) -> None:
+    """Generate our package in a folder, once for all processes."""
+    source = folder / "robot.idl"
+    shutil.copy(SLICE, source)
+    command = [sys.executable, "-m", "codegen", str(source), "-o", str(folder / PACKAGE)]
+    subprocess.run(command, cwd=REPOSITORY, check=True, capture_output=True, timeout=60)
 
-    return connect_ours(endpoints, package)
+
+@cache
+def frame(width: int, height: int) -> Any:  # noqa: ANN401
+    """Return an image as an array, like a camera; the sender copies its bytes each time."""
+    return np.random.default_rng(width).integers(0, 256, (height, width, 3), np.uint8)
+
+
+def pixels(width: int, height: int) -> bytes:
+    """Return a copy of the bytes of an image."""
+    copied: bytes = frame(width, height).tobytes()
+    return copied

@@ -1,0 +1,186 @@
+"""Processes that serve and call, and the commands that they execute."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+import numpy as np
+
+from . import peers
+
+_LIMIT: Final = 120.0  # s that a command may take
+_END_LIMIT: Final = 15.0
+_WARM_UP: Final = 20  # calls that are not counted: the processes are just waking up
+_LATEST_IN_ONE: Final = 100  # the clock itself takes a tenth of a microsecond
+
+
+class Worker:
+    """A process that executes commands; leaving the `with` block ends it."""
+
+    def __init__(self, role: str, kind: str, endpoint: str, folder: Path) -> None:
+        self._name: Final = f"{kind} {role}"
+        self._pipe, other = multiprocessing.Pipe()
+        spawning = multiprocessing.get_context("spawn")
+        self._process: Final = spawning.Process(target=_work, args=(other, role, kind, endpoint, folder))
+        self._process.start()
+        other.close()
+        self._answer()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._pipe.close()
+        self._process.join(_END_LIMIT)
+        self._process.kill()
+
+    def do(self, command: str, *arguments: object) -> Any:  # noqa: ANN401
+        """Execute a command and return its result; raises RuntimeError if it fails."""
+        self._pipe.send((command, arguments))
+        return self._answer()
+
+    def _answer(self) -> object:
+        if not self._pipe.poll(_LIMIT):
+            raise RuntimeError(f"{self._name} did not answer for {_LIMIT:g} s")
+        try:
+            answer = self._pipe.recv()
+        except EOFError:
+            raise RuntimeError(f"{self._name} ended unexpectedly") from None
+        if isinstance(answer, Exception):
+            raise RuntimeError(f"{self._name}: {type(answer).__name__}: {answer}")
+        return answer
+
+
+def _work(pipe: Connection, role: str, kind: str, endpoint: str, folder: Path) -> None:
+    """Execute commands until the pipe is closed."""
+    with ExitStack() as stack:
+        tasks: object
+        if role == "server":
+            tasks = ServerTasks(stack.enter_context(peers.serve(kind, endpoint, folder)))
+        else:
+            tasks = ClientTasks(stack.enter_context(peers.connect(kind, endpoint, folder)), stack)
+        gc.collect()
+        gc.freeze()
+        pipe.send(None)
+        while True:
+            try:
+                command, arguments = pipe.recv()
+            except (EOFError, KeyboardInterrupt):
+                return
+            try:
+                pipe.send(getattr(tasks, command)(*arguments))
+            except Exception as error:  # noqa: BLE001 - reported to the process that sent the command
+                pipe.send(error)
+
+
+class ServerTasks:
+    """Sends on streams, at a rate or as fast as it can."""
+
+    def __init__(self, server: peers.Server) -> None:
+        self._server = server
+        self._stop = threading.Event()
+        self._sender: threading.Thread | None = None
+        self._sent = 0
+
+    def start(self, stream: str, rate: float, size: tuple[int, int] = (0, 0)) -> None:
+        """Send poses or images until `stop`; a rate of 0 is without pauses."""
+        send = self._server.send_pose if stream == "pose" else partial(self._send_image, size)
+        self._stop.clear()
+        self._sender = threading.Thread(target=self._send, args=(send, rate))
+        self._sender.start()
+
+    def stop(self) -> int:
+        """Stop sending; return how many values were sent."""
+        self._stop.set()
+        if self._sender is not None:
+            self._sender.join(_END_LIMIT)
+        return self._sent
+
+    def _send(self, send: Callable[[], None], rate: float) -> None:
+        self._sent, start = 0, time.monotonic()
+        while not self._stop.wait(max(start + self._sent / rate - time.monotonic(), 0.0) if rate else 0.0):
+            send()
+            self._sent += 1
+
+    def _send_image(self, size: tuple[int, int]) -> None:
+        self._server.send_image(time.monotonic_ns(), peers.pixels(*size))
+
+
+class ClientTasks:
+    """Calls a server and follows its stream."""
+
+    def __init__(self, client: peers.Client, stack: ExitStack) -> None:
+        self._client = client
+        self._stack = stack
+        self._latencies: list[float] = []
+
+    def call(self, count: int, size: tuple[int, int] | None = None) -> list[float]:
+        """Call for four doubles, or for an image, a number of times; return s per call."""
+        call = self._client.step if size is None else partial(self._image, *size)
+        return _timed(call, count)
+
+    def latest(self, count: int) -> list[float]:
+        """Read the newest value of a stream a number of times; return s per read."""
+        read = self._client.latest
+        while read() is None:  # the first read subscribes
+            time.sleep(0.001)
+
+        def reads() -> None:
+            for _ in range(_LATEST_IN_ONE):
+                read()
+
+        return [seconds / _LATEST_IN_ONE for seconds in _timed(reads, count)]
+
+    def pipeline(self, count: int, width: int) -> float:
+        """Keep `width` calls in flight; return calls per second."""
+        call = self._client.begin_step
+        flying = deque(call() for _ in range(width))
+        start = time.perf_counter()
+        for _ in range(count):
+            flying.popleft().result()
+            flying.append(call())
+        rate = count / (time.perf_counter() - start)
+        for future in flying:
+            future.result()
+        return rate
+
+    def follow(self) -> None:
+        """Follow the stream of images from now on."""
+        self._stack.enter_context(self._client.follow(self._take))
+
+    def arrived(self) -> list[float]:
+        """Return the latencies in s of the images that arrived since the last time."""
+        arrived, self._latencies = self._latencies, []
+        return arrived
+
+    def _take(self, image: Any) -> None:  # noqa: ANN401
+        np.frombuffer(image.pixels, np.uint8)[-1]  # it is read, as by any subscriber
+        self._latencies.append((time.monotonic_ns() - image.stamp) * 1e-9)
+
+    def _image(self, width: int, height: int) -> None:
+        if np.frombuffer(self._client.image(width, height), np.uint8).size != 3 * width * height:
+            raise RuntimeError("the image is not complete")
+
+
+def _timed(call: Callable[[], object], count: int) -> list[float]:
+    for _ in range(_WARM_UP):
+        call()
+    clock, times = time.perf_counter, []
+    for _ in range(count):
+        start = clock()
+        call()
+        times.append(clock() - start)
+    return times
