@@ -43,6 +43,8 @@ def require_extensions(paths: Iterable[Path], allowed: frozenset[str]) -> None:
     """Raise a usage error for files that a command cannot read."""
     for path in paths:
         if path.suffix.lower() not in allowed:
+            if not path.exists():
+                raise typer.BadParameter(f"{path} does not exist", param_hint="FILES")
             *others, last = sorted(allowed)
             names = f"{', '.join(others)} or {last}" if others else last
             raise typer.BadParameter(f"{path}: expected {names}", param_hint="FILES")

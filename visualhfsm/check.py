@@ -87,8 +87,7 @@ def check(
 
 def _documents(paths: Iterable[Path]) -> Iterator[Path]:
     """Yield the given documents, and those in given directories; refuse others as wrong usage."""
-    from codegen.files import is_regular
-    from codegen.hfsm.formats.reader import looks_like_document
+    from visualhfsm.project.root import find_documents
 
     found = False
     for path in paths:
@@ -97,10 +96,9 @@ def _documents(paths: Iterable[Path]) -> Iterator[Path]:
             found = True
             yield path
             continue
-        for file in sorted(path.rglob("*.xml")):
-            if is_regular(file) and looks_like_document(file):
-                found = True
-                yield file
+        for file in find_documents(path):
+            found = True
+            yield file
     if not found:
         raise typer.BadParameter("no document found", param_hint="FILES")
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import stat
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Final, Literal, Self
 
-from codegen.files import is_regular
-from codegen.hfsm.formats.reader import looks_like_document
 from codegen.hfsm.scxml import is_scxml
 from visualhfsm.code_help.service import CodeHelp
 from visualhfsm.editing.check_process import CheckProcess
@@ -24,7 +22,7 @@ from visualhfsm.sessions.templates import EMPTY, make_template
 
 from .document import OpenDocument
 from .events import Event, Listener, Listeners, Opened
-from .root import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX, Root
+from .root import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX, Root, find_documents
 from .titles import free_title, stem
 
 _MOST_ENTRIES: Final = 2000  # of a directory
@@ -192,6 +190,10 @@ class Project:
 
     # -- files ---------------------------------------------------------------------------------------------
 
+    def files(self) -> list[Path]:
+        """Return all documents below the root, open or not."""
+        return [file for file in find_documents(self.root.directory) if self.root.contains(file)]
+
     def entries(self, directory: str | Path = "") -> list[Entry]:
         """Return the directories, documents and recordings in a directory, without hidden ones."""
         place = self.root.directory_of(str(directory))
@@ -279,10 +281,3 @@ _KINDS: Final[dict[str, Literal["document", "recording"]]] = {
     FOREIGN_SUFFIX: "document",
     RECORDING_SUFFIX: "recording",
 }
-
-
-def find_documents(directory: Path) -> Iterator[Path]:
-    """Yield the documents in a directory and all below it, by name."""
-    for file in sorted(directory.rglob(f"*{DOCUMENT_SUFFIX}")):
-        if is_regular(file) and looks_like_document(file):
-            yield file

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from codegen.files import is_regular
+from codegen.hfsm.formats.reader import looks_like_document
 from visualhfsm.errors import ForbiddenPathError
 
 DOCUMENT_SUFFIX: Final = ".xml"
@@ -82,3 +84,10 @@ class Root:
     def name(self, path: Path) -> str:
         """Return the name of a path for users: relative to the root where possible."""
         return str(path.relative_to(self.directory) if path.is_relative_to(self.directory) else path)
+
+
+def find_documents(directory: Path) -> Iterator[Path]:
+    """Yield the documents in a directory and all below it, by name."""
+    for file in sorted(directory.rglob(f"*{DOCUMENT_SUFFIX}")):
+        if is_regular(file) and looks_like_document(file):
+            yield file

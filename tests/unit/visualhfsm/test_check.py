@@ -97,6 +97,12 @@ def test_a_missing_file_is_an_error(tmp_path: Path) -> None:
     assert "error[E500]" in result.stderr
 
 
+def test_what_is_neither_file_nor_directory_does_not_exist(tmp_path: Path) -> None:
+    result = run(tmp_path / "absent")
+    assert result.exit_code == 2
+    assert "does not exist" in " ".join(result.stderr.replace("│", "").split())
+
+
 def test_json_is_all_that_is_written(tmp_path: Path) -> None:
     result = run(write(tmp_path, "doubtful.xml", WARNING), "--error-format", "json")
     assert result.stdout == ""

@@ -155,6 +155,15 @@ def test_directories_come_first_and_hidden_files_not_at_all(project: Project, ro
         project.entries("..")
 
 
+def test_all_documents_below_the_folder_are_found(project: Project, root: Path) -> None:
+    (root / "more").mkdir()
+    (root / "more" / "dance.xml").write_text(write_document(tree()))
+    (root / "notes.xml").write_text("<notes/>")
+    (root.parent / "outside.xml").write_text(write_document(tree()))
+    (root / "link.xml").symlink_to(root.parent / "outside.xml")
+    assert project.files() == [root / "more" / "dance.xml", root / "waver.xml"]
+
+
 def test_a_project_loads_neither_the_page_nor_asyncio() -> None:
     code = (
         "import sys; from visualhfsm import Project, AddState; Project('.').close(); "

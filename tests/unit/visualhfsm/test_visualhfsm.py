@@ -1,0 +1,43 @@
+"""The names of visualhfsm, which are imported when they are first used."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import visualhfsm
+from tests.support.limits import RUN_LIMIT
+from visualhfsm.editing.commands import COMMANDS
+
+
+def test_what_type_checkers_see_is_what_programs_get() -> None:
+    text = Path(visualhfsm.__file__).read_text("utf-8")
+    declared = {
+        name: module for module, name in re.findall(r"^    from \.([\w.]+) import (\w+) as \2$", text, re.M)
+    }
+    assert declared == visualhfsm._MODULES
+    for name, module in declared.items():
+        own = getattr(getattr(visualhfsm, name), "__module__", module)
+        assert own in {f"visualhfsm.{module}", "types", module}
+
+
+def test_all_commands_can_be_imported() -> None:
+    assert {command.__name__ for command in COMMANDS} <= {*visualhfsm._MODULES}
+    assert [getattr(visualhfsm, command.__name__) for command in COMMANDS] == [*COMMANDS]
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="module 'visualhfsm' has no attribute 'Projekt'"):
+        getattr(visualhfsm, "Projekt")  # noqa: B009
+
+
+def test_the_beginning_of_a_command_loads_no_project() -> None:
+    code = "import sys, visualhfsm; print([name for name in sys.modules if name.startswith('visualhfsm')])"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=RUN_LIMIT, check=True
+    )
+    assert done.stdout == "['visualhfsm']\n"
