@@ -45,7 +45,7 @@ Exit codes: 0 success, 1 errors in the files or, with --check, files out of date
 See docs/reference/codegen.md for details."""
 
 _CLOCK_LAG = 20_000_000  # ns by which the time of a file may lag behind the clock
-_INTERVAL = 0.2  # s between two checks of the files
+_CHECK_PERIOD = 0.2  # s between two checks of the files
 _SETTLED = 0.05  # s to wait after a change, so that files are rarely read while they are being written
 
 
@@ -234,7 +234,7 @@ def _watch(job: _Job, error_format: ErrorFormat) -> NoReturn:
             before.setdefault(path, None if changed else now)
         before = {path: before[path] for path in paths}
         while _stat(before) == before:
-            time.sleep(_INTERVAL)
+            time.sleep(_CHECK_PERIOD)
         time.sleep(_SETTLED)
 
 

@@ -19,7 +19,7 @@ from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
 """Capacity of an automaton's event queue; beyond it the oldest are dropped."""
-_DEEPEST: Final = 32
+_DEEPEST_HISTORY: Final = 32
 
 
 class ChangeKind(StrEnum):
@@ -259,8 +259,8 @@ def _copy(value: object, where: str, depth: int) -> Any:  # noqa: ANN401 - whate
         if math.isfinite(value):
             return value
         raise EventError(f"{where} is {value}, which JSON cannot represent")
-    if depth >= _DEEPEST:
-        raise EventError(f"{where} is nested deeper than {_DEEPEST} levels")
+    if depth >= _DEEPEST_HISTORY:
+        raise EventError(f"{where} is nested deeper than {_DEEPEST_HISTORY} levels")
     if isinstance(value, list | tuple):
         return [_copy(item, f"{where}[{index}]", depth + 1) for index, item in enumerate(value)]
     if isinstance(value, dict):

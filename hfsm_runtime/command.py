@@ -35,7 +35,7 @@ from .runtime import Runtime
 if TYPE_CHECKING:
     from .ros import Node
 
-_LOOK: Final = 0.1  # s between two checks of the main thread for signals
+_CHECK_PERIOD: Final = 0.1  # s between two checks of the main thread for signals
 
 _OnError = Annotated[
     OnError | None,
@@ -321,9 +321,11 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
             permission.forget()
         runtime.retry(permission.is_given)
         if end is None:
-            runtime.ended.wait(_LOOK)
+            runtime.ended.wait(_CHECK_PERIOD)
         elif runtime.timeline.now() < end:
-            runtime.timeline.wait_until(min(end, runtime.timeline.now() + round(_LOOK * 1e9)), runtime.ended)
+            runtime.timeline.wait_until(
+                min(end, runtime.timeline.now() + round(_CHECK_PERIOD * 1e9)), runtime.ended
+            )
         else:
             return
 

@@ -6,7 +6,7 @@ from enum import StrEnum
 from types import TracebackType
 from typing import Final
 
-_LONGEST: Final = 4000
+_LONGEST_MESSAGE: Final = 4000
 
 
 class ComponentError(Exception):
@@ -92,7 +92,7 @@ def describe(error: BaseException) -> str:
         text = str(error)
     except Exception:  # noqa: BLE001
         text = "its message is not available"
-    return f"{type(error).__name__}: {text}"[:_LONGEST]
+    return f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE]
 
 
 def exit_code_of(end: SystemExit) -> int:

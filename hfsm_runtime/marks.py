@@ -10,10 +10,10 @@ from .errors import MarkError
 
 _SHOWN: Final = 500_000_000
 """Nanoseconds of component time for which a mark is shown."""
-_MOST: Final = 16
+_MOST_MARKS: Final = 16
 """Marks that are kept for each camera."""
 _MOST_CAMERAS: Final = 8
-_LONGEST: Final = 60
+_LONGEST_TEXT: Final = 60
 """Characters of a label, and of the name of a camera."""
 
 
@@ -29,9 +29,10 @@ class Mark(NamedTuple):
 def make_mark(camera: str, u: float, v: float, label: str = "") -> Mark:
     """Return a mark; raises MarkError when it cannot be one."""
     for name, text in (("camera", camera), ("label", label)):
-        if not isinstance(text, str) or len(text) > _LONGEST or not text.isprintable():
+        if not isinstance(text, str) or len(text) > _LONGEST_TEXT or not text.isprintable():
             raise MarkError(
-                f"the {name} of a mark is a text of at most {_LONGEST} visible characters, not {text!r:.80}"
+                f"the {name} of a mark is a text of at most {_LONGEST_TEXT} visible characters, "
+                f"not {text!r:.80}"
             )
     if not camera:
         raise MarkError("a mark is on the picture of a camera: name it, such as 'Camera'")
@@ -58,7 +59,7 @@ class Marks:
             marks.pop(mark.label, None)
             marks[mark.label] = now, mark
             self._marks[mark.camera] = marks
-            if len(marks) > _MOST:
+            if len(marks) > _MOST_MARKS:
                 del marks[next(iter(marks))]
             if len(self._marks) > _MOST_CAMERAS:
                 del self._marks[next(iter(self._marks))]

@@ -17,7 +17,7 @@ from typing import Final
 from .automaton_run import Run
 from .timeline import slot_at
 
-_PATIENCE: Final = 100_000_000
+_LEAST_WAIT: Final = 100_000_000
 """How long to wait in ns at least, however short the periods are: a busy machine may interrupt a cycle."""
 
 
@@ -45,7 +45,7 @@ def turn_of(run: Run, now: int, latest: int) -> int | Run:
 
 def patience(run: Run, first: Run) -> int:
     """Return how long a running cycle may last for which the one of `run` waits, in ns."""
-    return max(_PATIENCE, min(run.automaton.interval, first.automaton.interval))
+    return max(_LEAST_WAIT, min(run.automaton.interval, first.automaton.interval))
 
 
 def _late_below(run: Run, waiting: Run, now: int) -> Run | None:

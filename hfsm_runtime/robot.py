@@ -12,10 +12,10 @@ from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistExcept
 from .component import Component, proxies_of, ros_of
 from .errors import ComponentError
 
-_STOP: Final = 1.0
+_STOP_LIMIT: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
-_ASK: Final = 1000.0
-"""Time limit in wall ms for asking who may command the robot."""
+_LEASE_LIMIT: Final = 1.0
+"""Wall seconds for the robot's answer to the question who may command it."""
 
 _logger = logging.getLogger(__name__)
 
@@ -66,7 +66,7 @@ class Permission:
     """
 
     def __init__(self, safety: SafetyPrx) -> None:
-        self._safety = safety.ice_invocationTimeout(_ASK)
+        self._safety = safety.ice_invocationTimeout(1000.0 * _LEASE_LIMIT)
         self._stopped_by = ""  # the session of the server that was seen stopped
         self._doubted = ""  # the session of the server that knows of no stop
 
@@ -121,10 +121,10 @@ def stop_robot(component: Component) -> None:
         from .ros import stop_ends  # only components that use ROS need its libraries
 
         stop_ends(component)
-    done, late = wait(calls, _STOP)
+    done, late = wait(calls, _STOP_LIMIT)
     for call in done:
         failure = call.exception()
         if failure is not None:
             _logger.warning("self.%s could not be stopped: %s", calls[call], failure)
     for name in sorted({calls[call] for call in late}):
-        _logger.warning("self.%s did not say within %g s that it has stopped", name, _STOP)
+        _logger.warning("self.%s did not say within %g s that it has stopped", name, _STOP_LIMIT)

@@ -31,17 +31,17 @@ from .timeline import Timeline
 from .tree import ChangeKind, Replaced, Run, Tree
 from .variables import assign, convert, did_you_mean
 
-_STOP: Final = 2.0
+_STOP_LIMIT: Final = 2.0
 """The longest wait in wall seconds for the running cycles when the component ends."""
 _GAP: Final = 0.5
 """Wall seconds to wait for a moment without any cycle, in which the automata are replaced."""
-_END: Final = 0.5
+_CYCLES_LIMIT: Final = 0.5
 """Wall seconds for running cycles to end if there is no such moment; meanwhile no other begins."""
-_HANGS: Final = 2.0
+_CYCLE_LIMIT: Final = 2.0
 """Wall seconds after which a cycle hangs, if its automaton has a short period."""
 _HANGS_PERIODS: Final = 10
 """Periods after which the cycle of any other hangs."""
-RETRY: Final = 1.0
+RETRY_DELAY: Final = 1.0
 """Wall seconds from a refused command until the automata may try again, and between two questions for it."""
 
 
@@ -131,7 +131,7 @@ class Runtime(Observer):
         ten periods, or whose code sleeps by `self.sleep`, which ends when it must.
         """
         seconds = time.perf_counter() - run.began_wall
-        if not run.in_cycle or seconds < max(_HANGS, _HANGS_PERIODS * run.automaton.period):
+        if not run.in_cycle or seconds < max(_CYCLE_LIMIT, _HANGS_PERIODS * run.automaton.period):
             return 0.0, ""
         frame = self._threads.frame(run)
         if frame is None or not run.in_cycle:
@@ -159,13 +159,13 @@ class Runtime(Observer):
     def stop(self) -> None:
         """End the automata: running cycles end, or are logged as errors after 2 s."""
         self.request_stop()
-        for run in self._threads.stop(_STOP):
+        for run in self._threads.stop(_STOP_LIMIT):
             self.component._hfsm_log.error(
                 "the cycle of %s in the state %s did not end within %g s and is abandoned: "
                 "its code must not block",
                 run.automaton.name,
                 run.current.name,
-                _STOP,
+                _STOP_LIMIT,
             )
 
     def pause(self) -> None:
@@ -193,7 +193,7 @@ class Runtime(Observer):
         first = self._asked is not refusal
         if not first and time.monotonic() < self._ask_at:
             return
-        self._asked, self._ask_at = refusal, time.monotonic() + RETRY
+        self._asked, self._ask_at = refusal, time.monotonic() + RETRY_DELAY
         if commands_accepted(refusal.holder) and not first:
             self.resume(refusal)
 
@@ -272,7 +272,7 @@ class Runtime(Observer):
         if not found:
             self.tree.held = True
             self._threads.wake()  # code that sleeps
-            found = self.tree.wait_for_gap(_END)
+            found = self.tree.wait_for_gap(_CYCLES_LIMIT)
             self.tree.held = self.ended.is_set() or self.timeline.paused
         if self.ended.is_set():
             raise ReloadRefusedError("the component has ended")
@@ -280,7 +280,7 @@ class Runtime(Observer):
             run = next(run for run in self.tree.runs if run.in_cycle)
             raise ReloadRefusedError(
                 f"the cycle of {run.automaton.name} in the state {run.current.name} "
-                f"did not end within {_GAP + _END:g} s: its code must not block"
+                f"did not end within {_GAP + _CYCLES_LIMIT:g} s: its code must not block"
             )
         return began
 

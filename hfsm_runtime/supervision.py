@@ -33,7 +33,7 @@ from .tree import DropReason, Run, Tree
 
 _KEPT: Final = 20
 _LONGEST_MESSAGE: Final = 1000
-_QUIET: Final = 10.0
+_LOG_PERIOD: Final = 10.0
 """Wall seconds in which a repeated error is logged once."""
 _HARDWARE_FAILURES: Final = 10
 """Consecutive cycles with failing hardware that make an error; fewer may just mean a late picture."""
@@ -246,7 +246,7 @@ class Supervision(Observer):
         now = time.monotonic()
         with self._lock:
             logged_at, repeated = self._logged.get(key, (float("-inf"), 0))
-            if now - logged_at < _QUIET:
+            if now - logged_at < _LOG_PERIOD:
                 self._logged[key] = (logged_at, repeated + 1)
                 return
             self._logged[key] = (now, 0)

@@ -21,7 +21,7 @@ from zenoh_ice import Sample
 from .automaton import Automaton
 from .errors import UnknownElementError, ValueTypeError
 
-_LONGEST: Final = 120
+_LONGEST_VALUE: Final = 120
 _KINDS: Final = (Real, str, (list, tuple), dict)
 
 
@@ -132,7 +132,7 @@ def convert(value: object, wanted: type, what: str) -> object:
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return `: did you mean ...?` with the known names that resemble one, or `: there are ...`."""
     names = sorted(known)
-    close = difflib.get_close_matches(name[:_LONGEST], names, 3)
+    close = difflib.get_close_matches(name[:_LONGEST_VALUE], names, 3)
     if close:
         return f": did you mean {' or '.join(close)}?"
     return f": there are {', '.join(names)}" if names else ": there are none"
@@ -144,8 +144,8 @@ def short_repr(value: object) -> str:
         text = _BoundedRepr().repr(value)
     except Exception as error:  # noqa: BLE001 - a repr is user code, and may meet an object that changes
         text = f"<{type(value).__name__}: its repr raised {type(error).__name__}>"
-    if len(text) > _LONGEST:
-        text = text[: _LONGEST - 3] + "..."
+    if len(text) > _LONGEST_VALUE:
+        text = text[: _LONGEST_VALUE - 3] + "..."
     return text.encode("utf-8", "backslashreplace").decode()
 
 
@@ -156,10 +156,12 @@ class _BoundedRepr(reprlib.Repr):
         super().__init__()
         self.maxlevel = 6
         # An element takes three characters at least.
-        self.maxlist = self.maxtuple = self.maxset = self.maxfrozenset = self.maxdeque = _LONGEST // 3 + 1
-        self.maxdict = self.maxarray = _LONGEST // 3 + 1
-        self.maxstring = self.maxother = self.maxlong = 4 * _LONGEST
-        self._left = _LONGEST + 1
+        self.maxlist = self.maxtuple = self.maxset = self.maxfrozenset = self.maxdeque = (
+            _LONGEST_VALUE // 3 + 1
+        )
+        self.maxdict = self.maxarray = _LONGEST_VALUE // 3 + 1
+        self.maxstring = self.maxother = self.maxlong = 4 * _LONGEST_VALUE
+        self._left = _LONGEST_VALUE + 1
 
     def repr1(self, x: object, level: int) -> str:
         """Return the repr of an element; each takes a character, so that at some depth none shows."""
@@ -182,7 +184,7 @@ class _BoundedRepr(reprlib.Repr):
         return f"frozenset({{{self._elements(value, level)}}})" if value else "frozenset()"
 
     def repr_bytes(self, value: bytes | bytearray, level: int) -> str:  # noqa: ARG002 - reprlib calls it so
-        return repr(value[:_LONGEST])
+        return repr(value[:_LONGEST_VALUE])
 
     repr_bytearray = repr_bytes
 

@@ -76,7 +76,7 @@ class FadingLights:
 
 _RATE: Final = 14.0
 """Characters per second: 150 words a minute, of 4.6 letters and a blank each."""
-_PAUSE: Final = 0.4
+_SPEECH_PAUSE: Final = 0.4
 """Seconds of pause around a text."""
 LONGEST_TEXT: Final = 2000
 """Characters of the longest text."""
@@ -86,7 +86,7 @@ MOST_WAITING: Final = 100
 
 def speaking_time(text: str) -> float:
     """Return the seconds that a voice takes for a text."""
-    return _PAUSE + len(text) / _RATE
+    return _SPEECH_PAUSE + len(text) / _RATE
 
 
 class TimedVoice:

@@ -19,19 +19,19 @@ _logger = logging.getLogger(__name__)
 
 _RESOLUTION: Final = 1e-6
 """Seconds by which a job may be early."""
-_POLL: Final = 0.05
+_CHECK_PERIOD: Final = 0.05
 """Approximate wall seconds after which a thread checks again whether and when its jobs are due."""
-_SHORTEST: Final = 0.001
+_SHORTEST_REST: Final = 0.001
 """Minimum wall seconds that a thread rests, whatever its clock does."""
-_RETRY: Final = 1.0
+_RETRY_DELAY: Final = 1.0
 """Wall seconds until a job is tried again after a failure."""
-_LONGEST: Final = 1.0
+_WATCH_PERIOD: Final = 1.0
 """Seconds between two checks of the watchdog while everything rests."""
 _AFTER_ERROR: Final = 0.1
 """Seconds until the watchdog repeats a failed check."""
-_HANGS: Final = 20.0
+_PROGRESS_LIMIT: Final = 20.0
 """Wall seconds after which a thread that has not got on hangs: a camera may take 10 s to start."""
-_END: Final = 3.0
+_END_LIMIT: Final = 3.0
 """Wall seconds within which a thread ends: more than a camera takes for an image."""
 
 
@@ -108,7 +108,7 @@ class Periodic:
         self._last = max(now, min(self._due, now + _RESOLUTION))
         self._earliest = now + self._gap()
         if self._work() is False:
-            self._earliest = now + _RETRY * (self.clock.rate or 1.0)
+            self._earliest = now + _RETRY_DELAY * (self.clock.rate or 1.0)
 
 
 class Watched(Protocol):
@@ -166,7 +166,7 @@ class Watchdog:
         """Check every device, even if the check of another one fails."""
         with self._lock:
             self._next = math.inf  # so that a command during the check is not missed
-        seconds = min((self._check(device) for device in self.watched), default=_LONGEST)
+        seconds = min((self._check(device) for device in self.watched), default=_WATCH_PERIOD)
         with self._lock:
             self._next = min(self._next, self.clock.now() + seconds)
 
@@ -176,7 +176,7 @@ class Watchdog:
         except Exception:
             _logger.exception("the watchdog could not check %s", device.name)
             return _AFTER_ERROR
-        return _LONGEST if due is None else due
+        return _WATCH_PERIOD if due is None else due
 
 
 class ControlLoop:
@@ -214,8 +214,8 @@ class ControlLoop:
         try:
             job.run()
         except Exception:
-            _logger.exception("%s is tried again in %g s of the robot after an error", job.name, _RETRY)
-            self._retry[job] = now + _RETRY
+            _logger.exception("%s is tried again in %g s of the robot after an error", job.name, _RETRY_DELAY)
+            self._retry[job] = now + _RETRY_DELAY
 
 
 class JobThreads:
@@ -246,7 +246,7 @@ class JobThreads:
 
     def hanging(self) -> list[str]:
         """Return the names of the threads that have been in the same job, or wait, for very long."""
-        oldest = time.monotonic() - _HANGS
+        oldest = time.monotonic() - _PROGRESS_LIMIT
         return [thread.name for thread in self._threads if thread.seen < oldest]
 
     def stop(self) -> None:
@@ -260,9 +260,9 @@ class JobThreads:
         self.stop()
         for thread in self._threads:
             if thread.ident is not None:
-                thread.join(_END)
+                thread.join(_END_LIMIT)
                 if thread.is_alive():
-                    _logger.error("%s did not end within %g s", thread.name, _END)
+                    _logger.error("%s did not end within %g s", thread.name, _END_LIMIT)
 
     def __enter__(self) -> Self:
         self.start()
@@ -301,16 +301,16 @@ class _JobThread(threading.Thread):
         try:
             job.run()
         except Exception:
-            _logger.exception("%s is tried again in %g s after an error", job.name, _RETRY)
-            self._retry[job] = time.monotonic() + _RETRY
+            _logger.exception("%s is tried again in %g s after an error", job.name, _RETRY_DELAY)
+            self._retry[job] = time.monotonic() + _RETRY_DELAY
 
     def _wait(self) -> None:
         """Wait until something is due, or has changed."""
         now, begun = self._clock.now(), time.monotonic()
         # On the jobs' clock even while idle: advancing a stepped clock waits for its waiters.
         self._due = {job: job.due(now) for job in self._jobs}
-        seconds = min(min(self._due.values()) - now, _POLL * (self._clock.rate or 1.0))
+        seconds = min(min(self._due.values()) - now, _CHECK_PERIOD * (self._clock.rate or 1.0))
         self._clock.wait(self.changed, max(0.0, seconds))
         # Neither a failing job nor a closed clock causes a busy loop.
         if not self.stopping:
-            time.sleep(max(0.0, begun + _SHORTEST - time.monotonic()))
+            time.sleep(max(0.0, begun + _SHORTEST_REST - time.monotonic()))

@@ -20,7 +20,7 @@ _CAP = (
     "Cap every joint's speed at a fraction of its full speed."
     " Without it: full speed, and 0.5 of the arms while the legs are straight."
 )
-_ANSWER: Final = 5.0  # s
+_ANSWER_LIMIT: Final = 5.0  # s
 JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FRACTION", help=_CAP)]
 """The option of the robot servers for `naoserver.options.capped`."""
 
@@ -72,11 +72,11 @@ def problem_of(communicator: Communicator, assembly: Assembly) -> str:
     safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
     try:
         # Not called at once: a call within the process would not pass through Zenoh.
-        safety.getSafetyState.begin().result(_ANSWER)
+        safety.getSafetyState.begin().result(_ANSWER_LIMIT)
     except BusyException:
         return ""  # an answer, too
     except TimeoutError:  # as no thread is left for the answer, either
-        return f"a call to the servant Safety was not answered within {_ANSWER:g} s"
+        return f"a call to the servant Safety was not answered within {_ANSWER_LIMIT:g} s"
     except SystemException as error:
         return f"a call to the servant Safety failed: {error}"
     return ""

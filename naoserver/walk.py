@@ -182,9 +182,9 @@ PERIOD: Final = 0.05
 """Robot seconds between two corrections of the velocity."""
 _GAIN: Final = 1.5
 """Ratio of the velocity to the rest of the way, in 1/s."""
-_CLOSE: Final = 0.02
+_PLACE_TOLERANCE: Final = 0.02
 """Distance in m, and in rad / 2, within which a place counts as reached."""
-_PATIENCE: Final = 10.0
+_SPARE_TIME: Final = 10.0
 """Robot seconds that a way may take in addition to three times its duration at full speed."""
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
 
@@ -199,7 +199,7 @@ class Way:
         self._heading = start.heading + heading
         self._highest = highest
         self._length = abs(complex(x, y)) + abs(heading)
-        self.patience: Final = _PATIENCE + 3.0 * (
+        self.patience: Final = _SPARE_TIME + 3.0 * (
             math.hypot(x / highest.forward, y / highest.left) + abs(heading) / highest.turn
         )
         """Robot seconds that it may take."""
@@ -207,7 +207,7 @@ class Way:
     def velocity(self, now: Odometry) -> WalkVelocity:
         """Return the velocity for the rest of the way, within the limits of each; all 0 at its end."""
         way, turn = self._rest(now)
-        if abs(way) < _CLOSE and abs(turn) < 2 * _CLOSE:
+        if abs(way) < _PLACE_TOLERANCE and abs(turn) < 2 * _PLACE_TOLERANCE:
             return _STILL
         parts = list(zip((way.real, way.imag, turn), astuple(self._highest), strict=True))
         gain = min(_GAIN, *(limit / abs(part) for part, limit in parts if part))
@@ -216,7 +216,7 @@ class Way:
     def progress(self, now: Odometry) -> float:
         """Return the completed fraction of the way."""
         way, turn = self._rest(now)
-        return min(max(1.0 - (abs(way) + abs(turn)) / max(self._length, _CLOSE), 0.0), 1.0)
+        return min(max(1.0 - (abs(way) + abs(turn)) / max(self._length, _PLACE_TOLERANCE), 0.0), 1.0)
 
     def _rest(self, now: Odometry) -> tuple[complex, float]:
         way = (self._goal - complex(now.x, now.y)) * cmath.rect(1.0, -now.heading)

@@ -40,11 +40,11 @@ _DAMPING: Final = 0.25
 """The same for each m/s that it moves, in s."""
 _MARGIN: Final = 0.012
 """Distance in m from the edges of the support polygon that it keeps."""
-_MOST: Final = 0.35
+_LARGEST_CORRECTION: Final = 0.35
 """Largest correction of a joint in rad: 20 degrees."""
-_FASTEST: Final = 3.0
+_FASTEST_CORRECTION: Final = 3.0
 """Highest speed of a correction in rad/s: half of that of an ankle."""
-_LOWEST: Final = 0.15
+_LEAST_HEIGHT: Final = 0.15
 """Least height in m of the center of mass above the soles that counts."""
 _SMOOTHING: Final = 0.06
 """Time constant in s with which loads are smoothed: feet bounce."""
@@ -161,7 +161,7 @@ class SimulatedBalancer:
             wanted = np.zeros(len(self._motors))
         else:
             wanted = self._wanted(support, seconds)
-        reach = _FASTEST * seconds
+        reach = _FASTEST_CORRECTION * seconds
         self._corrections += np.clip(wanted - self._corrections, -reach, reach)
         targets = self._simulator.setpoints.setpoints[self._motors] + self._corrections
         self._simulator.commands[self._motors] = np.clip(targets, *self._ranges)
@@ -207,9 +207,9 @@ class SimulatedBalancer:
             speed = (arm - self._arm) / seconds + np.cross(inertial.angular_velocity, arm)
             self._motion += ((speed @ upright)[:2] - self._motion) * (1.0 - _SMOOTHING_MOTION)
         self._arm = arm
-        height = max(float(now.center[2]) - _SOLE_HEIGHT, _LOWEST)
+        height = max(float(now.center[2]) - _SOLE_HEIGHT, _LEAST_HEIGHT)
         shift = goal - place - _GAIN * (center - goal) - _DAMPING * self._motion
-        forward, left = np.clip(shift / height, -_MOST, _MOST).tolist()
+        forward, left = np.clip(shift / height, -_LARGEST_CORRECTION, _LARGEST_CORRECTION).tolist()
         wanted = np.zeros((2, 3))
         # On both feet, the hips keep the torso upright while it moves sideways.
         wanted[list(carrying)] = -forward, left, -left if len(carrying) > 1 else 0.0

@@ -35,7 +35,7 @@ _SHIFTS: Final = ((1, 0), (0, 1), (-1, -1))
 """Three of six neighbors; the others are opposite. A pixel gets an eighth of the light of each."""
 _ROUNDED: Final = np.float32(0.5)
 """Average loss by rounding down the product with the gain."""
-_HIGHEST: Final = 25
+_HIGHEST_NOISE: Final = 25
 """Limit of the noise of a value."""
 _LEVELS: Final = 4
 """Halvings of the path of motion blur: it has up to 16 steps."""
@@ -140,13 +140,13 @@ class ImageSensor:
         red, blue = self._casts[index] + self._noise.drift * np.sin(angles)
         colors = gain * np.array((red, 1.0, blue))
         # As integers, which are faster: the product of value and gain fills 16 bits.
-        bits = 8 - max(0, math.frexp(colors.max() * (255 + _HIGHEST) / 255)[1])
+        bits = 8 - max(0, math.frexp(colors.max() * (255 + _HIGHEST_NOISE) / 255)[1])
         factors = np.tile(np.rint(colors * 2**bits).astype(np.uint16), width)
         begin = np.random.default_rng((self._seed, index, tick)).integers(_POOL - picture.size)
         pool = _noise_values(self._seed, len(self._cameras), self._noise.white)
         noise = pool[begin : begin + picture.size].reshape(height, 3 * width)
         values = np.add(blurred.reshape(noise.shape), noise, dtype=np.int16)
-        product = values.clip(0, 255 + _HIGHEST, out=values).view(np.uint16)
+        product = values.clip(0, 255 + _HIGHEST_NOISE, out=values).view(np.uint16)
         product *= factors
         product >>= bits
         return values.clip(0, 255, out=values).astype(np.uint8).reshape(picture.shape)
@@ -172,7 +172,7 @@ def _noise_values(seed: int, cameras: int, white: float) -> NDArray[np.int8]:
     values = np.random.default_rng((seed, cameras)).standard_normal(_POOL, np.float32)
     values *= np.float32(white)
     values += _ROUNDED
-    return np.rint(values, out=values).clip(-_HIGHEST, _HIGHEST, out=values).astype(np.int8)
+    return np.rint(values, out=values).clip(-_HIGHEST_NOISE, _HIGHEST_NOISE, out=values).astype(np.int8)
 
 
 def _smeared(picture: Picture, path: NDArray[np.float64]) -> Picture:

@@ -20,7 +20,7 @@ from naoserver_sim.body import TORSO, add_body, sole
 from naoserver_sim.surroundings import SPECTATOR, about_z, add_movables, add_surroundings
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
-_WIDEST: Final = 1280
+_WIDEST_IMAGE: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
 _SETTLING_TIME: Final = 1.0
 _GAP: Final = 0.0002
@@ -76,7 +76,7 @@ def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
                 (size, rate)
                 for size, rate in zip(camera.sizes, camera.rates, strict=True)
                 # Images of another aspect ratio would be crops of the sensor, without its full field of view.
-                if size[0] * first_height == size[1] * first_width and size[0] <= _WIDEST
+                if size[0] * first_height == size[1] * first_width and size[0] <= _WIDEST_IMAGE
             ),
             strict=True,
         )

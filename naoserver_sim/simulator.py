@@ -264,8 +264,8 @@ class VirtualSimulator(Simulator):
         self._detach()
 
 
-_SHORTEST: Final = 0.0005
-_LONGEST: Final = 0.05
+_SHORTEST_SLEEP: Final = 0.0005
+_LONGEST_SLEEP: Final = 0.05
 
 
 class SimulationClock:
@@ -297,7 +297,7 @@ class SimulationClock:
 
     def _nap(self, left: float) -> float:
         """Return the wall seconds to sleep before checking the time again."""
-        return min(max(left / max(self.rate, 1e-3), _SHORTEST), _LONGEST)
+        return min(max(left / max(self.rate, 1e-3), _SHORTEST_SLEEP), _LONGEST_SLEEP)
 
 
 WINDOW = 1.0

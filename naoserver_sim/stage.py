@@ -19,13 +19,13 @@ from naoserver_sim.motors import Array
 from naoserver_sim.simulator import Simulator, Snapshot
 from naoserver_sim.surroundings import about_z
 
-_FARTHEST: Final = 50.0
+_FARTHEST_PLACE: Final = 50.0
 """Largest distance in m from the origin at which objects can be placed."""
 _STRONGEST: Final = 1000.0
 """Largest force in N of a push: a hundred times what the robot withstands."""
 _MOST_PUSHES: Final = 16
 """Maximum number of simultaneous pushes."""
-_LONGEST: Final = 60.0
+_LONGEST_PUSH: Final = 60.0
 """Longest duration of a push or press in s."""
 _SHALLOW: Final = 0.005
 """Depth in m to which a placed object may overlap another, which then pushes it out."""
@@ -102,7 +102,7 @@ class SimulatedStage:
     def place_object(self, name: str, position: Vector) -> None:
         if name not in self.objects:
             raise InvalidCommand("name", f"there is no object {name!r}; there are {', '.join(self.objects)}")
-        _require(-_FARTHEST, _FARTHEST, "m", **dict(zip("xyz", position, strict=True)))
+        _require(-_FARTHEST_PLACE, _FARTHEST_PLACE, "m", **dict(zip("xyz", position, strict=True)))
         if name in self._model.balls:
             self._place_carried(name, position)
         else:
@@ -110,7 +110,7 @@ class SimulatedStage:
 
     def place_robot(self, x: float, y: float, heading: float) -> None:
         """Put the robot on its feet, its motors stiff. Raises InvalidCommand when the place is occupied."""
-        _require(-_FARTHEST, _FARTHEST, "m", x=x, y=y)
+        _require(-_FARTHEST_PLACE, _FARTHEST_PLACE, "m", x=x, y=y)
         _require(-math.tau, math.tau, "rad", heading=heading)
         qpos = self._start_qpos.copy()
         base, start = self._model.base.qpos, self._model.world.robot
@@ -129,7 +129,7 @@ class SimulatedStage:
 
     def push(self, force: Vector, seconds: float) -> None:
         _require(-_STRONGEST, _STRONGEST, "N", **dict(zip(("x", "y", "z"), force, strict=True)))
-        _require(0.0, _LONGEST, "s", seconds=seconds)
+        _require(0.0, _LONGEST_PUSH, "s", seconds=seconds)
         if len(self._pushes) >= _MOST_PUSHES:
             raise InvalidCommand("seconds", f"{_MOST_PUSHES} pushes are already active: wait until one ends")
         push = _Push(np.array(force), seconds)
@@ -141,7 +141,7 @@ class SimulatedStage:
         self._simulator.order(begin)
 
     def press(self, sensor: str, seconds: float) -> None:
-        _require(0.0, _LONGEST, "s", seconds=seconds)
+        _require(0.0, _LONGEST_PUSH, "s", seconds=seconds)
         self._press(sensor, seconds)
 
     def tick(self, seconds: float) -> None:

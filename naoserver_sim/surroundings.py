@@ -152,7 +152,7 @@ def _add_box(spec: mujoco.MjSpec, box: Box) -> None:
 
 _METRE: Final = 100
 """Maximum pixels per metre of the texture."""
-_LARGEST: Final = 1536
+_LARGEST_TEXTURE: Final = 1536
 """Maximum pixels along the longer side of the texture."""
 _NET: Final = (0.80, 0.82, 0.84, 0.35)
 _NET_THICKNESS: Final = 0.01
@@ -166,7 +166,7 @@ def draw_field(field: Field) -> NDArray[np.uint8]:
     The array, which is kept for the next robot on that field, is read-only.
     """
     size = (field.length + 2 * field.border, field.width + 2 * field.border)
-    scale = min(_METRE, _LARGEST / max(size))
+    scale = min(_METRE, _LARGEST_TEXTURE / max(size))
     # Only the quarter with x and y above zero is drawn: the others are its mirror images.
     width, height = (round(scale * side / 2) for side in size)
     x, y = np.meshgrid((np.arange(width) + 0.5) / scale, (np.arange(height) + 0.5) / scale)

@@ -24,7 +24,7 @@ from zenoh_ice.toml_file import parse_toml, read_text
 BALL_RADIUS: Final = 0.06
 """Radius in m of a carried ball."""
 _MOST_THINGS: Final = 100
-_LOWEST: Final = 0.1
+_LOWEST_LIGHT: Final = 0.1
 """Sine of the smallest angle at which light falls downwards."""
 
 Place = Annotated[float, Meta(ge=-50.0, le=50.0)]
@@ -133,7 +133,7 @@ class Light(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     shadows: bool = False
 
     def __post_init__(self) -> None:
-        if self.direction[2] >= -_LOWEST * math.hypot(*self.direction):
+        if self.direction[2] >= -_LOWEST_LIGHT * math.hypot(*self.direction):
             raise ValueError("the direction does not go down: write a negative third number")
 
 

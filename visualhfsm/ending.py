@@ -7,7 +7,7 @@ import signal
 from typing import Final
 
 from visualhfsm.origins import Origin, Origins
-from visualhfsm.watched import describe_exit
+from visualhfsm.watched_process import describe_exit
 from zenoh_ice.application.last_cycle import LastCycle
 
 _NO_ERROR: Final = re.compile(r"[\d-]+ [\d:.]+ (DEBUG|INFO|WARNING) ")

@@ -32,7 +32,7 @@ from hfsm_runtime.recording_file.outcome import (
     Step,
 )
 from hfsm_runtime.recording_file.reader import RecordingError, RecordingFile
-from visualhfsm.child import child_environment
+from visualhfsm.environment import child_environment
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.cli import stop_on_signals
@@ -41,14 +41,14 @@ from zenoh_ice.text import printable
 _T = TypeVar("_T", Step, Divergence, Difference)
 
 _ROWS: Final = 40
-_MOST: Final = 10
+_MOST_LINES: Final = 10
 _WIDE: Final = 34
-_LONG: Final = 60
+_LONG_TEXT: Final = 60
 _SILENCE: Final = 90.0
 """Seconds without output after which the process is stopped: it reports its progress each second."""
-_LOOK: Final = 0.2  # s between two checks for a signal
+_CHECK_PERIOD: Final = 0.2  # s between two checks for a signal
 _LONGEST_LINE: Final = 64 << 20
-_END: Final = 5.0
+_END_LIMIT: Final = 5.0  # s
 _TAIL: Final = 2000
 _VERBS: Final = {"entered": "", "ghost": " (ghost)", "resumed": " (goes on)", "finished": " (finished)"}
 
@@ -209,7 +209,7 @@ async def _run_in_process(
             raise VisualHfsmError(_failure(await child.wait(), errors))
         return outcome
     finally:
-        await child.stop((0.0, _END))
+        await child.stop((0.0, _END_LIMIT))
 
 
 async def _listen(
@@ -219,7 +219,7 @@ async def _listen(
     heard = time.monotonic()
     while not stop.is_set():
         try:
-            text = await asyncio.wait_for(lines.get(), _LOOK)
+            text = await asyncio.wait_for(lines.get(), _CHECK_PERIOD)
         except TimeoutError:
             if time.monotonic() - heard < _SILENCE:
                 continue
@@ -297,7 +297,7 @@ def _first(found: Divergence) -> Iterator[str]:
     for name in dict.fromkeys([*recorded.guards, *replayed.guards]):
         yield _row(f"guard {name}", _value(recorded, name), _value(replayed, name))
     yield _row("fired", _listed(recorded.fired), _listed(replayed.fired))
-    for ours, theirs in islice(_pairs(recorded.errors, replayed.errors), _MOST):
+    for ours, theirs in islice(_pairs(recorded.errors, replayed.errors), _MOST_LINES):
         yield _row("error", ours, theirs)
     yield _row("then in", recorded.state_after or "-", replayed.state_after or "-")
 
@@ -323,27 +323,27 @@ def _differences(differences: Sequence[Difference]) -> Iterator[str]:
     if differences:
         yield ""
         yield "other values, the first of each:"
-    for found in differences[:_MOST]:
+    for found in differences[:_MOST_LINES]:
         recorded, replayed = _shown(found.recorded), _shown(found.replayed)
         what = f"{found.kind} {printable(found.what)}"
         yield f"{found.time:>10.3f} s  {printable(found.name)}: {what} was {recorded} and is {replayed}"
-    if len(differences) > _MOST:
-        yield f"... and {len(differences) - _MOST} more: --json has all"
+    if len(differences) > _MOST_LINES:
+        yield f"... and {len(differences) - _MOST_LINES} more: --json has all"
 
 
 def _guesses(guesses: dict[str, int]) -> Iterator[str]:
     if guesses:
         yield ""
         yield "values requested now that were not requested then; each got the newest earlier value:"
-    for what, count in list(guesses.items())[:_MOST]:
+    for what, count in list(guesses.items())[:_MOST_LINES]:
         yield f"{count:>8} x {printable(what)}"
-    if len(guesses) > _MOST:
-        yield f"... and {len(guesses) - _MOST} more: --json has all"
+    if len(guesses) > _MOST_LINES:
+        yield f"... and {len(guesses) - _MOST_LINES} more: --json has all"
 
 
 def _row(label: str, recorded: str, replayed: str) -> str:
     left = printable(recorded)[: _WIDE - 1]
-    return f"  {printable(label)[:_WIDE]:<{_WIDE}}{left:<{_WIDE}}{printable(replayed)[:_LONG]}".rstrip()
+    return f"  {printable(label)[:_WIDE]:<{_WIDE}}{left:<{_WIDE}}{printable(replayed)[:_LONG_TEXT]}".rstrip()
 
 
 def _value(side: Side, guard: str) -> str:
@@ -364,4 +364,4 @@ def _pairs(ours: Sequence[str], theirs: Sequence[str]) -> Iterator[tuple[str, st
 
 def _shown(value: Any) -> str:  # noqa: ANN401 - JSON
     text = "nothing" if value is None else repr(value)
-    return printable(text if len(text) <= _LONG else f"{text[:_LONG]}...")
+    return printable(text if len(text) <= _LONG_TEXT else f"{text[:_LONG_TEXT]}...")

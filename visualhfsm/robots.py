@@ -19,11 +19,11 @@ from typing import Final, Literal
 
 import msgspec
 
-from visualhfsm.child import child_environment
+from visualhfsm.environment import child_environment
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.robot import RobotPresence
 from visualhfsm.services import Publish, Robot, Simulation, complete, free_endpoint
-from visualhfsm.watched import Lines, WatchedProcess, describe_exit
+from visualhfsm.watched_process import Lines, WatchedProcess, describe_exit
 from zenoh_ice import Settings
 
 _BALLS: Final = ("red", "green")

@@ -37,7 +37,7 @@ LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
 """Libraries that the page imports by name; each is a file in vendor/."""
 MOST_PICTURES: Final = 600
 """Pictures of all cameras together in one file; those of 320 x 240 take about 10 MB."""
-LARGEST: Final = 50 << 20
+LARGEST_PAGE: Final = 50 << 20
 """Limit in bytes of a file that can be opened and sent without trouble."""
 
 _LARGEST_MOMENTS: Final = 64 << 20
@@ -103,7 +103,7 @@ def write_run_page(path: Path, run: Run) -> int:
     return len(text.encode())
 
 
-def run_page(run: Run, largest: int = LARGEST) -> str:
+def run_page(run: Run, largest: int = LARGEST_PAGE) -> str:
     """Return the page of a run as HTML. Raises VisualHfsmError when it is empty, or too large."""
     nonce = secrets.token_urlsafe(16)
     policy = "; ".join(

@@ -23,13 +23,13 @@ from codegen.hfsm import (
     write_document,
 )
 from codegen.hfsm.document import Document
-from visualhfsm.child import child_environment
 from visualhfsm.ending import LastWords, describe_end
+from visualhfsm.environment import child_environment
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component, summary
 from visualhfsm.origins import Origin, Origins, read_origins
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source, complete
-from visualhfsm.watched import Lines, WatchedProcess
+from visualhfsm.watched_process import Lines, WatchedProcess
 from zenoh_ice import Settings
 from zenoh_ice.application import last_cycle
 

@@ -21,7 +21,7 @@ from .exceptions import MarshalException
 from .text import printable
 
 LARGE: Final = 1 << 16  # size in bytes from which a byte sequence becomes a separate piece
-LARGEST: Final = 1 << 20  # bytes of a payload that is decoded
+LARGEST_PAYLOAD: Final = 1 << 20  # bytes of a payload that is decoded
 LARGEST_BULK: Final = 32 << 20  # the same, if its type holds byte sequences: images
 
 DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
@@ -29,7 +29,7 @@ DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, Me
 
 ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
 """Exceptions of `to_msgpack` for values that cannot be encoded; `not_encoded` explains them."""
-_LONGEST: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
+_LONGEST_BYTES: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
 _HEADER_SIZE: Final = 5  # of a large byte sequence there: a type byte and the length
 _EMPTY: Final = b"\xc4\x00"  # a byte sequence of none
 
@@ -106,7 +106,7 @@ def _marked(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, byt
     value = changed = getattr(struct, name, None)
     if rest:
         changed = _marked(value, tuple(rest), place, taken)
-    elif isinstance(value, bytes) and LARGE <= len(value) <= _LONGEST:
+    elif isinstance(value, bytes) and LARGE <= len(value) <= _LONGEST_BYTES:
         taken[place], changed = value, _MARK
     return struct if changed is value else msgspec.structs.replace(struct, **{name: changed})
 
@@ -169,7 +169,7 @@ class Codec(Generic[S]):
         """
         self.holds_bytes = bytes in wire.leaves
         """Whether the type contains a byte sequence, at any depth."""
-        self.size_limit = LARGEST_BULK if self.holds_bytes else LARGEST
+        self.size_limit = LARGEST_BULK if self.holds_bytes else LARGEST_PAYLOAD
         """Maximum size of a payload in bytes."""
 
     def _make_by_name(self, *values: object, **named: object) -> S:

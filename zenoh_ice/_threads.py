@@ -55,7 +55,7 @@ class Kind:
 
 Job = tuple[Kind, Callable[..., object]]
 
-_LONG: Final = Kind(math.inf)
+_LONG_JOB: Final = Kind(math.inf)
 
 
 class UserCodeThread(threading.Thread):
@@ -127,7 +127,7 @@ class Pool:
     def submit(self, run: Callable[[], object], kind: Kind | None = None) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""
         if self.has_threads:
-            self.jobs.put((kind or _LONG, run))
+            self.jobs.put((kind or _LONG_JOB, run))
         else:
             run()
 

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import msgspec
 from msgspec import Meta
 
-from ._codec import LARGEST, Buffer, Codec, decode_bounded, encode
+from ._codec import LARGEST_PAYLOAD, Buffer, Codec, decode_bounded, encode
 from ._values import Resolve
 from .exceptions import (
     AccessDeniedException,
@@ -175,7 +175,7 @@ def decode_error(
     other side are cut, and made printable unless they are members of a declared exception.
     """
     try:
-        wire = decode_bounded(_decode, payload, LARGEST, f"error of {what}")
+        wire = decode_bounded(_decode, payload, LARGEST_PAYLOAD, f"error of {what}")
     except MarshalException as problem:
         return problem
     message = printable(wire.message) or f"{what} failed, and the servant gives no reason"

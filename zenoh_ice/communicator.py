@@ -44,7 +44,7 @@ _DESTROY_LIMIT: Final = 2.0  # s for which threads may still run
 _STATUS_LIMIT: Final = 0.5  # s to wait for the status of a process that seems to be present
 _ON_ITS_WAY: Final = 0.05  # s in which news of a subscription reaches the servant
 _MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
-_LOOK_AGAIN: Final = 0.05  # s between two checks of a wait for the end
+_CHECK_PERIOD: Final = 0.05  # s between two checks of a wait for the end
 
 _logger = logging.getLogger(__name__)
 
@@ -269,7 +269,7 @@ class Communicator:
         end = time.monotonic() + (threading.TIMEOUT_MAX if timeout is None else timeout)
         # Not `Event.wait`: Ctrl-C may leave its lock taken, and is not noticed if it comes right before.
         while (left := end - time.monotonic()) > 0 and not self._shutdown.is_set():
-            time.sleep(min(left, _LOOK_AGAIN))
+            time.sleep(min(left, _CHECK_PERIOD))
         return self._shutdown.is_set()
 
     def destroy(self) -> None:

@@ -12,7 +12,7 @@ from typing import Final, Self
 import zenoh
 from zenoh.handlers import RingChannel
 
-from ._codec import LARGEST
+from ._codec import LARGEST_PAYLOAD
 from ._wire import ERROR_ENCODING
 from .session import close_session, open_session
 from .settings import Settings
@@ -88,7 +88,7 @@ class Messenger:
 def _answer_of(reply: zenoh.Reply) -> Answer | None:
     """Return the answer in a reply; None for Zenoh's own error at the end of the limit."""
     content = reply.ok or reply.err
-    if content is None or len(content.payload) > LARGEST:
+    if content is None or len(content.payload) > LARGEST_PAYLOAD:
         return None
     if reply.ok is None and str(content.encoding) != ERROR_ENCODING:
         return None

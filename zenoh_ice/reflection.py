@@ -33,7 +33,7 @@ _BUILTIN_TYPES: Final = frozenset(
 )
 _TYPE_KINDS: Final = frozenset({"interface", "struct", "class", "enumeration", "sequence", "dictionary"})
 _LARGEST_SCHEMA: Final = 1 << 18  # characters that are read; the largest of ours has 20,000
-_DEEPEST: Final = 32  # types within types, both of a dictionary, or types that extend each other
+_DEEPEST_TYPE: Final = 32  # types within types, both of a dictionary, or types that extend each other
 
 # As in Slice a name neither begins nor ends with an underscore nor has two together: `__init__` and the like
 # cannot be members.
@@ -280,13 +280,13 @@ def _weigh(schema: Schema, name: str, weights: dict[str, int], around: int = 0) 
     definition = schema.definitions.get(name)
     if definition is None or definition.kind == "interface":
         return 1
-    if name not in weights and around <= _DEEPEST:
+    if name not in weights and around <= _DEEPEST_TYPE:
         by_value = definition.kind in {"struct", "sequence", "dictionary"}  # a class may be null
         within = (*definition.bases, *(_used_types(definition) if by_value else ()))
         each = [_weigh(schema, inner, weights, around + 1) for inner in within]
         weights[name] = 1 + (sum(each) if definition.kind == "dictionary" else max(each, default=0))
-    if weights.get(name, _DEEPEST + 1) > _DEEPEST:
-        raise _malformed(f"a type holds or extends itself, or lies more than {_DEEPEST} deep", name)
+    if weights.get(name, _DEEPEST_TYPE + 1) > _DEEPEST_TYPE:
+        raise _malformed(f"a type holds or extends itself, or lies more than {_DEEPEST_TYPE} deep", name)
     return weights[name]
 
 

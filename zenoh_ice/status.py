@@ -13,7 +13,7 @@ from typing import Annotated
 
 import msgspec
 
-from ._codec import LARGEST, Buffer, decode_bounded
+from ._codec import LARGEST_PAYLOAD, Buffer, decode_bounded
 from .text import LONGEST_TEXT
 
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
@@ -67,7 +67,7 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
 def decode_status(data: Buffer, process: str) -> ProcessStatus:
     """Decode the status of a process; raises MarshalException that names it for a malformed one."""
     decode = msgspec.msgpack.Decoder(ProcessStatus).decode
-    return decode_bounded(decode, data, LARGEST, f"status of {process}")
+    return decode_bounded(decode, data, LARGEST_PAYLOAD, f"status of {process}")
 
 
 def program_name() -> str:

@@ -38,11 +38,11 @@ LINGER: Final = 10.0
 """Seconds after which an unused stream is closed."""
 
 # s after which a coroutine checks anyway: it is not woken when its servant disappears.
-_LOOK_AGAIN: Final = 0.1
+_CHECK_PERIOD: Final = 0.1  # s
 _LOOKS: Final = 4  # checks for unused readers within LINGER
 _JOIN_LIMIT: Final = 2.0  # s
 _WORTH_ASKING: Final = 0.1  # s, the shortest wait in which the servant is asked whether it sees a listener
-_ASKING: Final = 1.0  # s before the end of a wait at which it is asked
+_INQUIRY_TIME: Final = 1.0  # s before the end of a wait at which it is asked
 _ASKING_SHARE: Final = 0.75  # the same as a share of short waits
 _EXPLAINING: Final = 0.05  # s after the end of a wait in which its failure may be explained
 _LONGEST_QUEUE: Final = 10_000
@@ -316,7 +316,7 @@ class _Inquiry:
         self._worth_asking: Final = timeout >= _WORTH_ASKING
         self._unheard = False
         self._begun = False
-        ahead = min(_ASKING, _ASKING_SHARE * timeout) if self._worth_asking else 0.0
+        ahead = min(_INQUIRY_TIME, _ASKING_SHARE * timeout) if self._worth_asking else 0.0
         self.delay: Final = timeout - ahead if reader.streams.pool.has_threads else timeout
         """Seconds after the start of the wait when it is time to ask; those of the whole wait for never."""
 
@@ -580,7 +580,7 @@ class Samples(Generic[V]):
                         explain = self._reader.explain_silence
                         raise await asyncio.to_thread(explain, self._timeout, inquiry)
                     with suppress(TimeoutError):
-                        await asyncio.wait_for(arrival.wait(), min(left, _LOOK_AGAIN))
+                        await asyncio.wait_for(arrival.wait(), min(left, _CHECK_PERIOD))
                     arrival.clear()
                 self._pacer.count()
                 yield arrived.pop()

@@ -7,10 +7,10 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Final
 
-PATIENCE: Final = 5.0
+WARNING_DELAY: Final = 5.0
 """Seconds after which it is worth a warning: on a busy machine links take long."""
-_LOOK: Final = 0.1
-_END: Final = 2.0
+_CHECK_PERIOD: Final = 0.1  # s
+_END_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
 
@@ -38,11 +38,11 @@ class AbsenceWarning:
         """Warn no more."""
         self._end.set()
         if self._thread is not None:
-            self._thread.join(_END)
+            self._thread.join(_END_LIMIT)
 
     def _wait(self) -> None:
-        for _ in range(round(PATIENCE / _LOOK)):
-            if self._end.wait(_LOOK) or self._connected():
+        for _ in range(round(WARNING_DELAY / _CHECK_PERIOD)):
+            if self._end.wait(_CHECK_PERIOD) or self._connected():
                 return
         self._warn()
 

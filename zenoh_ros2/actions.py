@@ -25,7 +25,7 @@ from .workers import join_all
 
 _STATUS: Final = QoS(durability="transient_local", depth=1)
 _FEEDBACK: Final = QoS(depth=100)
-_LATE: Final = 60.0  # s for which a goal is still cancelled if accepted after its sender gave up
+_CANCEL_TIME: Final = 60.0  # s for which a goal is still cancelled if accepted after its sender gave up
 _MOST_GOALS: Final = 16  # that a server executes at a time
 _MOST_ENDED: Final = 64  # goals whose results it keeps
 
@@ -103,7 +103,9 @@ class ActionClient:
         with self._lock:
             self._goals[sent.id] = sent
         try:
-            response = self._send.call_async(goal_id={"uuid": sent.id}, goal=request, timeout=timeout + _LATE)
+            response = self._send.call_async(
+                goal_id={"uuid": sent.id}, goal=request, timeout=timeout + _CANCEL_TIME
+            )
             try:
                 accepted = response.result(timeout).accepted
             except FutureTimeoutError as error:
@@ -143,7 +145,7 @@ class ActionClient:
         """Cancel a goal that is accepted after its sender gave up: nobody else would stop it."""
         try:
             if response.result().accepted:
-                self._cancel.call_async(goal_info=_reference(goal), timeout=_LATE)
+                self._cancel.call_async(goal_info=_reference(goal), timeout=_CANCEL_TIME)
         except RosError as error:
             _logger.debug("%s: %s", self.name, error)
 

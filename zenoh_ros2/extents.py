@@ -22,7 +22,7 @@ _HEADER: Final = 4
 """Bytes before a message, which say how it is encoded; places in a message are counted from their end."""
 _PADDING: Final = 3
 """Bytes that may follow a message."""
-_WIDEST: Final = 8
+_ALIGNMENT: Final = 8  # bytes
 _LENGTH: Final = 4
 
 Fields = Iterable[tuple[str, Any]]
@@ -104,7 +104,7 @@ class _Fixed:
         self.ends: Final = ends
 
     def advance(self, reader: _Reader, at: int) -> int:
-        return reader.within(at - at % _WIDEST + self.ends[at % _WIDEST])
+        return reader.within(at - at % _ALIGNMENT + self.ends[at % _ALIGNMENT])
 
 
 class _Text:
@@ -170,9 +170,9 @@ def _aligned(at: int, size: int) -> int:
 
 
 def _fixed(size: int, count: int) -> _Fixed:
-    return _Fixed(tuple(_aligned(begin, size) + size * count for begin in range(_WIDEST)))
+    return _Fixed(tuple(_aligned(begin, size) + size * count for begin in range(_ALIGNMENT)))
 
 
 def _joined(first: _Fixed, second: _Fixed) -> _Fixed:
     """Return two steps as one."""
-    return _Fixed(tuple(end - end % _WIDEST + second.ends[end % _WIDEST] for end in first.ends))
+    return _Fixed(tuple(end - end % _ALIGNMENT + second.ends[end % _ALIGNMENT] for end in first.ends))

@@ -21,14 +21,14 @@ from .workers import Job
 
 MOST_OF_A_NAME: Final = 256
 """Maximum entities of one kind that are counted of one topic or service."""
-MOST: Final = 2000
+MOST_ENTITIES: Final = 2000
 """Maximum entities that are counted of a whole graph."""
 _UNANNOUNCED: Final = 0.8
 """Seconds in which the token of an entity that sent something arrives."""
-_AGAIN: Final = 2.0
+_QUERY_DELAY: Final = 2.0
 """Seconds after which tokens are asked for again when there were too many; each time twice as long."""
-_LONGEST: Final = 30.0
-_LOOK: Final = 0.5
+_LONGEST_DELAY: Final = 30.0  # s
+_CHECK_PERIOD: Final = 0.5
 """Seconds after which a waiting caller looks again: only then are tokens asked for again."""
 
 _logger = logging.getLogger(__name__)
@@ -48,7 +48,7 @@ class Discovery:
         """Wait until a condition on tokens holds; return whether it does within `timeout` s."""
         deadline = time.monotonic() + timeout
         with self.changed:
-            while not self.changed.wait_for(holds, min(_LOOK, max(0.0, deadline - time.monotonic()))):
+            while not self.changed.wait_for(holds, min(_CHECK_PERIOD, max(0.0, deadline - time.monotonic()))):
                 if time.monotonic() >= deadline:
                     return False
             return True
@@ -85,7 +85,7 @@ class Entities:
         """Whether some tokens were left out."""
         self._warned = False
         self._closed = False
-        self._pause = _AGAIN
+        self._pause = _QUERY_DELAY
         self._again = math.inf
         """When to ask again, by the monotonic clock."""
         self._subscriber: zenoh.Subscriber[None] | None = None
@@ -150,7 +150,8 @@ class Entities:
             warns = self._full and not self._warned
             if subscriber is not None:
                 self._subscriber, self._warned = None, True
-                self._again, self._pause = time.monotonic() + self._pause, min(2 * self._pause, _LONGEST)
+                self._again = time.monotonic() + self._pause
+                self._pause = min(2 * self._pause, _LONGEST_DELAY)
         if subscriber is not None:
             subscriber.undeclare()
         if warns:
@@ -227,7 +228,7 @@ class Graph(Entities):
 
     def __init__(self, discovery: Discovery) -> None:
         """Ask for all tokens, and follow their changes."""
-        super().__init__(discovery, f"{SPACE}/{discovery.domain}/**", "the graph of ROS", MOST)
+        super().__init__(discovery, f"{SPACE}/{discovery.domain}/**", "the graph of ROS", MOST_ENTITIES)
 
     def wait(self, holds: Callable[[], bool], timeout: float) -> bool:
         """Wait until a condition on the graph holds; return whether it does within `timeout` s."""

@@ -11,9 +11,9 @@ from zenoh_ice.text import printable
 
 _FIRST: Final = 3
 """Refusals that are logged in any case."""
-_PAUSE: Final = 10.0
+_LINE_PERIOD: Final = 10.0
 """Minimum seconds between two lines about the others."""
-_LONGEST: Final = 500
+_LONGEST_LINE: Final = 500
 """Characters of a line."""
 
 _logger = logging.getLogger(__name__)
@@ -37,7 +37,7 @@ class Refusals:
             now = time.monotonic()
             if self.count > _FIRST and now < self._next:
                 return
-            self._next = now + _PAUSE
+            self._next = now + _LINE_PERIOD
             between, self._logged = self.count - self._logged - 1, self.count
         more = f" ({between} more since the last report)" if between else ""
-        _logger.warning("%s: %s: %s%s", self._name, self._what, printable(str(why), _LONGEST), more)
+        _logger.warning("%s: %s: %s%s", self._name, self._what, printable(str(why), _LONGEST_LINE), more)

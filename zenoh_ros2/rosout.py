@@ -12,7 +12,7 @@ from .wire import QoS
 _QOS: Final = QoS(durability="transient_local", depth=1000)  # rclcpp's, without its lifespan of 10 s
 _LEVELS: Final = ((logging.CRITICAL, 50), (logging.ERROR, 40), (logging.WARNING, 30), (logging.INFO, 20))
 _DEBUG: Final = 10
-_LONGEST: Final = 10_000  # characters of a message
+_LONGEST_MESSAGE: Final = 10_000  # characters of a message
 
 
 class RosoutHandler(logging.Handler):
@@ -35,7 +35,7 @@ class RosoutHandler(logging.Handler):
                 stamp=self._node.now(),
                 level=next((number for least, number in _LEVELS if record.levelno >= least), _DEBUG),
                 name=record.name,
-                msg=self.format(record).replace("\0", "")[:_LONGEST],
+                msg=self.format(record).replace("\0", "")[:_LONGEST_MESSAGE],
                 file=record.pathname,
                 function=record.funcName or "",
                 line=record.lineno,

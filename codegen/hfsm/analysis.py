@@ -21,8 +21,8 @@ from .code.language import first_foreign
 from .code.names import COMPONENT_ALIASES
 from .code.scopes import INSPECTING, free_names, local_names
 from .code.text import (
-    Code,
     CodeError,
+    CodeText,
     all_nodes,
     as_class,
     as_function,
@@ -54,7 +54,7 @@ __all__ = [
     "library_names",
 ]
 
-_DEEPEST: Final = 150
+_DEEPEST_TREE: Final = 150
 """The greatest depth of trees that are analyzed: the checks recurse into them."""
 
 
@@ -68,7 +68,7 @@ class Piece:
     """
 
     tree: ast.Module
-    code: Code
+    code: CodeText
     header: int
     path: Path
     automaton: int = 0
@@ -487,7 +487,7 @@ class _Reader:
         self._analysis.problems.append(CodeProblem(text, path or self._analysis.path, error))
 
 
-def _parse(code: Code, kind: _Kind) -> tuple[ast.Module, int]:
+def _parse(code: CodeText, kind: _Kind) -> tuple[ast.Module, int]:
     """Return the tree of a piece of code, and the number of generated lines before it. Raises CodeError."""
     if kind not in ("condition", "value"):
         return parse(code, code.lines), 0
@@ -505,7 +505,7 @@ def _parse(code: Code, kind: _Kind) -> tuple[ast.Module, int]:
 @lru_cache(maxsize=4096)
 def _is_too_deep(tree: ast.AST) -> bool:
     level: list[ast.AST] = [tree]
-    for _ in range(_DEEPEST):
+    for _ in range(_DEEPEST_TREE):
         level = [child for node in level for child in child_nodes(node)]
         if not level:
             return False

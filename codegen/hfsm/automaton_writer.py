@@ -9,7 +9,7 @@ from typing import Final
 
 from .analysis import AutomatonCode, Part, Piece
 from .code.names import RESERVED, docstring, identifier, literal, quoted, unique
-from .code.text import INDENT, Code
+from .code.text import INDENT, CodeText
 from .code.values import delay, milliseconds, parse_value
 from .document import Automaton, Parameter, State, Transition
 
@@ -30,7 +30,7 @@ class CodeLines:
     """
 
     lines: Sequence[str]
-    code: Code
+    code: CodeText
     path: Path
     part: str
     automaton: int = 0
@@ -133,7 +133,7 @@ class AutomatonWriter:
         yield f"            id={self._number},"
         if self._source:
             line = f"            source={quoted(self._source)},"
-            yield self._code_line(line, ("automaton", 0), Code((line,), automaton.line))
+            yield self._code_line(line, ("automaton", 0), CodeText((line,), automaton.line))
         yield f"            period={(milliseconds(automaton.iteration_time) or 0.0) / 1000!r},"
         if automaton.inputs:
             yield "            inputs=("
@@ -189,7 +189,7 @@ class AutomatonWriter:
         arguments = []
         if transition.type == "condition":
             # With the original generator, too, an empty condition never holds.
-            guard_or_never = guard or Code(("False",), transition.trigger.line)
+            guard_or_never = guard or CodeText(("False",), transition.trigger.line)
             function = self._function("guard", "trigger", transition, guard_or_never)
             arguments.append(f"guard={function}")
         elif guard is not None:
@@ -218,13 +218,13 @@ class AutomatonWriter:
         return name
 
     def _function(
-        self, kind: str, part: str, owner: State | Transition, written: Piece | Code, parameter: str = ""
+        self, kind: str, part: str, owner: State | Transition, written: Piece | CodeText, parameter: str = ""
     ) -> str:
         """Write a piece of code, or a generated expression, as a nested function; return its name."""
         function = self._unused(f"{kind}_{identifier(owner.name, str(owner.id))}", owner.id)
         lines = self._lines
         lines += ["", f"        def {function}({parameter}):"]
-        if isinstance(written, Code):
+        if isinstance(written, CodeText):
             lines.append(self._code_line(f"            return {written.lines[0]}", (part, owner.id), written))
             return function
         lines += self._nonlocal(written)
@@ -280,12 +280,12 @@ class AutomatonWriter:
         lines = self._code_lines(code.indented(len(indent) // len(INDENT) + 1), what, code, name)
         return [f"{before}(", lines, f"{indent}){end}"]
 
-    def _code_line(self, line: str, what: tuple[str, int], code: Code, name: str = "") -> CodeLines:
+    def _code_line(self, line: str, what: tuple[str, int], code: CodeText, name: str = "") -> CodeLines:
         """Return a line with code that is all its statement."""
         return replace(self._code_lines([line], what, code, name), is_block=False)
 
     def _code_lines(
-        self, lines: Sequence[str], what: tuple[str, int], code: Code, name: str = ""
+        self, lines: Sequence[str], what: tuple[str, int], code: CodeText, name: str = ""
     ) -> CodeLines:
         """Return lines with code; `what` has its part, and the id of the state or the transition."""
         return CodeLines(lines, code, self._path, what[0], self._automaton.id, what[1], name)

@@ -28,9 +28,9 @@ from .code.names import (
     reserved_names,
     unique,
 )
-from .code.text import FUTURE, Code, CodeError, compile_source, definitions
+from .code.text import FUTURE, CodeError, CodeText, compile_source, definitions
 from .code.values import parse_value
-from .codes import Code as DocumentCode
+from .codes import Code
 from .known_interfaces import KnownInterface, KnownInterfaces
 from .map_writer import MarkedLines
 from .old_names import LOCK
@@ -72,9 +72,9 @@ def check_component(component: GeneratedComponent, analysis: Analysis, diagnosti
     """
     path = analysis.path
     try:
-        compile_source(component.text, Code(tuple(component.text.split("\n")), line=1))
+        compile_source(component.text, CodeText(tuple(component.text.split("\n")), line=1))
     except CodeError as error:
-        diagnostics.error(DocumentCode.BAD_CODE, str(error), _place(component, error, path))
+        diagnostics.error(Code.BAD_CODE, str(error), _place(component, error, path))
         return
     if SourceMap.read(component.text).rows != component.source_map.rows:
         _report_marks(component, diagnostics)
@@ -83,7 +83,7 @@ def check_component(component: GeneratedComponent, analysis: Analysis, diagnosti
         node = next((each for each in declared if each.name == name), analysis.document)
         place = Location(node.path or path, node.line, max(1, node.column))
         message = f"`{name}` would have two meanings in the component: choose another name"
-        diagnostics.error(DocumentCode.RESERVED_NAME, message, place)
+        diagnostics.error(Code.RESERVED_NAME, message, place)
 
 
 def _report_marks(component: GeneratedComponent, diagnostics: Diagnostics) -> None:
@@ -95,7 +95,7 @@ def _report_marks(component: GeneratedComponent, diagnostics: Diagnostics) -> No
             if line == end:
                 message = f"`{line.strip()}` is what ends code in a component: change this comment"
                 place = Location(piece.path, *piece.code.place(index + 1, 1))
-                diagnostics.error(DocumentCode.BAD_CODE, message, place)
+                diagnostics.error(Code.BAD_CODE, message, place)
 
 
 def _place(component: GeneratedComponent, wrong: CodeError, path: Path) -> Location:
@@ -221,7 +221,7 @@ class _Generator:
         yield from ours
         for statement, library in reversed(theirs.items()):
             if not (self._uses_tf and statement == f"import {TF}"):
-                code = Code((statement,), library.name.line)
+                code = CodeText((statement,), library.name.line)
                 yield CodeLines([statement], code, library.path or self._path, "library", is_block=False)
         if extension:
             where = f"__file__, __package__, {quoted(extension.path.stem)}, {quoted(extension.class_name)}"

@@ -42,7 +42,7 @@ _QOS: Final[Mapping[str, Mapping[str, object]]] = {
     "transient_local": {"durability": "transient_local"},
     "keep_all": {"keep_all": True},
 }
-_DEEPEST: Final = 10_000
+_LARGEST_DEPTH: Final = 10_000
 _NAME: Final = re.compile(r"(/|~/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _LONGEST_NAME: Final = 200
 _LARGEST_FILE: Final = 1 << 18
@@ -64,11 +64,11 @@ def parse_qos(text: str) -> dict[str, object]:
         depth = word.removeprefix("depth=")
         if word in _QOS:
             found |= _QOS[word]
-        elif depth.isascii() and depth.isdigit() and 1 <= int(depth[:9]) <= _DEEPEST:
+        elif depth.isascii() and depth.isdigit() and 1 <= int(depth[:9]) <= _LARGEST_DEPTH:
             found["depth"] = int(depth)
         else:
             known = ", ".join(_QOS)
-            raise ValueError(f"`{word[:40]}` is none of {known} and depth=1 to depth={_DEEPEST}")
+            raise ValueError(f"`{word[:40]}` is none of {known} and depth=1 to depth={_LARGEST_DEPTH}")
     return found
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Sequence
 
 _BITS = 64
-_DEEPEST = 50
+_DEEPEST_NESTING = 50
 _LONGEST_NUMBER = 40
 
 _INTEGER = re.compile(r"(?P<digits>0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)[uUlL]{0,3}")
@@ -109,7 +109,7 @@ class _Evaluation:
     def conditional(self) -> Number:
         """Read an expression, perhaps `a ? b : c`."""
         self._depth += 1
-        if self._depth > _DEEPEST:
+        if self._depth > _DEEPEST_NESTING:
             raise ConditionError("it is nested too deeply")
         value = self._binary(0)
         if self.waiting and self.waiting[-1] == "?":

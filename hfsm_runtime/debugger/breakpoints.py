@@ -16,7 +16,7 @@ from ..tree import Run
 from ..variables import cells_of, did_you_mean, values_of
 from .expressions import Expression, ExpressionError, Members
 
-_MOST: Final = 1000
+_MOST_BREAKPOINTS: Final = 1000
 """Largest number of breakpoints of a component."""
 _SELF: Final = "self"
 """The name through which conditions read the parameters of the component."""
@@ -50,8 +50,10 @@ class Breakpoints(Observer):
         invalid conditions, or conditions with names that the automaton's code does not use.
         """
         found = list(breakpoints)
-        if len(found) > _MOST:
-            raise ValueTypeError(f"there are {len(found)} breakpoints: at most {_MOST} are allowed")
+        if len(found) > _MOST_BREAKPOINTS:
+            raise ValueTypeError(
+                f"there are {len(found)} breakpoints: at most {_MOST_BREAKPOINTS} are allowed"
+            )
         with self._lock:
             different = [one for index, one in enumerate(found) if one not in found[:index]]
             self._all = tuple((one, self._check(one)) for one in different)

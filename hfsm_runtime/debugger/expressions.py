@@ -17,11 +17,11 @@ from typing import Any, Final
 
 import msgspec
 
-_LONGEST: Final = 500
+_LONGEST_EXPRESSION: Final = 500
 _LARGEST_INTEGER: Final = 2**256
 _MOST_ELEMENTS: Final = 10_000
 """Largest number of elements read to compare or search containers."""
-_DEEPEST: Final = 32
+_DEEPEST_EXPRESSION: Final = 32
 
 _ARITHMETIC: Final[Mapping[type[ast.operator], Callable[[Any, Any], object]]] = {
     ast.Add: operator.add,
@@ -107,8 +107,10 @@ def values_in(code: str, names: Mapping[str, object], most: int) -> dict[str, ob
 
 
 def _parse(text: str) -> ast.expr:
-    if len(text) > _LONGEST:
-        raise ExpressionError(f"the expression has {len(text)} characters: at most {_LONGEST} are allowed")
+    if len(text) > _LONGEST_EXPRESSION:
+        raise ExpressionError(
+            f"the expression has {len(text)} characters: at most {_LONGEST_EXPRESSION} are allowed"
+        )
     if not text.isprintable():
         raise ExpressionError("the expression has invisible characters")
     try:
@@ -121,8 +123,8 @@ def _parse(text: str) -> ast.expr:
 
 def _check(text: str, node: ast.expr, depth: int = 0) -> None:
     """Refuse whatever is not known to be harmless."""
-    if depth > _DEEPEST:
-        raise _error(node, f"the expression is nested more than {_DEEPEST} deep")
+    if depth > _DEEPEST_EXPRESSION:
+        raise _error(node, f"the expression is nested more than {_DEEPEST_EXPRESSION} deep")
     match node:
         case ast.Constant(value=int()):
             _bounded(node, node.value)
@@ -277,7 +279,7 @@ def plain(value: object) -> object:
 
 def _copy(value: object, left: list[int], depth: int) -> object:
     left[0] -= 1
-    if left[0] < 0 or depth > _DEEPEST:
+    if left[0] < 0 or depth > _DEEPEST_EXPRESSION:
         raise ValueError("it is too large")
     found = _scalar(value)
     if found is None or type(found) in {bool, int, float, str}:

@@ -30,7 +30,7 @@ from .snapshot import structure_of, take_snapshot
 
 _INTERVAL: Final = 0.1
 """Seconds of wall time between snapshots while nothing changes."""
-_CLOSE: Final = 2.0
+_CLOSE_LIMIT: Final = 2.0  # s
 _LONGEST_REASON: Final = 2000
 """Most characters of a reason, which may be the text of an exception from user code."""
 _LONGEST_NAME: Final = 200
@@ -182,7 +182,7 @@ class Monitor(Observer):
     def __exit__(self, *_: object) -> None:
         self._closing = True
         self._changed.set()
-        self._thread.join(_CLOSE)
+        self._thread.join(_CLOSE_LIMIT)
         self._adapter.destroy()
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002

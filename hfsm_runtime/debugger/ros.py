@@ -36,7 +36,7 @@ _HEARTBEAT: Final = 1.0
 _GATHERING: Final = 0.02
 """Wall seconds in which changes are gathered."""
 _MOST_TRANSITIONS: Final = 1000  # that wait to be published
-_CLOSE: Final = 2.0
+_CLOSE_LIMIT: Final = 2.0  # s
 _LARGEST_ID: Final = 255  # of lifecycle_msgs
 
 _logger = logging.getLogger(__name__)
@@ -98,7 +98,7 @@ class RosMonitor(Observer):
         """Publish the last states; the node's end withdraws the rest."""
         self._closing = True
         self._wake.set()
-        self._thread.join(_CLOSE)
+        self._thread.join(_CLOSE_LIMIT)
         for log in self._logs:
             log.removeHandler(self._handler_of_logs)
         self._handler_of_logs.close()

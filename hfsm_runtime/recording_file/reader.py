@@ -23,7 +23,7 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
 from .messages import MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
-LARGEST: Final = 64 << 20
+LARGEST_RECORD: Final = 64 << 20
 """Most bytes of a record, of an unpacked chunk, and of all sources together."""
 LARGEST_MESSAGE: Final = 4 << 20
 """Most bytes of a message other than an image: the largest that the runtime writes has about 1 MiB."""
@@ -143,7 +143,7 @@ class RecordingFile:
 
     def _read_head(self) -> None:
         """Read everything before the first message: all metadata and sources."""
-        left = LARGEST
+        left = LARGEST_RECORD
         with self._path.open("rb") as file:
             for _, (opcode, payload) in _records(file):
                 if opcode == _METADATA:
@@ -217,7 +217,7 @@ def _read_record(file: IO[bytes]) -> tuple[int, bytes]:
     if len(head) < _HEAD.size:
         raise EOFError
     opcode, length = _HEAD.unpack(head)
-    if length > LARGEST:
+    if length > LARGEST_RECORD:
         raise ValueError(f"a record of {length} bytes")
     payload = file.read(length)
     if len(payload) < length:
@@ -235,8 +235,8 @@ def _unpack(opcode: int, payload: bytes) -> Iterator[tuple[int, bytes]]:
         return
     chunk = Chunk.read(_stream(payload))
     size, data = chunk.uncompressed_size, chunk.data
-    if size > LARGEST:
-        raise RecordingError(f"a chunk unpacks to {size} bytes: at most {LARGEST} are read")
+    if size > LARGEST_RECORD:
+        raise RecordingError(f"a chunk unpacks to {size} bytes: at most {LARGEST_RECORD} are read")
     if chunk.compression == "zstd":
         if not 0 <= zstandard.frame_content_size(data) <= size:
             raise ValueError("a chunk unpacks to more than it says")

@@ -19,14 +19,14 @@ from .reader import LARGEST_MESSAGE
 
 _logger = logging.getLogger(__name__)
 
-_LOOK: Final = 0.1
+_CHECK_PERIOD: Final = 0.1
 """Seconds between checks of the queue: waking the thread for each message would cost more than writing it."""
 _CHUNK: Final = 10
 """Checks after which a chunk ends, so that a killed process loses at most a second."""
 _CHUNK_SIZE: Final = 1 << 20
 _MOST_WAITING: Final = 50_000
 _MOST_BYTES: Final = 128 << 20
-_CLOSE: Final = 10.0
+_CLOSE_LIMIT: Final = 10.0  # s
 
 
 class RecordingFailedError(Exception):
@@ -123,7 +123,7 @@ class RecordingWriter:
     def close(self) -> None:
         """Write the waiting messages and close the file; takes at most 10 s."""
         self._stopping.set()
-        self._thread.join(_CLOSE)
+        self._thread.join(_CLOSE_LIMIT)
         if self._thread.is_alive():
             _logger.error("the recording %s does not end: the disk is too slow", self._path)
         elif self.dropped:
@@ -140,7 +140,7 @@ class RecordingWriter:
         try:
             last, looks = False, 0
             while not last:
-                last = self._stopping.wait(_LOOK)
+                last = self._stopping.wait(_CHECK_PERIOD)
                 if last and self._lost:
                     self._record_gap(self._latest)
                 self._drain()

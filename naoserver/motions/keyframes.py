@@ -111,12 +111,14 @@ def _known(key: Key, begin: float) -> float:
     return begin if key.angle is None else key.angle
 
 
-_LONGEST: Final = 600.0
+_LONGEST_MOTION: Final = 600.0  # s
 _SAME_MOTOR: Final = "HipYawPitch"
 _JOINTS: Final = {joint.name: joint for joint in H25.joints}
 _FOLLOWERS: Final = frozenset(coupling.follower for coupling in H25.couplings)
 
-Seconds = Annotated[float, Meta(gt=0.0, le=_LONGEST, description=f"write s above 0, at most {_LONGEST:g}")]
+Seconds = Annotated[
+    float, Meta(gt=0.0, le=_LONGEST_MOTION, description=f"write s above 0, at most {_LONGEST_MOTION:g}")
+]
 Posture = Annotated[
     str, Meta(pattern=rf"^({'|'.join(POSTURES)})\Z", description=f"write one of {', '.join(POSTURES)}")
 ]
@@ -207,8 +209,8 @@ def parse_motion(text: str, name: str, file: str) -> Motion:
     last = 0.0
     for number, frame in enumerate(document.frame):
         time = round(last + frame.after if frame.after else frame.time or 0.0, 6)
-        if not last < time <= _LONGEST:
-            message = f"its time {time:g} s must be above {last:g} s, and at most {_LONGEST:g} s"
+        if not last < time <= _LONGEST_MOTION:
+            message = f"its time {time:g} s must be above {last:g} s, and at most {_LONGEST_MOTION:g} s"
             raise error(number, "after" if frame.after else "time", message)
         last = time
         numbers[time] = number

@@ -19,7 +19,7 @@ from naoserver.event_log import HOT
 from naoserver.guarded_device import GuardedDevice
 from naoserver.motions.keyframes import Motion
 from naoserver.motions.postures import STANCES, Situation, Stance, stance_of
-from naoserver.motions.routes import SLOWEST, UPRIGHT, Route, RouteError, changes_stance
+from naoserver.motions.routes import SLOWEST_PACE, UPRIGHT, Route, RouteError, changes_stance
 from naoserver.robot import LIMP, JointReading
 
 PERIOD: Final = 0.02
@@ -29,8 +29,8 @@ _AHEAD: Final = 2 * PERIOD
 _STIFFENING: Final = 0.4
 """Seconds in which limp motors become stiff before a motion."""
 _STIFF: Final = 0.99
-_FASTEST: Final = {joint.name: joint.max_velocity for joint in H25.joints}
-_SETTLING: Final = 0.3
+_JOINT_SPEEDS: Final = {joint.name: joint.max_velocity for joint in H25.joints}
+_SETTLING_TIME: Final = 0.3
 """Seconds after a leg before the body's situation is checked."""
 
 
@@ -104,7 +104,7 @@ class MotionPlayer:
             self._body.gate.require(client)
             if self._closed:
                 return
-            action = _Action(kind, name, route, max(pace, SLOWEST), client)
+            action = _Action(kind, name, route, max(pace, SLOWEST_PACE), client)
             first = route.next_leg(self.situation(), self._commands())
             if first is not None:
                 self._require_cool(first)
@@ -179,7 +179,7 @@ class MotionPlayer:
         assert leg is not None
         assert begin is not None
         time = self.robot_time() - action.since
-        if time >= leg.duration / action.pace + _SETTLING:
+        if time >= leg.duration / action.pace + _SETTLING_TIME:
             self._check(leg, self._body.read())
             self._begin_leg(action, action.route.next_leg(self.situation(), self._commands()))
             if action.leg is None:
@@ -197,7 +197,7 @@ class MotionPlayer:
         commands = dict(zip(self._names, reading.commands, strict=True))
         # After a late tick a joint may be too far behind to catch up at once.
         speeds = {
-            joint: min(abs(angle - commands[joint]) / _AHEAD, _FASTEST[joint])
+            joint: min(abs(angle - commands[joint]) / _AHEAD, _JOINT_SPEEDS[joint])
             for joint, angle in wanted.items()
         }
         self._body.move(wanted, speeds, client=action.client, owner=action.owner)

@@ -20,13 +20,13 @@ from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nea
 
 _FRACTION: Final = 0.3
 """Highest speed of a change of posture at full pace, as a fraction of the joints' full speed."""
-SLOWEST: Final = 0.01
+SLOWEST_PACE: Final = 0.01
 """Smallest fraction of the full pace; smaller ones are raised to it, so that every way ends."""
-_SHORTEST: Final = 0.4
+_SHORTEST_CHANGE: Final = 0.4
 """Minimum duration of a change of posture in s."""
 _SAME: Final = 0.02
 """Angle in rad within which a joint's setpoint needs no separate leg."""
-_TRIES: Final = 3
+_MOST_TRIES: Final = 3
 """Number of attempts at a motion out of a stance."""
 
 
@@ -66,8 +66,8 @@ class PostureRoute:
             self._arrived = True
             return within_stance(self._posture, self._motions, situation, commands, self._fraction)
         self._arrived = False
-        if self._tries[stance] == _TRIES:
-            raise RouteError(f"it is still {stance} after {_TRIES} motions")
+        if self._tries[stance] == _MOST_TRIES:
+            raise RouteError(f"it is still {stance} after {_MOST_TRIES} motions")
         if stance in _SIDES:
             self._tries[stance] += 1
             # The arms in that posture tip the body onto its belly or its back: either will do.
@@ -177,7 +177,9 @@ def change_posture(posture: str, commands: Mapping[str, float], fraction: float)
         for joint in H25.joints
         if joint.name in commands
     )
-    seconds = max(seconds * Interpolation.SMOOTH.peak / (_FRACTION * max(fraction, SLOWEST)), _SHORTEST)
+    seconds = max(
+        seconds * Interpolation.SMOOTH.peak / (_FRACTION * max(fraction, SLOWEST_PACE)), _SHORTEST_CHANGE
+    )
     keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items() if joint in commands}
     for pair in H25.couplings:
         del keys[pair.follower]

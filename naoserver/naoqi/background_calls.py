@@ -11,14 +11,14 @@ from naoserver.errors import HardwareFailure
 from naoserver.naoqi.connection import Connection, Reporter, join
 from naoserver.naoqi.link import Failure, Link, LinkLost, Reply
 
-MOST: Final = 200
+MOST_CALLS: Final = 200
 """Limit of unanswered calls; further ones are refused, unless they stop something."""
 _AFTER_FAILURE: Final = 2.0
-_PATIENCE: Final = 1.0
+_ANSWER_LIMIT: Final = 1.0
 """Seconds to wait for an answer before the next command is sent without it."""
-_AGAIN: Final = 0.3
+_STOP_PERIOD: Final = 0.3
 """Seconds until a stop that failed is sent again."""
-_END: Final = 2.0
+_END_LIMIT: Final = 2.0  # s
 
 V = TypeVar("V")
 
@@ -39,8 +39,8 @@ class BackgroundCalls:
         """
         link = self._connection.require()
         with self._lock:
-            if len(self._replies) >= MOST and not urgent:
-                raise HardwareFailure(f"{operation}: the robot has not answered {MOST} earlier calls")
+            if len(self._replies) >= MOST_CALLS and not urgent:
+                raise HardwareFailure(f"{operation}: the robot has not answered {MOST_CALLS} earlier calls")
             self._replies.append((operation, link.begin(operation, *arguments)))
 
     def tick(self, _link: Link) -> None:
@@ -168,7 +168,7 @@ class CoalescingQueue(Generic[V]):
         with self._changed:
             self._closing = True
             self._changed.notify_all()
-        join(self._thread, _END)
+        join(self._thread, _END_LIMIT)
 
     def _send_waiting(self) -> None:
         link = self._connection.link
@@ -210,7 +210,7 @@ class CoalescingQueue(Generic[V]):
     def _failure_of(self, reply: Reply) -> str:
         """Return why the robot has not carried out a call; empty if it has, or is lost."""
         try:
-            reply.result(_PATIENCE)
+            reply.result(_ANSWER_LIMIT)
         except LinkLost:
             return ""  # the robot is stopped when it is found again
         except HardwareFailure as error:
@@ -231,4 +231,4 @@ class CoalescingQueue(Generic[V]):
         at_once = bool(self._waiting)
         self._waiting.update(stops)
         if not at_once:
-            self._changed.wait_for(lambda: self._replies, _AGAIN)
+            self._changed.wait_for(lambda: self._replies, _STOP_PERIOD)

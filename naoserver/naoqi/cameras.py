@@ -26,9 +26,9 @@ _logger = logging.getLogger(__name__)
 RESOLUTIONS: Final = {size: number for number, size in IMAGE_SIZES.items()}
 """NAOqi's number of each image size."""
 _RGB: Final = 11
-_PATIENCE: Final = 0.9
+_PICTURE_LIMIT: Final = 0.9
 """Seconds within which a picture has to arrive: a capture blocks at most 1 s."""
-_AGAIN: Final = 0.004
+_REQUEST_PERIOD: Final = 0.004
 """Seconds between two requests for a picture that is not available yet."""
 _SAME: Final = 1.5
 """Periods for which requests are repeated to get a picture newer than the last."""
@@ -107,8 +107,8 @@ class NaoqiCameras:
         camera = self._cameras.get(name)
         if camera is None:
             raise HardwareFailure(f"there is no camera {name!r}")
-        deadline = time.monotonic() + _PATIENCE
-        if not camera.lock.acquire(timeout=_PATIENCE):
+        deadline = time.monotonic() + _PICTURE_LIMIT
+        if not camera.lock.acquire(timeout=_PICTURE_LIMIT):
             raise HardwareFailure(f"{name} is busy")
         try:
             if self._closed:
@@ -145,9 +145,9 @@ class NaoqiCameras:
                 if frame.time != camera.newest or time.monotonic() > content:
                     camera.newest = frame.time
                     return replace(frame, time=camera.stamps.steady(frame.time, arrival))
-            if time.monotonic() + _AGAIN > deadline:
+            if time.monotonic() + _REQUEST_PERIOD > deadline:
                 raise HardwareFailure(f"{camera.facts.name} returned no image")
-            time.sleep(_AGAIN)
+            time.sleep(_REQUEST_PERIOD)
 
     def _subscribe(self, camera: _Camera, size: tuple[int, int]) -> _Subscription:
         link = self._connection.require()
@@ -159,7 +159,7 @@ class NaoqiCameras:
         _release(camera)
         rate = dict(zip(camera.facts.sizes, camera.facts.rates, strict=True))[size]
         wanted = (NAME, camera.index, RESOLUTIONS[size], _RGB, round(rate))
-        handle = call(link, "ALVideoDevice.subscribeCamera", *wanted, timeout=_PATIENCE)
+        handle = call(link, "ALVideoDevice.subscribeCamera", *wanted, timeout=_PICTURE_LIMIT)
         if not handle:
             message = f"{camera.facts.name}: the robot gives no subscription for {size[0]}x{size[1]}"
             raise HardwareFailure(f"{message}; other programs may hold too many")

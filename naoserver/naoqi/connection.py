@@ -73,10 +73,10 @@ PERIOD: Final = 0.02
 """Seconds between two polls of the robot: NAOqi's own cycle."""
 SILENCE: Final = 0.7
 """Seconds without an answer after which the robot counts as lost, so that it is reported within 1 s."""
-_CONNECTING: Final = 2.0
-_FIRST_CONNECTING: Final = 5.0
-_RETRY: Final = 0.5
-_END: Final = 5.0
+_CONNECTION_LIMIT: Final = 2.0  # s
+_FIRST_CONNECTION_LIMIT: Final = 5.0  # s
+_RETRY_DELAY: Final = 0.5  # s
+_END_LIMIT: Final = 5.0  # s
 
 
 class Connection:
@@ -115,7 +115,7 @@ class Connection:
 
     def start(self) -> None:
         """Connect, and poll the robot from then on. Raises RobotError when it cannot be reached."""
-        self._link = self._open(_FIRST_CONNECTING)
+        self._link = self._open(_FIRST_CONNECTION_LIMIT)
         try:
             for look in self.on_tick:
                 look(self._link)
@@ -127,7 +127,7 @@ class Connection:
     def close(self) -> None:
         """Disconnect, and end the thread; does nothing the second time."""
         self._closing.set()
-        join(self._thread, _END)
+        join(self._thread, _END_LIMIT)
         link, self._link = self._link, None
         if link is not None:
             link.close()
@@ -146,7 +146,7 @@ class Connection:
         while not self._closing.is_set():
             link = self._link
             if link is None:
-                self._closing.wait(_RETRY)
+                self._closing.wait(_RETRY_DELAY)
                 self._find()
             elif (why := self._look_after(link)) and not self._closing.is_set():
                 self._lose(link, why)
@@ -182,7 +182,7 @@ class Connection:
 
     def _find(self) -> None:
         try:
-            link = self._open(_CONNECTING)
+            link = self._open(_CONNECTION_LIMIT)
         except RobotError as error:
             self._reporter.report_once("finding", f"the robot is still lost: {error}")
             return

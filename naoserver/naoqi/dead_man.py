@@ -28,16 +28,16 @@ SILENCE: Final = 0.7
 """Seconds without a beat after which the robot is stopped."""
 _PERIOD: Final = 0.1
 """Seconds between two beats."""
-_PATIENCE: Final = 10.0
+_STOP_LIMIT: Final = 10.0
 """Seconds within which the robot must be stopped."""
-_AGAIN: Final = 0.3
+_STOP_PERIOD: Final = 0.3
 """Seconds until a stop that failed is repeated."""
-_CONNECTING: Final = 2.0
-_END: Final = 3.0
-_HOLD: Final = 0.1
+_CONNECTION_LIMIT: Final = 2.0  # s
+_END_LIMIT: Final = 3.0  # s
+_HOLD_FRACTION: Final = 0.1
 _BEAT: Final = b"."
 _DONE: Final = b"q"
-_LARGEST: Final = 4096
+_LARGEST_MESSAGE: Final = 4096
 
 
 class DeadMansSwitch:
@@ -79,10 +79,10 @@ class DeadMansSwitch:
         """End the switch; unless it was released, it stops the robot first, which takes 13 s at most."""
         self._pipe.close()
         try:
-            self._process.wait(_END if self._released else _PATIENCE + _END)
+            self._process.wait(_END_LIMIT if self._released else _STOP_LIMIT + _END_LIMIT)
         except subprocess.TimeoutExpired:
             self._process.kill()
-            self._process.wait(_END)
+            self._process.wait(_END_LIMIT)
 
 
 def guard(pipe: int, connect: Callable[[float], Link]) -> None:
@@ -94,7 +94,7 @@ def guard(pipe: int, connect: Callable[[float], Link]) -> None:
     armed = False
     while True:
         heard = bool(select.select([pipe], [], [], SILENCE if armed else None)[0])
-        news = os.read(pipe, _LARGEST) if heard else b""
+        news = os.read(pipe, _LARGEST_MESSAGE) if heard else b""
         ended = heard and not news
         if _DONE in news or (ended and not armed):
             return
@@ -127,11 +127,13 @@ class _Robot:
 
     def stop(self) -> str:
         """Stop walk, posture and joints; try until that has succeeded, or for 10 s. Return what failed."""
-        deadline = time.monotonic() + _PATIENCE
+        deadline = time.monotonic() + _STOP_LIMIT
         left: list[Callable[[Link], object]] = [
             lambda link: call(link, "ALMotion.stopMove"),
             lambda link: call(link, "ALRobotPosture.stopMove"),
-            lambda link: call(link, "ALMotion.changeAngles", self._joints, [0.0] * len(self._joints), _HOLD),
+            lambda link: call(
+                link, "ALMotion.changeAngles", self._joints, [0.0] * len(self._joints), _HOLD_FRACTION
+            ),
         ]
         trouble = ""
         while left and time.monotonic() < deadline:
@@ -144,12 +146,12 @@ class _Robot:
                     failed.append(stop)
             left = failed
             if left:
-                time.sleep(_AGAIN)
+                time.sleep(_STOP_PERIOD)
         return trouble if left else ""
 
     def _linked(self) -> Link:
         if self._link is None or self._link.lost.is_set():
-            link = self._connect(_CONNECTING)
+            link = self._connect(_CONNECTION_LIMIT)
             try:
                 self._joints = [str(name) for name in call(link, "ALMotion.getBodyNames", "Body")]
             except HardwareFailure:

@@ -12,12 +12,12 @@ from naoserver.naoqi.connection import Connection, Reporter
 from naoserver.naoqi.link import Link, Reply
 from naoserver.naoqi.state import NaoqiState
 
-_SLOWEST: Final = 0.002
+_SLOWEST_FRACTION: Final = 0.002
 """Smallest fraction of a joint's full speed in a call."""
 _FEW: Final = 4
 """Number of different speeds sent unchanged; more are rounded, because each needs its own call."""
 _STEP: Final = math.log(1.1)
-_HOLD: Final = 0.1
+_HOLD_FRACTION: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,7 @@ def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[flo
     """
     held = [joint for joint, order in orders.items() if order.target is None]
     targets = {joint: order.target for joint, order in orders.items() if order.target is not None}
-    fractions = {joint: min(1.0, max(_SLOWEST, orders[joint].fraction)) for joint in targets}
+    fractions = {joint: min(1.0, max(_SLOWEST_FRACTION, orders[joint].fraction)) for joint in targets}
     if len(set(fractions.values())) > _FEW:
         fractions = {joint: _rounded(fraction) for joint, fraction in fractions.items()}
     groups: dict[float, list[str]] = {}
@@ -114,9 +114,9 @@ def calls_of(orders: Mapping[str, Order]) -> list[tuple[str, list[str], list[flo
     ]
     if held:
         # Relative to their present setpoints, which only the robot knows at this moment.
-        calls.append(("ALMotion.changeAngles", held, [0.0] * len(held), _HOLD))
+        calls.append(("ALMotion.changeAngles", held, [0.0] * len(held), _HOLD_FRACTION))
     return calls
 
 
 def _rounded(fraction: float) -> float:
-    return max(_SLOWEST, math.exp(math.floor(math.log(fraction) / _STEP + 1e-9) * _STEP))
+    return max(_SLOWEST_FRACTION, math.exp(math.floor(math.log(fraction) / _STEP + 1e-9) * _STEP))

@@ -20,7 +20,7 @@ from naoserver.capabilities import (
 from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.robot import JointReading
 
-FARTHEST: Final = 2.55
+FARTHEST_ECHO: Final = 2.55
 """Range in m: a sonar reading beyond it means that nothing is near; so does 0, before the first echo."""
 _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
@@ -125,7 +125,7 @@ class MemoryLayout:
                 left_foot=left,
                 right_foot=right,
                 sonar=SonarReading(
-                    *(at(index) if 0.0 < at(index) <= FARTHEST else math.inf for index in self._sonar)
+                    *(at(index) if 0.0 < at(index) <= FARTHEST_ECHO else math.inf for index in self._sonar)
                 ),
                 touched=frozenset(name for name, index in self._touch if at(index) > _PRESSED),
                 battery=BatteryReading(

@@ -27,7 +27,7 @@ from zenoh_ice import WallClock
 _logger = logging.getLogger(__name__)
 
 _DISABLED: Final = "disabled"
-_LONG: Final = 60.0
+_POSTURE_LIMIT: Final = 60.0
 """Seconds for the robot to stand up, to crouch, or to change its Autonomous Life."""
 _SECONDS: Final = 1.0
 """Seconds in which motors become stiff or limp."""
@@ -89,7 +89,7 @@ class Lifecycle:
             return
         if state != _DISABLED:
             self._life_before = self._life_before or state
-            call(link, "ALAutonomousLife.setState", _DISABLED, timeout=_LONG)
+            call(link, "ALAutonomousLife.setState", _DISABLED, timeout=_POSTURE_LIMIT)
             self._reporter.report(Severity.Info, f"Autonomous Life was {state}, and is switched off")
 
     def begin(self) -> None:
@@ -98,7 +98,7 @@ class Lifecycle:
         if self._options.start is not Start.LEAVE and self.is_stopped():
             self._reporter.report(Severity.Warning, "the robot is still stopped: it stays as it is")
         elif self._options.start is Start.STAND:
-            call(self._connection.require(), "ALMotion.wakeUp", timeout=_LONG)
+            call(self._connection.require(), "ALMotion.wakeUp", timeout=_POSTURE_LIMIT)
         elif self._options.start is Start.STIFFEN:
             _stiffen(self._connection.require(), 1.0)
 
@@ -114,17 +114,17 @@ class Lifecycle:
             return
         try:
             if self._options.end is End.REST:
-                call(link, "ALMotion.rest", timeout=_LONG)
+                call(link, "ALMotion.rest", timeout=_POSTURE_LIMIT)
             elif self._options.end is End.LIMP:
                 _stiffen(link, 0.0)
             if self._options.life is Life.SUSPEND and self._life_before:
-                call(link, "ALAutonomousLife.setState", self._life_before, timeout=_LONG)
+                call(link, "ALAutonomousLife.setState", self._life_before, timeout=_POSTURE_LIMIT)
         except HardwareFailure as error:
             self._reporter.report(Severity.Error, f"the robot was not left as requested: {error}")
 
 
 def _stiffen(link: Link, stiffness: float) -> None:
-    call(link, "ALMotion.stiffnessInterpolation", "Body", stiffness, _SECONDS, timeout=_LONG)
+    call(link, "ALMotion.stiffnessInterpolation", "Body", stiffness, _SECONDS, timeout=_POSTURE_LIMIT)
 
 
 class NaoqiRobot:

@@ -15,7 +15,7 @@ from naoserver.capabilities import InertialReading, SenseReading
 from naoserver.errors import HardwareFailure
 from naoserver.naoqi.connection import SILENCE
 from naoserver.naoqi.link import NAME, CallFailed, Link, call, is_nao6
-from naoserver.naoqi.memory_keys import FARTHEST, Measurements, MemoryLayout
+from naoserver.naoqi.memory_keys import FARTHEST_ECHO, Measurements, MemoryLayout
 from naoserver.robot import FALLEN_TILT, BodyState, JointFacts, JointReading
 from zenoh_ice import Clock
 
@@ -216,7 +216,7 @@ class NaoqiSenses:
 
     @property
     def sonar_range(self) -> tuple[float, float] | None:
-        return (0.25, FARTHEST) if self._sonar else None
+        return (0.25, FARTHEST_ECHO) if self._sonar else None
 
     def inertial(self) -> InertialReading:
         return self.read().inertial

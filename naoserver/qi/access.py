@@ -30,7 +30,7 @@ PERIOD: Final = 0.02
 """Robot seconds between two setpoints: ALMotion's cycle."""
 _TORSO, _WORLD, _ROBOT = 0, 1, 2
 """NAOqi's numbers of frames."""
-_ENDING: Final = 5.0
+_END_LIMIT: Final = 5.0
 """Robot seconds within which a walk or a motion has to end."""
 RENEWAL: Final = 0.15
 """Wall seconds after which a command is renewed: well within the guard's timeout."""
@@ -107,7 +107,7 @@ class Access:
     def free(self, call: Call) -> None:
         """End the walk and other motion; return when no joint is claimed, or after some seconds."""
         joints = [joint.name for joint in self.body.joints]
-        for _ in range(round(_ENDING / PERIOD)):
+        for _ in range(round(_END_LIMIT / PERIOD)):
             if call.stopped.is_set() or not self.body.claims.stop(joints):
                 return
             call.wait(PERIOD)

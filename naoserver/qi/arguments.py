@@ -17,9 +17,9 @@ from naoserver.errors import InvalidCommand
 
 _logger = logging.getLogger(__name__)
 
-MOST: Final = 1000
+MOST_ENTRIES: Final = 1000
 """Maximum entries of a list, and maximum values without effect that a service keeps: the newest ones."""
-LONGEST: Final = 10_000
+LONGEST_TEXT: Final = 10_000
 """Maximum characters of a text."""
 _QUOTED: Final = 60  # characters of a foreign value in an error
 
@@ -51,8 +51,8 @@ def listed(value: object, what: str, count: int | None = None) -> list[object]:
     """Return the entries of a list, exactly `count` if that is given. Raises InvalidCommand."""
     if not isinstance(value, (list, tuple)):
         raise InvalidCommand(what, f"{what} is {reprlib.repr(value)}, not a list")
-    if len(value) > MOST:
-        raise InvalidCommand(what, f"{what} has {len(value)} entries, more than {MOST}")
+    if len(value) > MOST_ENTRIES:
+        raise InvalidCommand(what, f"{what} has {len(value)} entries, more than {MOST_ENTRIES}")
     if count is not None and len(value) != count:
         raise InvalidCommand(what, f"{what} has {len(value)} entries, not {count}")
     return list(value)
@@ -85,8 +85,8 @@ def text(value: object, what: str) -> str:
     """Return a text. Raises InvalidCommand."""
     if not isinstance(value, str):
         raise InvalidCommand(what, f"{what} is {reprlib.repr(value)}, not a text")
-    if len(value) > LONGEST:
-        raise InvalidCommand(what, f"{what} has {len(value)} characters, more than {LONGEST}")
+    if len(value) > LONGEST_TEXT:
+        raise InvalidCommand(what, f"{what} has {len(value)} characters, more than {LONGEST_TEXT}")
     return value
 
 
@@ -116,8 +116,8 @@ def keepable(value: object, what: str) -> object:
             size += len(part)
         elif part is not None and not isinstance(part, (int, float)):
             raise InvalidCommand(what, f"{what} holds a {type(part).__name__}: only plain values are kept")
-        if size > LONGEST:
-            raise InvalidCommand(what, f"{what} is too large: {LONGEST} characters and entries are kept")
+        if size > LONGEST_TEXT:
+            raise InvalidCommand(what, f"{what} is too large: {LONGEST_TEXT} characters and entries are kept")
         if isinstance(part, (list, tuple)):
             rest.extend(part)
     return value
@@ -211,7 +211,7 @@ def kept(
 
     def remember(self: Any, *arguments: object) -> object:  # noqa: ANN401 - any service
         *key, new = _checked(checks, arguments)
-        if len(self.kept) >= MOST and (what, *key) not in self.kept:
+        if len(self.kept) >= MOST_ENTRIES and (what, *key) not in self.kept:
             self.kept.pop(next(iter(self.kept)), None)  # the oldest
         self.kept[what, *key] = new
         _logger.info("%s is %s, which has no effect", what, reprlib.repr(new))

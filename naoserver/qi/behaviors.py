@@ -17,14 +17,14 @@ from naoserver.qi.access import Access, Service
 from naoserver.qi.animations import TAGS, AnimationRoute, find_animation, load_animations
 from naoserver.qi.arguments import chosen, constant, keepable, kept, refused, text, texts
 from naoserver.qi.clients import Activity, Call, Client, begins, begins_any
-from naoserver.qi.modules import LOOK
+from naoserver.qi.modules import CHECK_PERIOD
 from naoserver.qi.postures import ALRobotPosture
 from naoserver.servants.motions import MOTION
 
 _PACE: Final = 0.8
 _FOLDER: Final = PurePosixPath("/home/nao/behaviors")
 """The folder of behaviors on a robot's disk."""
-_DEEPEST: Final = 8
+_MOST_PARTS: Final = 8
 """Parts of a behavior's name at most, which are folders."""
 _NO_BOXES: Final = "Choregraphe's boxes and timelines are not played here; ALBehaviorManager has behaviors"
 
@@ -47,7 +47,7 @@ class ALBehaviorManager(Service):
         self._access.free(call)
         count = self._start(call, motion)
         while self._runs(count):
-            if call.wait(LOOK):
+            if call.wait(CHECK_PERIOD):
                 self._halt(call.client, count)
                 return
 
@@ -175,7 +175,7 @@ class ALFrameManager(Service):
         text(behName, "name")
         folder = PurePosixPath(text(xmlFilePath, "file name")).parent
         names = ["/".join(folder.parts[i:]) for i in range(len(folder.parts))]
-        for name in names[-_DEEPEST:]:
+        for name in names[-_MOST_PARTS:]:
             if self._manager.isBehaviorInstalled(name):
                 return name
         raise InvalidCommand("file name", f"{str(folder)[-200:]!r} is the folder of no behavior: {_NO_BOXES}")

@@ -42,7 +42,7 @@ from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
 
-_ENDING: Final = 5.0
+_END_LIMIT: Final = 5.0
 """Wall seconds in which calls that are stopped at the end have ended."""
 
 
@@ -180,8 +180,8 @@ class Calls:
             pass
         for client in clients:
             client.close()
-        if not self._calls.wait_for_end(_ENDING):
-            _logger.error("calls of programs did not end within %g s", _ENDING)
+        if not self._calls.wait_for_end(_END_LIMIT):
+            _logger.error("calls of programs did not end within %g s", _END_LIMIT)
 
     def _invoke(self, name: str, operation: MethodType) -> Callable[..., Any]:
         form = _form(operation.__func__)

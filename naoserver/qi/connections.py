@@ -28,7 +28,7 @@ from naoserver.qi.clients import Client
 
 _logger = logging.getLogger(__name__)
 
-LARGEST: Final = 1 << 18
+LARGEST_MESSAGE: Final = 1 << 18
 """Maximum bytes of a message from a program: libqi decodes it in one go, 20,000 numbers in some 0.1 s."""
 MOST_CONNECTIONS: Final = 500
 """Maximum connections, also silent ones."""
@@ -36,11 +36,11 @@ MOST_PROGRAMS: Final = 64
 """Maximum connections that use services."""
 MOST_SHORT: Final = 4
 """Maximum short calls and posts of a program in libqi; what follows them waits in the connection."""
-_ENDING: Final = 5.0
+_END_LIMIT: Final = 5.0
 """Wall seconds in which every client is dealt with as lost at the end."""
 _ANSWERING: Final = 0.05
 """Wall seconds in which the client that requests an interruption gets its answer."""
-_PATIENCE: Final = 10.0
+_TALK_LIMIT: Final = 10.0
 """Wall seconds in which a program begins to talk, and in which it takes what is sent to it."""
 _KEEP_ALIVE: Final = {"TCP_KEEPIDLE": 2, "TCP_KEEPINTVL": 1, "TCP_KEEPCNT": 3}
 """Options that notice a computer that is gone: s until the first question, between two, and how many."""
@@ -133,9 +133,9 @@ class Connections:
 
         with suppress(RuntimeError):  # the loop has ended, since it could not listen again
             self._loop.call_soon_threadsafe(begin)
-        self._thread.join(_ENDING)
+        self._thread.join(_END_LIMIT)
         if self._thread.is_alive():
-            _logger.error("%s did not end within %g s", self._thread.name, _ENDING)
+            _logger.error("%s did not end within %g s", self._thread.name, _END_LIMIT)
 
     def _bind(self, port: int) -> socket.socket:
         family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
@@ -250,7 +250,7 @@ class _Program:
         )
         writer: asyncio.StreamWriter | None = None
         try:
-            async with asyncio.timeout(_PATIENCE):
+            async with asyncio.timeout(_TALK_LIMIT):
                 first = await _header(self._reader)
                 inner = urlsplit(self._offer.url)
                 reader, writer = await asyncio.open_connection(inner.hostname, inner.port)
@@ -292,12 +292,12 @@ class _Program:
 
     async def _payload(self, size: int) -> bytes:
         """Return the payload of a message. Raises _Refused when it is too large."""
-        if size <= LARGEST:
+        if size <= LARGEST_MESSAGE:
             return await self._reader.readexactly(size)
         left = size
         while left:
-            left -= len(await self._reader.readexactly(min(left, LARGEST)))
-        raise _Refused(f"a message of {size} bytes is too large: {LARGEST} at most")
+            left -= len(await self._reader.readexactly(min(left, LARGEST_MESSAGE)))
+        raise _Refused(f"a message of {size} bytes is too large: {LARGEST_MESSAGE} at most")
 
     async def _as_call(
         self, post: _Header, payload: bytes, libqi: asyncio.StreamWriter
@@ -349,7 +349,7 @@ class _Program:
         call = _Header(_MAGIC, next(self._own_calls), len(payload), 0, _CALL, 0, door, _MAIN, _FIRST_METHOD)
         borrowing = self._borrowing = asyncio.get_running_loop().create_future()
         await _send(libqi, call, payload)
-        async with asyncio.timeout(_PATIENCE):
+        async with asyncio.timeout(_TALK_LIMIT):
             kind, answer = await borrowing
         for end in (_ADDRESS.size, _ADDRESS.size + _UID):  # the address ends the answer, or an identity does
             if kind == _REPLY and len(answer) >= end:
@@ -372,7 +372,7 @@ async def _header(reader: asyncio.StreamReader) -> _Header:
 async def _send(writer: asyncio.StreamWriter, header: _Header, payload: bytes) -> None:
     """Send a message. Raises TimeoutError when the other side does not take it."""
     writer.writelines((_HEADER.pack(*header), payload))
-    async with asyncio.timeout(_PATIENCE):
+    async with asyncio.timeout(_TALK_LIMIT):
         await writer.drain()
 
 

@@ -35,10 +35,10 @@ _NAMED: Final = {
 _DARK: Final = (0.0, 0.0, 0.0)
 _STEP: Final = 0.4
 """Robot seconds of a step of an effect."""
-_LONGEST: Final = 60.0
-_MOST: Final = 100
+_LONGEST_FADE: Final = 60.0  # s
+_MOST_GROUPS: Final = 100
 _part: Final = partial(number_within, lower=0.0, upper=1.0)
-_seconds: Final = partial(number_within, what="duration", lower=0.0, upper=_LONGEST)
+_seconds: Final = partial(number_within, what="duration", lower=0.0, upper=_LONGEST_FADE)
 
 
 class ALLeds(Service):
@@ -46,7 +46,7 @@ class ALLeds(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._created = self._bounded("groups of lights", _MOST)
+        self._created = self._bounded("groups of lights", _MOST_GROUPS)
 
     @property
     def _lights(self) -> Lights:
@@ -112,7 +112,7 @@ class ALLeds(Service):
     def rotateEyes(self, call: Call, rgb: object, timeForRotation: object, totalDuration: object) -> None:
         """Let both eyes swell and fade in a colour, once a rotation, for some seconds."""
         color, end = _color((rgb,)), self._robot.clock.now() + _seconds(totalDuration)
-        half = number_within(timeForRotation, "time of a rotation", 0.1, _LONGEST) / 2.0
+        half = number_within(timeForRotation, "time of a rotation", 0.1, _LONGEST_FADE) / 2.0
         for shown in itertools.cycle((color, _DARK)):
             self._fade("FaceLeds", shown, half)
             if self._pause(call, end, half):

@@ -16,7 +16,7 @@ from zenoh_ice import Clock
 
 VERSION: Final = "2.8.6.23"
 """Version of the emulated NAOqi."""
-LOOK: Final = 0.05
+CHECK_PERIOD: Final = 0.05
 """Robot seconds between two checks of the condition that a call waits for."""
 
 
@@ -72,7 +72,7 @@ class Module:
     def wait(self, call: Call, task: object, timeout: object) -> bool:
         """Wait until a task has ended, or for some ms; 0 for no limit. Return whether it still runs."""
         end = self._clock.now() + (number(timeout, "timeout") / 1000 or math.inf)
-        while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(LOOK):
+        while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(CHECK_PERIOD):
             pass
         return running
 

@@ -31,7 +31,7 @@ from naoserver.qi.arguments import (
     vector,
 )
 from naoserver.qi.clients import MOTION, Activity, Call, begins, begins_any, urgent
-from naoserver.qi.modules import LOOK
+from naoserver.qi.modules import CHECK_PERIOD
 from naoserver.qi.postures import ALRobotPosture
 from naoserver.qi.trajectory import JointTasks, Key, Trajectory, check_times, smooth_trajectory
 
@@ -268,7 +268,7 @@ class ALMotion(Service):
 
     def waitUntilMoveIsFinished(self, call: Call) -> None:
         """Return when it stands."""
-        while self._walking.moving and not call.wait(LOOK):
+        while self._walking.moving and not call.wait(CHECK_PERIOD):
             pass
 
     def stopMove(self) -> None:

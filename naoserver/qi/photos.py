@@ -14,7 +14,7 @@ from naoserver.qi.clients import Call
 from naoserver.qi.sound import path_on
 from naoserver.qi.video import CAMERAS, COLOR_SPACES, Pixels, shrunk, source_size
 
-MOST: Final = 100
+MOST_PHOTOS: Final = 100
 """Maximum photos of a call, and maximum files of photos on the disk."""
 _FORMATS: Final = {
     **dict.fromkeys(("jpg", "jpeg", "jpe"), "JPEG"),
@@ -82,7 +82,7 @@ class ALPhotoCapture(Service):
         overwrite: object = True,
     ) -> list[list[str]]:
         """Take photos, numbered from 0 if they are several; return a list of the list of their files."""
-        count = int(number_within(numberOfPictures, "number of photos", 1, MOST))
+        count = int(number_within(numberOfPictures, "number of photos", 1, MOST_PHOTOS))
         folder = PurePosixPath("/", text(folderPath, "folder"))
         stem, numbers = text(fileName, "file name"), [""] if count == 1 else [f"_{i}" for i in range(count)]
         format_, interval = self._format, self._interval / 1000.0
@@ -101,8 +101,8 @@ class ALPhotoCapture(Service):
             if not overwrite and path.exists():
                 raise InvalidCommand("file name", f"{path.name} exists already")
         with self._lock:
-            if len(self._made.union(paths)) > MOST:
-                raise InvalidCommand("file name", f"{MOST} photos are taken already: reuse a name")
+            if len(self._made.union(paths)) > MOST_PHOTOS:
+                raise InvalidCommand("file name", f"{MOST_PHOTOS} photos are taken already: reuse a name")
             self._made.update(paths)
 
     def _pixels(self) -> Pixels:

@@ -10,7 +10,7 @@ from naoserver.motions.postures import nearest_posture
 from naoserver.qi.access import Access, Service
 from naoserver.qi.arguments import chosen, constant, fraction, number, within
 from naoserver.qi.clients import Activity, Call, begins, begins_any
-from naoserver.qi.modules import LOOK
+from naoserver.qi.modules import CHECK_PERIOD
 from naoserver.servants.motions import POSTURE
 
 FAMILIES: Final[Mapping[str, str]] = {
@@ -52,7 +52,7 @@ class ALRobotPosture(Service):
             postures.go(name, pace, call.client.name)
             count = postures.progress().count
         while (now := postures.progress()).status is ActionStatus.Moving and now.count == count:
-            if call.wait(LOOK):
+            if call.wait(CHECK_PERIOD):
                 if not call.client.gone:  # half way it might fall, while at its end the robot is safe
                     self._end(count)
                 return False

@@ -84,7 +84,7 @@ _logger = logging.getLogger(__name__)
 
 _RELEASING: Final = 2.0
 """Wall seconds for libqi to release the services."""
-_POLL: Final = 0.005
+_CHECK_PERIOD: Final = 0.005  # s
 _GRACE: Final = 0.05
 """Wall seconds for libqi to release the objects that it lent to clients."""
 
@@ -220,7 +220,7 @@ class _Libqi:
             if time.monotonic() > limit:
                 _logger.warning("libqi has not released the services within %g s", _RELEASING)
                 break
-            time.sleep(_POLL)
+            time.sleep(_CHECK_PERIOD)
         time.sleep(_GRACE)
 
     def _register(self, name: str, service: object) -> int:

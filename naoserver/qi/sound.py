@@ -32,13 +32,13 @@ from naoserver.qi.arguments import (
     within,
 )
 from naoserver.qi.clients import SERVER, Activity, Belongings, Call, Client, begins, begins_any
-from naoserver.qi.modules import LOOK
+from naoserver.qi.modules import CHECK_PERIOD
 
 _logger = logging.getLogger(__name__)
 
-MOST: Final = 100
+MOST_SOUNDS: Final = 100
 """Maximum number of a client's loaded sounds, and of recorded files."""
-_DEEPEST: Final = 16
+_MOST_FOLDERS: Final = 16
 """Maximum folders above a file."""
 LONGEST_RECORDING: Final = 3600.0
 """Robot seconds."""
@@ -62,8 +62,8 @@ def path_on(disk: Path, name: object) -> Path:
     with suppress(OSError, RuntimeError, ValueError):  # too long, a cycle of links, a null character
         place = disk.joinpath(*path.parts[1:]).resolve()
         if place.is_relative_to(disk) and place != disk:
-            if len(place.relative_to(disk).parts) > _DEEPEST + 1:
-                raise InvalidCommand("file name", f"a file is in at most {_DEEPEST} folders")
+            if len(place.relative_to(disk).parts) > _MOST_FOLDERS + 1:
+                raise InvalidCommand("file name", f"a file is in at most {_MOST_FOLDERS} folders")
             return place
     raise InvalidCommand("file name", f"{str(path)[:200]!r} is no file on the robot's disk")
 
@@ -90,7 +90,9 @@ class ALAudioPlayer(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._numbers = count(1)
-        self._sounds: Belongings[float, _Sound] = self._bounded("loaded sounds", MOST)  # by their numbers
+        self._sounds: Belongings[float, _Sound] = self._bounded(
+            "loaded sounds", MOST_SOUNDS
+        )  # by their numbers
 
     setMasterVolume, getMasterVolume = kept("the volume of all sounds, from 0 to 1", 1.0, volume=_SHARE)
 
@@ -213,7 +215,7 @@ class ALAudioPlayer(Service):
         clock = self._robot.clock
         now = clock.now()
         try:
-            while sound.position < sound.length and not call.wait(LOOK):
+            while sound.position < sound.length and not call.wait(CHECK_PERIOD):
                 before, now = now, clock.now()
                 if not sound.paused:
                     sound.position += now - before
@@ -261,8 +263,8 @@ class ALAudioRecorder(Service):
         with self._lock:
             if self._recording is not None:
                 raise InvalidCommand("file name", "it is recording already: stop that first")
-            if path not in self._made and len(self._made) >= MOST:
-                raise InvalidCommand("file name", f"{MOST} files were recorded already: reuse a name")
+            if path not in self._made and len(self._made) >= MOST_SOUNDS:
+                raise InvalidCommand("file name", f"{MOST_SOUNDS} files were recorded already: reuse a name")
             self._made.add(path)
             self._recorder = self._access.calls.current.client
             self._recording = path, self._robot.clock.now(), rate, used

@@ -19,7 +19,7 @@ from naoserver.qi.arguments import chosen, constant, keepable, kept, number, one
 from naoserver.qi.behaviors import ALBehaviorManager
 from naoserver.qi.clients import Activity, Call, begins, begins_any
 from naoserver.qi.memory import ALMemory
-from naoserver.qi.modules import LOOK
+from naoserver.qi.modules import CHECK_PERIOD
 
 _logger = logging.getLogger(__name__)
 
@@ -91,7 +91,7 @@ class ALTextToSpeech(Service):
         memory.raiseEvent("ALTextToSpeech/TextStarted", 1)
         self._report(number, "started")
         while (now := voice.utterance()).speaking or now.count == before:
-            if call.wait(LOOK):
+            if call.wait(CHECK_PERIOD):
                 voice.stop()
         memory.raiseEvent("ALTextToSpeech/TextStarted", 0)
         memory.raiseEvent("ALTextToSpeech/TextDone", 1)
@@ -169,7 +169,7 @@ class _Gestures:
     def _attend(self, count: int) -> None:
         """Wait for the end of an animation, or until the text or all motion is stopped."""
         while self._manager._runs(count) and not self._call.stopped.is_set():
-            if self._speech.wait(LOOK):
+            if self._speech.wait(CHECK_PERIOD):
                 return
 
 

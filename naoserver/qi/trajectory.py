@@ -22,12 +22,12 @@ from zenoh_ice import Clock
 
 _BISECTIONS: Final = 30
 _EXACT: Final = 1e-12  # s
-_SETTLING: Final = 3.0
+_SETTLING_LIMIT: Final = 3.0
 """Robot seconds for joints to arrive after the end of a trajectory that was too fast for them."""
 _REACHED: Final = 1e-6  # rad
 _RESOLUTION: Final = 1e-6
 """Seconds by which the end of a trajectory may be early."""
-_POLL: Final = 0.1
+_CHECK_PERIOD: Final = 0.1
 """Wall seconds between two checks whether a waiting call was cancelled."""
 
 
@@ -198,7 +198,7 @@ class JointTasks:
             task = Task(next(self._numbers), name, frozenset(joints), call)
             self._tasks.append(task)
             while not call.stopped.is_set() and not self._taken.keys().isdisjoint(task.joints):
-                self._changed.wait(_POLL)
+                self._changed.wait(_CHECK_PERIOD)
             if not call.stopped.is_set():  # a cancelled call takes no joints
                 self._taken.update(dict.fromkeys(task.joints, task.number))
         try:
@@ -233,7 +233,7 @@ class JointTasks:
                 return True
             # Wait until the setpoints have arrived; full speed where they are late.
             late = (self._late(joint, trajectories[joint].at(end)) for joint in self._own(task, trajectories))
-            return time < max(end, done) + _SETTLING and any(late)
+            return time < max(end, done) + _SETTLING_LIMIT and any(late)
 
         if self._loop is None:
             while step() and not task.call.wait(PERIOD):

@@ -24,7 +24,7 @@ _logger = logging.getLogger(__name__)
 
 MOST_OF_A_NAME: Final = 8
 """Maximum subscriptions of one name, as in NAOqi."""
-MOST: Final = 16
+MOST_SUBSCRIPTIONS: Final = 16
 """Maximum subscriptions of a client."""
 _SELECT: Final = 18
 """NAOqi's parameter that chooses the camera."""
@@ -114,7 +114,9 @@ class ALVideoDevice(Service):
     def __init__(self, access: Access) -> None:
         super().__init__(access)
         self._cameras = [each for name in CAMERAS for each in self._robot.cameras if each.name == name]
-        self._subscriptions: Belongings[str, _Subscription] = self._bounded("subscriptions of cameras", MOST)
+        self._subscriptions: Belongings[str, _Subscription] = self._bounded(
+            "subscriptions of cameras", MOST_SUBSCRIPTIONS
+        )
         self._counter = count()
         self._active = 0
         self._taking = {facts.name: threading.Lock() for facts in self._cameras}

@@ -27,14 +27,14 @@ __all__ = ["EXPECTED", "app", "serve"]
 EXPECTED: Final = (RosError, GatewayError)
 """Errors that are reported in one line."""
 
-_LOOK: Final = 0.1
+_CHECK_PERIOD: Final = 0.1
 """Seconds between two checks for listeners."""
 
-_AGAIN: Final = 1.0
+_RETRY_DELAY: Final = 1.0
 """Seconds between two attempts to reach ROS."""
 _REMINDER: Final = 60.0
 """Seconds between two reports that it is waited for."""
-_END: Final = 2.0
+_END_LIMIT: Final = 2.0
 """Seconds within which the look at the router ends."""
 _REACHED: Final = 5.0
 """Seconds after which others should reach the node."""
@@ -98,10 +98,10 @@ def gateway(
                 if time.monotonic() > reported + _REMINDER:
                     reported = time.monotonic()
                     _logger.warning("waiting for ROS: %s", error)
-                stop.wait(_AGAIN)
+                stop.wait(_RETRY_DELAY)
                 continue
             report_ready(f"ready: {namespace.rstrip('/')}/{name}, {', '.join(own.connect)}")
-            while not stop.wait(_LOOK):
+            while not stop.wait(_CHECK_PERIOD):
                 telemetry.look()
 
 
@@ -155,7 +155,7 @@ def _reported_if_shut_out(service: Service, where: str) -> Iterator[None]:
         deadline = time.monotonic() + _REACHED
         with service.seen_from_outside() as is_seen:
             while not is_seen():
-                if end.wait(_LOOK):
+                if end.wait(_CHECK_PERIOD):
                     return
                 if time.monotonic() > deadline:
                     _logger.warning(
@@ -170,7 +170,7 @@ def _reported_if_shut_out(service: Service, where: str) -> Iterator[None]:
         yield
     finally:
         end.set()
-        thread.join(_END)
+        thread.join(_END_LIMIT)
 
 
 def _as_client(settings: Settings) -> Settings:

@@ -40,7 +40,7 @@ _TWIST: Final = "geometry_msgs/msg/Twist"
 _STAMPED: Final = "geometry_msgs/msg/TwistStamped"
 _NEWEST: Final = QoS(depth=1)
 _FULL_PACE: Final = 1.0
-_POLL: Final = 0.05
+_CHECK_PERIOD: Final = 0.05
 """Wall seconds between two checks of a motion, a posture or speech."""
 _SILENCE: Final = 1.0
 """Wall seconds of silence after which a text that was not begun is taken as dropped."""
@@ -48,7 +48,7 @@ _ATTEMPTS: Final = 3
 """Number of attempts to begin a motion while others begin the same one."""
 _LARGEST_TRAJECTORY: Final = 4 << 20
 """Maximum bytes of the goal of a trajectory: 10,000 points of all joints."""
-_QUIET: Final = 1.0
+_LOG_PERIOD: Final = 1.0
 """Wall seconds in which the same refusal is logged only once."""
 _MOST_REFUSALS: Final = 10
 """Maximum refusals that are logged in that time."""
@@ -153,7 +153,7 @@ class Commands:
     def _refuse(self, name: str, why: str) -> None:
         """Log why a message was refused: each reason once, and at most ten in a second."""
         now = time.monotonic()
-        recent = [text for text, logged in tuple(self._refusals) if now - logged < _QUIET]
+        recent = [text for text, logged in tuple(self._refusals) if now - logged < _LOG_PERIOD]
         if why not in recent and len(recent) < _MOST_REFUSALS:
             self._refusals.append((why, now))
             _logger.warning("/%s: refused: %s", name, why)
@@ -273,7 +273,7 @@ class Commands:
                 return
             elif time.monotonic() - heard > _SILENCE:
                 raise Aborted("the text was dropped: somebody stopped the speech")
-            if goal.wait(_POLL):
+            if goal.wait(_CHECK_PERIOD):
                 self._speech.stop()
                 raise Canceled
 
@@ -324,6 +324,6 @@ def _accompany(
             return
         if now.status in (ActionStatus.Stopped, ActionStatus.Failed):
             raise Aborted(now.message or now.status.name.lower())
-        if goal.wait(_POLL):
+        if goal.wait(_CHECK_PERIOD):
             stop()
             raise Canceled

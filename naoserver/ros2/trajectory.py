@@ -31,11 +31,11 @@ PATH_TOLERANCE_VIOLATED: Final = -4
 GOAL_TOLERANCE_VIOLATED: Final = -5
 
 _MOST_POINTS: Final = 10_000
-_LONGEST: Final = 3600.0
+_LONGEST_TRAJECTORY: Final = 3600.0
 """Maximum robot seconds until a trajectory begins, and maximum duration."""
 _BEYOND: Final = 0.01
 """Distance in rad by which a position may exceed its joint's limits: planners round."""
-_SETTLING: Final = 5.0
+_GOAL_LIMIT: Final = 5.0
 """Robot seconds in which the goal is to be reached if the request gives no time."""
 _FEEDBACK: Final = 0.1
 """Robot seconds between two feedbacks."""
@@ -45,7 +45,7 @@ _LONGEST_STEP: Final = 0.1
 """Maximum robot seconds by which the setpoints are ahead."""
 _HURRY: Final = 1.5
 """Factor by which the setpoints are faster than the trajectory, so that they do not fall behind."""
-_SLOWEST: Final = 0.001
+_SLOWEST_FRACTION: Final = 0.001
 
 Numbers = NDArray[np.float64]
 
@@ -136,10 +136,11 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
         raise TrajectoryError(INVALID_GOAL, f"trajectory.points: {found}; from 1 to {_MOST_POINTS} are taken")
     times = tuple(_seconds(point.time_from_start) for point in request.points)
     for index, (before, after) in enumerate(zip((-1e-9, *times), times, strict=False)):
-        if not before < after <= _LONGEST:
+        if not before < after <= _LONGEST_TRAJECTORY:
             raise TrajectoryError(
                 INVALID_GOAL,
-                f"points[{index}].time_from_start: {after:g} s; times increase, up to {_LONGEST:g} s",
+                f"points[{index}].time_from_start: {after:g} s; "
+                f"times increase, up to {_LONGEST_TRAJECTORY:g} s",
             )
     positions = _rows(request.points, "positions", joints)
     some = [index for index, point in enumerate(request.points) if len(point.velocities)]
@@ -164,7 +165,7 @@ def read_goal(goal: Any, limits: Mapping[str, JointLimits]) -> Trajectory:  # no
         start if start > 0.0 else None,
         _tolerances("path_tolerance", goal.path_tolerance, joints),
         _tolerances("goal_tolerance", goal.goal_tolerance, joints),
-        min(wait, _LONGEST) if wait > 0.0 else _SETTLING,
+        min(wait, _LONGEST_TRAJECTORY) if wait > 0.0 else _GOAL_LIMIT,
     )
 
 
@@ -270,9 +271,10 @@ class TrajectoryFollower:
             raise TrajectoryError(
                 OLD_HEADER_TIMESTAMP, f"it was to begin {late:.3g} s ago, and has ended since"
             )
-        if start > sample.time + _LONGEST:
+        if start > sample.time + _LONGEST_TRAJECTORY:
             raise TrajectoryError(
-                INVALID_GOAL, f"it is to begin in {start - sample.time:.4g} s; at most {_LONGEST:g}"
+                INVALID_GOAL,
+                f"it is to begin in {start - sample.time:.4g} s; at most {_LONGEST_TRAJECTORY:g}",
             )
         trajectory = trajectory.from_positions([sample.value.commands[column] for column in columns])
         fed, moved = -math.inf, False
@@ -327,7 +329,7 @@ class TrajectoryFollower:
         commands = np.array([state.commands[column] for column in columns])
         highest = np.array([self._limits[name].maxVelocity for name in trajectory.joints])
         needed = float(np.max(np.abs(targets - commands) / highest)) / max(period, 0.001)
-        fraction = min(max(_HURRY * needed, _SLOWEST), 1.0)
+        fraction = min(max(_HURRY * needed, _SLOWEST_FRACTION), 1.0)
         self._body.setJointPositions(dict(zip(trajectory.joints, targets.tolist(), strict=True)), fraction)
 
     def _hold(self, trajectory: Trajectory, state: JointState, columns: Sequence[int]) -> None:

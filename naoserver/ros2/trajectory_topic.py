@@ -17,7 +17,7 @@ from zenoh_ros2 import Canceled, Sender, Types
 from .trajectory import TYPE, SupersededError, Trajectory, TrajectoryError, TrajectoryFollower
 
 MESSAGE: Final = "trajectory_msgs/msg/JointTrajectory"
-_CLOSE: Final = 2.0
+_CLOSE_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
 
@@ -61,7 +61,7 @@ class TrajectoryTopic:
             thread = self._thread
         self._stop()
         if thread is not None:
-            thread.join(_CLOSE)
+            thread.join(_CLOSE_LIMIT)
 
     def _stop(self) -> None:
         with self._lock:

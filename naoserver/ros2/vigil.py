@@ -20,7 +20,7 @@ _PERIOD: Final = 0.1
 """Wall seconds between two looks."""
 _THERE: Final = 0.001
 """Distance in rad at which a joint's setpoint has arrived."""
-_CLOSE: Final = 2.0
+_CLOSE_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
 
@@ -54,7 +54,7 @@ class Vigil:
         """End the thread; what moves is left to the robot server, which loses this client."""
         self._end.set()
         if (thread := self._thread) is not None:
-            thread.join(_CLOSE)
+            thread.join(_CLOSE_LIMIT)
 
     def _run(self) -> None:
         while not self._end.wait(_PERIOD):

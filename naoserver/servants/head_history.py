@@ -19,7 +19,7 @@ Situation = NDArray[np.float64]
 """The robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""
 
 _PERIOD: Final = 0.02
-_LONGEST: Final = 50
+_MOST_SITUATIONS: Final = 50
 """Situations that are kept: those of a second."""
 _WANTED: Final = 1.0
 """Seconds after a picture for which situations are noted, for the next one."""
@@ -37,7 +37,7 @@ class HeadHistory:
         self._robot = robot
         self._begins = begins
         self._lock = threading.Lock()
-        self._past: deque[Situation] = deque(maxlen=_LONGEST)
+        self._past: deque[Situation] = deque(maxlen=_MOST_SITUATIONS)
         self._used = -math.inf
         self.job: Final[Job] = Periodic(
             "places of the head",

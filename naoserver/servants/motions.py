@@ -17,7 +17,7 @@ from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.servants.shared import action_stream, refusals_raised, require_known, require_positive
 from zenoh_ice import Current
 
-_FASTEST: Final = 2.0
+_HIGHEST_SPEED: Final = 2.0
 MOTION: Final = "motion"
 """The player's kind for actions of `Motions`."""
 POSTURE: Final = "posture"
@@ -44,7 +44,7 @@ class MotionsI(Motions):
     def play(self, name: str, pace: float, current: Current) -> None:
         motions = load_motions()
         require_known("motion", name, motions)
-        require_positive(_FASTEST, pace=pace)
+        require_positive(_HIGHEST_SPEED, pace=pace)
         route = MotionRoute(motions[name], motions.values())
         with refusals_raised():
             self._player.begin(MOTION, name, route, pace=pace, client=current.client)

@@ -18,7 +18,7 @@ from naoserver.servants.shared import (
 from naoserver.walk import WalkGuard, WalkTo, Way
 from zenoh_ice import Current
 
-_FARTHEST: Final = 100.0
+_FARTHEST_PLACE: Final = 100.0
 """Largest distance in m along x and y of a place to walk to."""
 
 
@@ -66,7 +66,7 @@ class WalkI(Walk):
         self.stream: Final = action_stream(walk_to.state, self.getWalkStatePublisher)
 
     def walkTo(self, x: float, y: float, heading: float, current: Current) -> None:
-        require_within(-_FARTHEST, _FARTHEST, x=x, y=y)
+        require_within(-_FARTHEST_PLACE, _FARTHEST_PLACE, x=x, y=y)
         require_within(-math.tau, math.tau, heading=heading)
         way = Way((x, y, heading), self._walk.read(), self._walk.limits)
         with refusals_raised():

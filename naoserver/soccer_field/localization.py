@@ -37,7 +37,7 @@ _BESIDE: Final = 2
 """Pixels from the edge of a line to the place where grass is expected."""
 _WIDTHS: Final = 0.4, 2.2
 """Range of a line's width across a row or column, as shares of its true width."""
-_FARTHEST: Final = 4.0
+_FARTHEST_POINT: Final = 4.0
 """Distance in m up to which points of lines are used."""
 _BAND: Final = 3, 9
 """Rows above the horizon where posts are searched: nothing else on the field is as high as the camera."""
@@ -317,7 +317,7 @@ def _projection(
     below = [floor_point(u, v, 0.0) for u, v in corners]
     for high in (0.0, height / 3, 2 * height / 3):
         above = [floor_point(u, high, 0.0) for u, _ in corners]
-        if all(point.distance < _FARTHEST for point in above + below):
+        if all(point.distance < _FARTHEST_POINT for point in above + below):
             floor = np.array([(point.x, point.y) for point in below + above], np.float32)
             pixels = np.array([*corners, *((u, high) for u, _ in corners)], np.float32)
             matrix = np.asarray(cv2.getPerspectiveTransform(floor, pixels), np.float64)
@@ -352,7 +352,7 @@ def _line_points(grass: Mask, white: Mask, to_floor: Array, width: float) -> Arr
             x, y, front = to_floor @ (u, v, np.ones(len(at)))
             floor.append(np.column_stack((x, y)) / np.where(front > 0, front, np.nan)[:, None])
         wide = np.hypot(*(floor[1] - floor[0]).T) / width
-        near = np.hypot(*floor[2].T) < _FARTHEST
+        near = np.hypot(*floor[2].T) < _FARTHEST_POINT
         found.append(floor[2][near & (wide > _WIDTHS[0]) & (wide < _WIDTHS[1])])
     return np.concatenate(found)
 

@@ -22,7 +22,7 @@ __all__ = ["Found", "Mask", "Panorama", "Pose", "View", "expected_lines", "turn"
 
 Mask = NDArray[np.bool_]
 
-_FARTHEST: Final = 3.0
+_FARTHEST_POINT: Final = 3.0
 """Distance in m up to which points are used: the lean of the camera shifts others by more than a step."""
 _CELL: Final = 0.1
 """Side in m of a square on the floor from which one point is used."""
@@ -86,7 +86,7 @@ class Panorama:
     def __init__(self, field: Field, lines: FieldLines) -> None:
         self._lines = lines
         self._half = np.array((field.length, field.width)) / 2
-        self._map = _map_of(lines, self._half + _OUTSIDE + 2 * _STEP[0] + _FARTHEST)
+        self._map = _map_of(lines, self._half + _OUTSIDE + 2 * _STEP[0] + _FARTHEST_POINT)
         self._views: deque[View] = deque(maxlen=_KEPT)
 
     def clear(self) -> None:
@@ -188,7 +188,7 @@ def _map_of(lines: FieldLines, half: Array) -> NDArray[np.float32]:
 
 def _thinned(points: Array) -> Array:
     """Return one of the points in each square, since near lines have many."""
-    near = points[np.hypot(points[:, 0], points[:, 1]) < _FARTHEST]
+    near = points[np.hypot(points[:, 0], points[:, 1]) < _FARTHEST_POINT]
     _, first = np.unique(np.floor(near / _CELL), axis=0, return_index=True)
     return near[np.sort(first)]
 

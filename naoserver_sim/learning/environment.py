@@ -22,14 +22,14 @@ Array = NDArray[np.float32]
 
 PERIOD: Final = 0.02
 """Simulated seconds of a step: 50 Hz, the cycle of NAOqi's motion."""
-_MOST: Final = 10.0
+_LARGEST_NUMBER: Final = 10.0
 """Bound of the numbers of an observation, which are scaled to about 1; larger ones are clipped."""
 _RENDERED: Final = ("CameraOutside", 320, 240)
-_SETTLING: Final = 0.2
+_SETTLING_TIME: Final = 0.2  # s
 _FRACTION: Final = 0.5
 """Largest fraction of the joints' full speeds at which the body stands firmly."""
 _WEIGHT: Final = 53.0  # of the body in N
-_FARTHEST: Final = 2.5  # m, m/s or rad/s that an option asks for: observations show no more
+_LARGEST_REQUEST: Final = 2.5  # m, m/s or rad/s that an option asks for: observations show no more
 _SEEDS: Final = 2**31
 
 
@@ -68,7 +68,9 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self._body = find_body(options.get("body", H25.name))
         self._places = [place for place, name in enumerate(self._body.joint_names) if name in self.moved]
         self._moved = [self._body.joints[place] for place in self._places]
-        self.observation_space = Box(-_MOST, _MOST, (2 * len(self._moved) + self.more,), np.float32)
+        self.observation_space = Box(
+            -_LARGEST_NUMBER, _LARGEST_NUMBER, (2 * len(self._moved) + self.more,), np.float32
+        )
         self.action_space = Box(-1.0, 1.0, (len(self._moved),), np.float32)
         self._noise = options.get("noise", True)
         self._world = load_world(options.get("world", "empty"))
@@ -105,7 +107,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
             seed=int(self.np_random.integers(_SEEDS)),
             body=self._body,
         )
-        self._clock.advance(_SETTLING)
+        self._clock.advance(_SETTLING_TIME)
         self._begin(options or {})
         self._look()
         return self._observe(), self._info()
@@ -180,7 +182,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self._joints, self._senses, self._truth = robot.read(), robot.senses.read(), robot.stage.truth()
 
     def _observe(self) -> Array:
-        return np.clip(np.array(self._features(), np.float32), -_MOST, _MOST)
+        return np.clip(np.array(self._features(), np.float32), -_LARGEST_NUMBER, _LARGEST_NUMBER)
 
     def _balance(self) -> list[float]:
         """Return the sensed balance of the body: up (3), turning rate (3), loads of the soles (2)."""
@@ -191,6 +193,8 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 def three_numbers(value: Any, what: str) -> NDArray[np.float64]:  # noqa: ANN401
     """Return the three numbers of an option in m, m/s or rad/s. Raises ValueError."""
     numbers = np.asarray(value, np.float64)
-    if numbers.shape != (3,) or not (np.abs(numbers) <= _FARTHEST).all():
-        raise ValueError(f"the {what} {value!r} is not three numbers from -{_FARTHEST:g} to {_FARTHEST:g}")
+    if numbers.shape != (3,) or not (np.abs(numbers) <= _LARGEST_REQUEST).all():
+        raise ValueError(
+            f"the {what} {value!r} is not three numbers from -{_LARGEST_REQUEST:g} to {_LARGEST_REQUEST:g}"
+        )
     return numbers

@@ -23,14 +23,14 @@ _REACH: Final = 0.6
 """Largest angle in rad by which an action moves a joint from the stance."""
 _STRIDE: Final = 0.5
 """Duration of two steps in s; the observation contains the phase: a clock to step by."""
-_FASTEST: Final = (0.25, 0.1, 0.6)
+_HIGHEST_VELOCITY: Final = (0.25, 0.1, 0.6)
 """The highest random velocity forwards, to the left and of the turn, in m/s and rad/s."""
 _TOLERANCE: Final = 0.1
 """Error of the velocity in m/s at which 37 % of its reward is left; of the turn 4 times that in rad/s."""
 _ON_FEET: Final = 0.2
 _JERK: Final = 0.02
 _FALL: Final = -10.0
-_LOWEST: Final = 0.2
+_FALLEN_HEIGHT: Final = 0.2
 """Height of the torso in m below which it has fallen on its knees or worse."""
 
 
@@ -57,7 +57,7 @@ class WalkEnvironment(NaoEnvironment):
         self._last = np.zeros(len(LEG_MOTORS))
         self._jerk = 0.0
         self._moves: deque[Array] = deque(maxlen=round(_STRIDE / PERIOD))
-        drawn = self.np_random.uniform(-1.0, 1.0, 3) * _FASTEST
+        drawn = self.np_random.uniform(-1.0, 1.0, 3) * _HIGHEST_VELOCITY
         self._wanted = three_numbers(options.get("velocity", drawn), "velocity")
 
     def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
@@ -67,7 +67,7 @@ class WalkEnvironment(NaoEnvironment):
         self._jerk, self._last = float(change @ change), action
 
     def _judge(self) -> tuple[float, bool]:
-        if self.fallen or self._truth.torso.position[2] < _LOWEST:
+        if self.fallen or self._truth.torso.position[2] < _FALLEN_HEIGHT:
             return _FALL, True
         self._moves.append(velocity_of(self._truth))
         forward, left, turn = self._velocity() - self._wanted

@@ -25,7 +25,7 @@ _DIAGONAL: Final = math.sqrt(0.5)  # the axis of HipYawPitch lies at 45 degrees
 _CLOSE_ENOUGH: Final = 1e-7
 _USUAL_SLOPE: Final = math.sqrt(2.0)  # of the error over the hips' yaw, for legs that stand
 _FLAT: Final = 1e-6
-_FARTHEST: Final = 0.2  # radians in a step towards the solution
+_LONGEST_STEP: Final = 0.2  # radians in a step towards the solution
 _MOST_STEPS: Final = 8
 
 _Rotation = tuple[float, float, float, float, float, float, float, float, float]
@@ -80,7 +80,7 @@ class Legs:
         for _ in range(_MOST_STEPS):
             if abs(error) < _CLOSE_ENOUGH or abs(slope) < _FLAT:
                 break
-            change = max(-_FARTHEST, min(_FARTHEST, -error / slope))
+            change = max(-_LONGEST_STEP, min(_LONGEST_STEP, -error / slope))
             change = max(lowest, min(highest, hip_yaw + change)) - hip_yaw
             if change == 0.0:
                 break

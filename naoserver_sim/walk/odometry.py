@@ -18,9 +18,9 @@ _LEFT: Final = 1.0
 _RIGHT: Final = -1.0
 _STILL: Final = 0.1
 """Turning rate in rad/s about each axis below which a resting robot stands still."""
-_LATE: Final = 5
+_LARGEST_DELAY: Final = 5
 """Largest delay of the sensors in ticks."""
-_LONGEST: Final = 500
+_STANDING_TICKS: Final = 500
 """Ticks of standing still over which the offset of the gyrometer is the mean."""
 
 
@@ -38,7 +38,7 @@ class Odometer:
 
     def lose_footing(self) -> None:
         """Ignore movements of the soles until the sensors show their new places."""
-        self._unsure = _LATE
+        self._unsure = _LARGEST_DELAY
 
     def tick(
         self,
@@ -57,7 +57,7 @@ class Odometer:
         x, y, heading = self.pose
         rate = _yaw_rate(inertial)
         if resting and max(map(abs, inertial.angular_velocity)) < _STILL:
-            self._still = min(self._still + 1, _LONGEST)
+            self._still = min(self._still + 1, _STANDING_TICKS)
             self._offset += (rate - self._offset) / self._still
         heading += (rate - self._offset) * seconds
         heading = math.pi - (math.pi - heading) % math.tau

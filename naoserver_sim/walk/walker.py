@@ -101,7 +101,7 @@ class WalkController:
 LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind."""
 _STILL: Final = WalkVelocity()
-_SLOWEST: Final = 1e-3
+_SLOWEST_WALK: Final = 1e-3
 """Velocity in m/s and rad/s below which it does not walk."""
 
 # Factors of commanded velocities: the feet lag and slip, so the robot walks a little slower than commanded.
@@ -114,9 +114,9 @@ _BACKLASH_TURN: Final = 0.7
 
 _PACE: Final = 1.0
 """Speed in rad/s at which the legs move into the stance of the walk."""
-_CLOSE: Final = 0.01
+_STANCE_TOLERANCE: Final = 0.01
 """Distance in rad from the stance within which the legs need not move there first."""
-_SETTLING: Final = 0.3
+_SETTLING_TIME: Final = 0.3
 """Seconds for which it stands before the walk counts as ended."""
 _TILT: Final = math.radians(50)
 """Tilt of the torso beyond which it is falling, and stops walking."""
@@ -169,7 +169,7 @@ class SimulatedWalker:
         self._loads = sensors.loads()
 
     def command(self, velocity: WalkVelocity) -> None:
-        if max(map(abs, astuple(velocity))) < _SLOWEST:
+        if max(map(abs, astuple(velocity))) < _SLOWEST_WALK:
             velocity = _STILL
         snapshot = self._simulator.newest()
         if velocity != _STILL and not self.walking:
@@ -249,7 +249,7 @@ class SimulatedWalker:
         self._start = self._setpoints.setpoints[self._motors]
         self._trim.begin()
         distance = float(np.abs(self._stance() - self._start).max())
-        self._rising = distance / _PACE if distance > _CLOSE else 0.0
+        self._rising = distance / _PACE if distance > _STANCE_TOLERANCE else 0.0
         self._controller.reset()
         self._arms.begin()
         self._enter(_Stage.RISING)
@@ -274,7 +274,7 @@ class SimulatedWalker:
             self._stage = _Stage.STEPPING
         elif self._stage is _Stage.STEPPING:
             self._enter(_Stage.SETTLING)
-        elif self._time >= _SETTLING:
+        elif self._time >= _SETTLING_TIME:
             self._enter(_Stage.RESTING)
 
     def _place(self, angles: NDArray[np.float64]) -> None:

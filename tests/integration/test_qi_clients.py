@@ -14,7 +14,7 @@ pytest.importorskip("qi")
 import qi
 
 from naoserver.qi.clients import MOST_RUNNING, MOST_WAITING
-from naoserver.qi.connections import LARGEST
+from naoserver.qi.connections import LARGEST_MESSAGE
 from naoserver.qi.memory import MOST_KEYS
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
@@ -143,9 +143,9 @@ def test_what_one_program_keeps_leaves_others_room(session, other):
 def test_a_large_message_is_refused_unread_and_the_connection_goes_on(session, motion):
     memory = session.service("ALMemory")
     with pytest.raises(
-        RuntimeError, match=f"ALMemory: a message of .* bytes is too large: {LARGEST} at most"
+        RuntimeError, match=f"ALMemory: a message of .* bytes is too large: {LARGEST_MESSAGE} at most"
     ):
-        memory.insertData("Large", "x" * LARGEST)
+        memory.insertData("Large", "x" * LARGEST_MESSAGE)
     with pytest.raises(RuntimeError, match="too large"):
         motion.setAngles("HeadYaw", [0.0] * 100_000, 0.1)
     memory.insertData("Small", "x" * 10_000)

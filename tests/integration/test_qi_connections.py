@@ -13,7 +13,7 @@ pytest.importorskip("qi")
 
 from naoserver.qi import connections as connections_module
 from naoserver.qi.clients import Call, CallTable, Client
-from naoserver.qi.connections import LARGEST, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
+from naoserver.qi.connections import LARGEST_MESSAGE, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
@@ -134,7 +134,7 @@ def test_a_large_message_with_the_number_of_a_call_that_waits_makes_no_room(play
     program, libqi = played.user()
     for number in range(MOST_SHORT):
         program.send(Message(CALL, 10 + number, MOTION))
-        program.send(Message(REPLY, 10 + number, MOTION), bytes(LARGEST + 1))
+        program.send(Message(REPLY, 10 + number, MOTION), bytes(LARGEST_MESSAGE + 1))
     program.send(Message(CALL, 99, MOTION))
     assert libqi.numbers(MOST_SHORT) == [10 + number for number in range(MOST_SHORT)]
     assert libqi.silent
@@ -183,14 +183,14 @@ def test_further_connections_are_closed_at_once(played, monkeypatch):
 
 
 def test_a_program_that_says_nothing_is_disconnected(played, monkeypatch):
-    monkeypatch.setattr(connections_module, "_PATIENCE", IMPATIENT)
+    monkeypatch.setattr(connections_module, "_TALK_LIMIT", IMPATIENT)
     with Line.to(played.connections.url) as program:
         assert program.ended
 
 
 def test_a_program_that_takes_no_answers_is_lost(played, monkeypatch):
     _, libqi = played.user()
-    monkeypatch.setattr(connections_module, "_PATIENCE", IMPATIENT)
+    monkeypatch.setattr(connections_module, "_TALK_LIMIT", IMPATIENT)
     with pytest.raises(OSError, match=r"reset|pipe"):
         flood(libqi)
     until(lambda: played.lost == played.clients)
@@ -198,7 +198,7 @@ def test_a_program_that_takes_no_answers_is_lost(played, monkeypatch):
 
 def test_a_program_is_lost_when_libqi_takes_nothing_more(played, monkeypatch):
     program, _ = played.user()
-    monkeypatch.setattr(connections_module, "_PATIENCE", IMPATIENT)
+    monkeypatch.setattr(connections_module, "_TALK_LIMIT", IMPATIENT)
     with pytest.raises(OSError, match=r"reset|pipe"):
         flood(program)
     until(lambda: played.lost == played.clients)
@@ -243,7 +243,7 @@ def test_a_program_is_lost_even_if_no_thread_can_start(played, monkeypatch):
 
 
 def test_closing_does_not_wait_for_ever_for_a_client_that_cannot_be_lost(played, monkeypatch, caplog):
-    monkeypatch.setattr(connections_module, "_ENDING", IMPATIENT)
+    monkeypatch.setattr(connections_module, "_END_LIMIT", IMPATIENT)
     free = threading.Event()
     played.lose = lambda _client: free.wait(CALL_LIMIT)
     played.user()

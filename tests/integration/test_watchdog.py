@@ -61,7 +61,7 @@ def test_a_server_one_of_whose_jobs_hangs_does_not_work(monkeypatch: pytest.Monk
     with served_to_client(robot) as nao:
         try:
             assert problem_of(nao.served_by, nao.assembly) == ""
-            monkeypatch.setattr("naoserver.jobs._HANGS", 1.0)
+            monkeypatch.setattr("naoserver.jobs._PROGRESS_LIMIT", 1.0)
             CameraPrx.checkedCast(nao.communicator.stringToProxy("Camera")).getImageData.subscribe(print)
             eventually(lambda: problem_of(nao.served_by, nao.assembly).endswith("hangs"))
         finally:
@@ -76,7 +76,7 @@ def test_a_server_that_answers_no_calls_does_not_work(monkeypatch: pytest.Monkey
     leave = threading.Event()
     with served_to_client(FakeRobot()) as nao:
         assert problem_of(nao.served_by, nao.assembly) == ""
-        monkeypatch.setattr("naoserver.server._ANSWER", 0.1)
+        monkeypatch.setattr("naoserver.server._ANSWER_LIMIT", 0.1)
         monkeypatch.setattr(UserCodeThread, "start", fail)
         for _ in range(MOST_THREADS):
             nao.served_by.pool.submit(lambda: leave.wait(FOREVER))

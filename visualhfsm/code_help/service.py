@@ -10,7 +10,6 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document, Text
-from visualhfsm.child import LineProcess, NoAnswerError
 from visualhfsm.editing.commands.text import with_code
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.serialization import written

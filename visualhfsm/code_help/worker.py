@@ -16,9 +16,9 @@ from codegen.hfsm import parse_document, resolve
 from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterface, KnownInterfaces, find_interfaces
-from visualhfsm.child import answer_lines
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import Problem, find_problems
+from visualhfsm.line_process import answer_lines
 
 from .answers import InterfaceDescription, OperationDescription
 from .completion import complete, explain, signature

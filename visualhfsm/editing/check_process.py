@@ -10,8 +10,8 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.document import Document
-from visualhfsm.child import LineProcess, NoAnswerError
 from visualhfsm.errors import EditError
+from visualhfsm.line_process import LineProcess, NoAnswerError
 
 from . import problems
 from .problems import Findings, Problem, Question

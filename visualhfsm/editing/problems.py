@@ -16,7 +16,7 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.loading import check_document
-from visualhfsm.child import answer_lines
+from visualhfsm.line_process import answer_lines
 
 from .places import Locator, Place
 

@@ -16,7 +16,7 @@ from visualhfsm.monitoring.realm import has_interface
 from zenoh_ice import Communicator, Sample, ZenohIceError
 from zenoh_ice.text import printable
 
-_PATIENCE: Final = 1.0
+_IMAGE_LIMIT: Final = 1.0
 """Seconds without an image after which the presence of the camera is checked again."""
 
 _logger = logging.getLogger(__name__)
@@ -42,7 +42,9 @@ class Cameras:
         stream = CameraPrx.uncheckedCast(self._communicator.stringToProxy(name)).getImageData
         while True:
             try:
-                samples = cast("AsyncGenerator[Sample[ImageData]]", aiter(stream.samples(timeout=_PATIENCE)))
+                samples = cast(
+                    "AsyncGenerator[Sample[ImageData]]", aiter(stream.samples(timeout=_IMAGE_LIMIT))
+                )
                 async with contextlib.aclosing(samples):  # the subscription ends when no window shows it
                     async for sample in samples:
                         try:
@@ -52,7 +54,7 @@ class Cameras:
                         except VisualHfsmError as error:
                             _logger.warning("%s: %s", name, error)
             except ZenohIceError:  # the camera is gone or sends nothing; it may come back
-                await asyncio.sleep(_PATIENCE)
+                await asyncio.sleep(_IMAGE_LIMIT)
 
     async def _encode(self, name: str, sample: Sample[ImageData]) -> bytes:
         which = sample.sequence, sample.wall_time

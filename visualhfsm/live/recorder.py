@@ -23,9 +23,9 @@ from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot
 from zenoh_ice import UserException, ZenohIceError
 
-_LONGEST: Final = 3600.0
+_LONGEST_RECORDING: Final = 3600.0
 """Seconds after which a recording ends by itself."""
-_PATIENCE: Final = 1000
+_PICTURE_LIMIT: Final = 1000
 """Milliseconds for a picture."""
 _MOST_CAMERAS: Final = 8
 
@@ -67,7 +67,7 @@ class Recorder:
         newest = self._follower.log.newest
         other = newest is not None and newest.component.startedAt != self._run
         gone = self._follower.identity not in self._communicator.identities()
-        return other or gone or time.time() - self._since > _LONGEST
+        return other or gone or time.time() - self._since > _LONGEST_RECORDING
 
     def take(self, news: News) -> None:
         """Record news of the component; called from any thread."""
@@ -95,7 +95,7 @@ class Recorder:
             await asyncio.sleep(max(0.0, began + 1.0 / rate - time.monotonic()))
 
     async def _take_picture(self, name: str) -> None:
-        proxy = self._communicator.stringToProxy(name).ice_invocationTimeout(_PATIENCE)
+        proxy = self._communicator.stringToProxy(name).ice_invocationTimeout(_PICTURE_LIMIT)
         camera = CameraPrx.uncheckedCast(proxy)
         with suppress(VisualHfsmError, ZenohIceError, UserException):  # the next picture may succeed
             image = await asyncio.wrap_future(camera.getImageData.begin("RGB8"))

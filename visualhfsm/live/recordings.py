@@ -52,7 +52,7 @@ from visualhfsm.run_page import MOST_PICTURES, Run
 
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
-_PATIENCE: Final = 12.0
+_READ_LIMIT: Final = 12.0
 """Seconds in which a recording is read; of a longer one only the beginning is shown."""
 _LONGEST_TEXT: Final = 120
 _MOST_ERRORS: Final = 20
@@ -157,7 +157,7 @@ def open_recording(path: Path) -> RecordedRun:
             name=recording.name, document=file, generation=0, parameters=[], automata=[]
         )
         run = _Run(structure, recording.start, RecordedPictures(recording))
-        deadline = time.monotonic() + _PATIENCE
+        deadline = time.monotonic() + _READ_LIMIT
         complete = True
         for message in recording.messages():
             run.take(message)

@@ -7,9 +7,9 @@ from typing import Any, Final
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice import Settings, ZenohIceError
 
-_LOOK: Final = 1.0
+_SEARCH_TIME: Final = 1.0
 """Seconds in which nodes are found."""
-_MOST: Final = 2000
+_MOST_SHOWN: Final = 2000
 """Topics, services or actions that are shown at most."""
 
 
@@ -26,7 +26,7 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
         raise VisualHfsmError(f"{what}: {error}") from error
     try:
         with zenoh_ros2.Node("visualhfsm", settings=zenoh_ros2.settings_of_node(settings)) as node:
-            node.graph.wait(lambda: False, _LOOK)
+            node.graph.wait(lambda: False, _SEARCH_TIME)
             found = {
                 "topics": node.graph.topics(),
                 "services": node.graph.services(),
@@ -35,4 +35,4 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
             types = {kind: node.types.names(kind) for kind in ("msg", "srv", "action")}
     except (zenoh_ros2.RosError, ZenohIceError) as error:
         raise VisualHfsmError(f"{what}: {error}") from error
-    return {**{name: dict([*each.items()][:_MOST]) for name, each in found.items()}, "types": types}
+    return {**{name: dict([*each.items()][:_MOST_SHOWN]) for name, each in found.items()}, "types": types}

@@ -21,7 +21,7 @@ _ANSWER_LIMIT: Final = 1.0
 """Wall seconds in which the robot has to answer to being stopped; then it is stopped again."""
 _REPEATED: Final = 8.0
 """Wall seconds for which a stop is repeated: less than a request of the page may take."""
-_PAUSE: Final = 0.1
+_STOP_PERIOD: Final = 0.1
 """Wall seconds between two stops."""
 _REASON: Final = "STOP was pressed in the editor"
 _BODY: Final = "Body"
@@ -73,7 +73,7 @@ async def stop_robot(communicator: Communicator, begun: float) -> StopReport:
                 for identity, why in outcomes.items()
             }
             break
-        await asyncio.sleep(_PAUSE)
+        await asyncio.sleep(_STOP_PERIOD)
     # As long as the emergency stop is latched, that is published with `RobotMonitor.stop_reason`.
     stopped = [identity for identity, why in outcomes.items() if not why]
     return StopReport(

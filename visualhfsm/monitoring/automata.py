@@ -17,7 +17,7 @@ from interfaces.hfsm import (
 )
 from zenoh_ice.text import printable
 
-_DEEPEST: Final = 64
+_DEEPEST_AUTOMATON: Final = 64
 """Levels of automata that are shown; codegen makes no more."""
 _LONGEST_LOG: Final = 5_000
 """Changes of state and spans kept."""
@@ -118,7 +118,7 @@ class Automata:
         path = [*above, self.state_name(automaton.id, found.state)]
         state = self._states.get((automaton.id, found.state))
         below = [self._by_id[child] for child in state.children if child in self._by_id] if state else []
-        below = [child for child in below if child.id not in visited and len(path) < _DEEPEST]
+        below = [child for child in below if child.id not in visited and len(path) < _DEEPEST_AUTOMATON]
         if not below or (state is not None and state.final):
             yield path
             return

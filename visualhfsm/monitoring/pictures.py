@@ -17,7 +17,7 @@ OLDEST: Final = 2.0
 
 _QUALITY: Final = 80
 """JPEG quality, from 1 to 95; an image of 320 x 240 takes about 12 kB."""
-_LARGEST: Final = 4096
+_LARGEST_SIDE: Final = 4096
 """Limit of the width and the height in pixels."""
 _KEPT_BYTES: Final = 32 << 20
 """Limit in bytes of the kept images of all cameras: 22 minutes of one camera at two of 12 kB a second."""
@@ -73,7 +73,7 @@ def encode_jpeg(width: int, height: int, pixels: bytes) -> bytes:
     """Return an RGB8 image as JPEG; raises VisualHfsmError when its size does not fit its pixels."""
     from PIL import Image
 
-    if not (0 < width <= _LARGEST and 0 < height <= _LARGEST) or len(pixels) != width * height * 3:
+    if not (0 < width <= _LARGEST_SIDE and 0 < height <= _LARGEST_SIDE) or len(pixels) != width * height * 3:
         raise VisualHfsmError(f"an image of {width} x {height} has {len(pixels)} bytes, not 3 for each pixel")
     buffer = io.BytesIO()
     Image.frombuffer("RGB", (width, height), pixels, "raw", "RGB", 0, 1).save(

@@ -23,9 +23,9 @@ MONITOR_PREFIX: Final = "Hfsm."
 RELOAD_PATIENCE: Final = 30_000
 """Milliseconds that a component may take to reload its file, with its libraries."""
 _PERIOD: Final = 0.05
-_SETTLING: Final = 0.3
+_DISCOVERY_TIME: Final = 0.3
 """Seconds in which others are discovered after the first: each process has a separate link."""
-_PAUSE: Final = 0.5
+_RETRY_DELAY: Final = 0.5
 """Seconds between two attempts of a call."""
 _SHOWN: Final = 12
 """Names that an error lists at most."""
@@ -49,7 +49,7 @@ def find_component(communicator: Communicator, wait: float) -> str:
                 "python behaviors/follow_ball.py; naoserver-sim starts the robot for it"
             )
         time.sleep(_PERIOD)
-    time.sleep(_SETTLING)
+    time.sleep(_DISCOVERY_TIME)
     found = components(communicator) or found
     if len(found) > 1:
         raise VisualHfsmError(f"several components run; name one of {', '.join(found)}")
@@ -131,7 +131,7 @@ class PolledValue(Generic[T]):
                 _logger.debug("no answer yet: %s", error)
                 self.trouble = str(error)
         if self.value is None and self._pending is None and time.monotonic() >= self._next:
-            self._next = time.monotonic() + _PAUSE
+            self._next = time.monotonic() + _RETRY_DELAY
             self._pending = self._ask()
         return self.value
 

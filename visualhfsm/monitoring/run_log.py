@@ -25,18 +25,18 @@ if TYPE_CHECKING:  # it takes long to load, and is first needed when numbers are
     import numpy as np
     from numpy.typing import NDArray
 
-LARGEST: Final = 48 << 20
+LARGEST_LOG: Final = 48 << 20
 """Limit of the packed moments in bytes; an hour of a component of five automata takes about half of it."""
 _INTERVAL: Final = 0.05
 """Seconds of component time between two moments that are kept, unless a state changes."""
-_FASTEST: Final = 1
+_COMPRESSION_LEVEL: Final = 1
 _SAMPLE: Final = 20
 """One of this many moments is unpacked to estimate the total size."""
 CAPACITY: Final = 18_000
 """Rows of numbers kept: half an hour at 10 a second."""
 MOST_COLUMNS: Final = 1000
 """Limit of the numbers; later ones are left out. With all rows they take 72 MB."""
-_LONGEST: Final = 1e9
+_LONGEST_TIME: Final = 1e9
 """Seconds of component time: thirty years."""
 _LATEST: Final = 1e11
 """Seconds since 1970 at which a component may have been started, some thousand years."""
@@ -78,7 +78,7 @@ class Timeline(msgspec.Struct, frozen=True, rename="camel"):
 class RunLog:
     """The moments of one run, the newest that fit. It may be used from any thread."""
 
-    def __init__(self, largest: int = LARGEST, interval: float = _INTERVAL) -> None:
+    def __init__(self, largest: int = LARGEST_LOG, interval: float = _INTERVAL) -> None:
         self._largest = largest
         self._interval = interval
         self._lock = threading.Lock()
@@ -117,7 +117,7 @@ class RunLog:
             self._series.add(time, numbers_of(snapshot))
             if self._times and time - self._times[-1] < self._interval and not changed:
                 return
-            packed = zlib.compress(_encoder.encode(snapshot), _FASTEST)
+            packed = zlib.compress(_encoder.encode(snapshot), _COMPRESSION_LEVEL)
             self._times.append(time)
             self._packed.append(packed)
             self._bytes += len(packed)
@@ -202,7 +202,7 @@ def is_sound(snapshot: ComponentSnapshot) -> bool:
     The log is searched by time, and any process in the realm may send anything.
     """
     return (
-        0.0 <= snapshot.time <= _LONGEST
+        0.0 <= snapshot.time <= _LONGEST_TIME
         and abs(snapshot.startedAt) <= _LATEST
         and len(snapshot.automata) <= _MOST_AUTOMATA
         and len(snapshot.marks) <= _MOST_MARKS

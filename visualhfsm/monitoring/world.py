@@ -20,7 +20,7 @@ from zenoh_ice import Communicator
 
 MOST_SHAPES: Final = 1000
 _MOST_OBJECTS: Final = 100
-_FARTHEST: Final = 1000.0
+_FARTHEST_OBJECT: Final = 1000.0
 """Metres from the origin within which objects are shown."""
 _LONGEST_NAME: Final = 64
 _STALE: Final = 2.0
@@ -107,7 +107,7 @@ def _sound_shape(shape: Shape) -> Shape | None:
     place, size, color = sound_placement(shape.at), shape.size, shape.color
     if place is None or len(size) != 3 or len(color) != 3 or len(shape.object) > _LONGEST_NAME:
         return None
-    sizes = all(0.0 <= value <= _FARTHEST for value in size) and size[0] > 0.0
+    sizes = all(0.0 <= value <= _FARTHEST_OBJECT for value in size) and size[0] > 0.0
     shares = all(0.0 <= value <= 1.0 for value in (*color, shape.opacity))
     if not sizes or not shares or shape.kind not in _KINDS:
         return None
@@ -126,7 +126,7 @@ def sound_objects(reported: Mapping[str, Sequence[float]]) -> dict[str, Placemen
 
 def sound_placement(values: Sequence[float]) -> Placement | None:
     """Return a place, rounded; None when it is not finite, too far, or its quaternion not of length 1."""
-    if len(values) != 7 or not all(abs(value) <= _FARTHEST for value in values):
+    if len(values) != 7 or not all(abs(value) <= _FARTHEST_OBJECT for value in values):
         return None
     if abs(math.hypot(*values[3:]) - 1.0) > 0.01:
         return None

@@ -31,7 +31,7 @@ _BY_NAME: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _LARGEST_FILE: Final = 32 << 20  # bytes
 _LONGEST_SHOWN: Final = 60  # characters of a wrong word in an error
 _COMMAND: Final = "::jderobot::CommandRefusedException"  # thrown by the operations that move a robot
-_LOOK: Final = 0.1  # s
+_CHECK_PERIOD: Final = 0.1  # s
 
 
 def call(settings: Settings, address: str, words: Sequence[str], *, as_json: bool) -> None:
@@ -66,7 +66,7 @@ def _wait_for_rest(communicator: Communicator) -> None:
         return
     sys.stdout.flush()
     while safety.invoke("isMoving", [])["returnValue"]:
-        time.sleep(_LOOK)
+        time.sleep(_CHECK_PERIOD)
 
 
 def shown_bytes(data: bytes) -> Json:

@@ -33,11 +33,11 @@ __all__ = [
     "wait_for_servant",
 ]
 
-_QUIET: Final = 0.1  # s without news after which all servants of a link are known; news arrives within ms
-_LONGEST_QUIET: Final = 0.5  # s after which a link without any news has no servants
-_LONGEST: Final = 1.0  # s to wait for a connection
-_LOOK: Final = 0.02  # s
-_ANSWER: Final = 1.0  # s within which a process reports its status, unless it hangs
+_NEWS_LIMIT: Final = 0.1  # s without news after which all servants of a link are known; it arrives within ms
+_FIRST_NEWS_LIMIT: Final = 0.5  # s after which a link without any news has no servants
+_CONNECTION_LIMIT: Final = 1.0  # s to wait for a connection
+_CHECK_PERIOD: Final = 0.02  # s
+_ANSWER_LIMIT: Final = 1.0  # s within which a process reports its status, unless it hangs
 _AT_ONCE: Final = 16
 _CONNECTION: Final = 1.0  # s until a connection is made
 
@@ -46,14 +46,16 @@ def servants(communicator: Communicator) -> list[ServantInfo]:
     """Return the servants of the realm once all are known; none when nobody answers."""
     known: list[ServantInfo] = []
     started = changed = time.monotonic()
-    longest = _LONGEST if _may_be_linked(communicator) else 0.0
+    longest = _CONNECTION_LIMIT if _may_be_linked(communicator) else 0.0
     while (now := time.monotonic()) < started + longest:
         found = communicator.servants()
         if found != known:
             known, changed = found, now
-        elif communicator.presence.linked() and now - changed >= (_QUIET if known else _LONGEST_QUIET):
+        elif communicator.presence.linked() and now - changed >= (
+            _NEWS_LIMIT if known else _FIRST_NEWS_LIMIT
+        ):
             break
-        time.sleep(_LOOK)
+        time.sleep(_CHECK_PERIOD)
     return known
 
 
@@ -71,7 +73,7 @@ def nobody(communicator: Communicator) -> ZenohIceError:
         return communicator.presence.explain_absence(Target(communicator.realm, "Nobody"))
     tokens: list[str] = []
     watch = communicator.transport.watch("@servant/**", lambda token, _: tokens.append(token))
-    time.sleep(_LONGEST_QUIET)
+    time.sleep(_FIRST_NEWS_LIMIT)
     watch.close()
     others = sorted({token.split("/")[1] for token in tokens} - {communicator.realm})
     there_is = f"there is --realm {', '.join(others)}" if others else "and no other realm is known here"
@@ -153,12 +155,12 @@ def _is_there(communicator: Communicator, target: Target) -> bool:
 
 def _may_be_linked(communicator: Communicator) -> bool:
     """Return whether there is a link, or may soon be one because an endpoint accepts connections."""
-    deadline = time.monotonic() + _QUIET
+    deadline = time.monotonic() + _NEWS_LIMIT
     while not communicator.presence.linked():
         if time.monotonic() >= deadline:
             connect = communicator.settings.connect
             return not connect or any(listens(endpoint) is not False for endpoint in connect)
-        time.sleep(_LOOK)
+        time.sleep(_CHECK_PERIOD)
     return True
 
 
@@ -190,7 +192,9 @@ def ask_processes(
 
     def ask(server: str) -> ProcessStatus | ZenohIceError:
         try:
-            return communicator.processStatus(server, timeout=min(_ANSWER, communicator.settings.timeout))
+            return communicator.processStatus(
+                server, timeout=min(_ANSWER_LIMIT, communicator.settings.timeout)
+            )
         except ZenohIceError as error:
             return error
 

@@ -32,8 +32,8 @@ __all__ = ["hold", "reset", "stop", "stop_all"]
 
 _STOPPED: Final = "the robot refuses commands until `nao stop --reset`"
 _NO_LINK: Final = "no link was made"
-_LOOK: Final = 0.1  # s between two checks of the link
-_AGAIN: Final = 0.2  # s until a stop that failed is sent again
+_CHECK_PERIOD: Final = 0.1  # s between two checks of the link
+_STOP_PERIOD: Final = 0.2  # s until a stop that failed is sent again
 _STOP_KEYS: Final = b"\r\n "
 _CTRL_C: Final = b"\x03"
 _LEAVE: Final = b"q"
@@ -173,7 +173,7 @@ class _StopButton:
                 self._send()
             if leaving and self._pressed_at is None:
                 return
-            keys = _read_keys(terminal, _LOOK if self._pressed_at is None else _AGAIN)
+            keys = _read_keys(terminal, _CHECK_PERIOD if self._pressed_at is None else _STOP_PERIOD)
             if _CTRL_C in keys and not leaving:
                 leaving = True
                 self._press()

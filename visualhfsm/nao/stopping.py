@@ -32,9 +32,9 @@ _STAGGER: Final = 0.5  # s between their beginnings: on a good network the first
 _LINK_LIMIT: Final = 6.0  # s for making a link; more would not help, since servers give up after two
 _ANSWER_LIMIT: Final = 2.0  # s until a stop that was not answered is sent again
 _STATE_LIMIT: Final = 1.0  # s for the speeds of the joints
-_REPORT: Final = 3.0  # s between reports of what is missing
-_PAUSE: Final = 0.1  # s between messages that nobody serves, and between links
-_QUIET: Final = 0.6  # s without a further realm after which all of a link are known; gossip takes tenths
+_REPORT_PERIOD: Final = 3.0  # s between reports of what is missing
+_MESSAGE_PERIOD: Final = 0.1  # s between messages that nobody serves, and between links
+_REALM_LIMIT: Final = 0.6  # s without a further realm after which all of a link are known; gossip takes less
 _LAST: Final = 0.1  # s for links that are still being made when the robots have stopped
 _LONGEST_TROUBLE: Final = 300  # characters
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
@@ -140,7 +140,7 @@ class Stopping:
         said = ""
         while (left := deadline - time.monotonic()) > 0:
             with self._changed:
-                if self._changed.wait_for(self._complete, min(left, _REPORT)):
+                if self._changed.wait_for(self._complete, min(left, _REPORT_PERIOD)):
                     break
                 missing = self._missing()
             if missing != said:
@@ -212,7 +212,7 @@ class Stopping:
                         self._use(messenger, route)
                 except ConnectFailedException as error:
                     route.trouble = str(error)
-                self._ended.wait(_PAUSE)
+                self._ended.wait(_MESSAGE_PERIOD)
         except ZenohIceError as error:
             with self._changed:
                 self._fault = error
@@ -230,9 +230,9 @@ class Stopping:
                 quiet_since = time.monotonic()
             self._stop_over(messenger)
             with self._changed:
-                route.settled = route.settled or time.monotonic() - quiet_since >= _QUIET
+                route.settled = route.settled or time.monotonic() - quiet_since >= _REALM_LIMIT
                 self._changed.notify_all()
-            self._ended.wait(_PAUSE)
+            self._ended.wait(_MESSAGE_PERIOD)
 
     def _discover(self, messenger: Messenger) -> bool:
         """Look for robots of other realms; return whether there are new ones."""

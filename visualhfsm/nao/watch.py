@@ -48,7 +48,7 @@ _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
 _MOST_WAITING: Final = 1024  # samples that were received and not yet handled
 _FEW_WAITING: Final = 4  # of samples that may be images
-_LOOK: Final = 0.1  # s between two checks for the end
+_CHECK_PERIOD: Final = 0.1  # s between two checks for the end
 _WINDOW: Final = 5.0  # s over which rates, intervals and ages are taken
 _SILENCE: Final = 2.0  # s after which the view reports that nothing arrives
 
@@ -165,7 +165,7 @@ class _Watched:
             entry = sample, time.monotonic(), time.time() - sample.wall_time
             while not ended.is_set():
                 with suppress(queue.Full):
-                    arrived.put(entry, timeout=_LOOK)
+                    arrived.put(entry, timeout=_CHECK_PERIOD)
                     return
 
         most_waiting = 1  # with a rate, the newest in its turn
@@ -181,7 +181,7 @@ class _Watched:
                         due = max(due + period, now)
                     wait = min(due, self.limit) - time.monotonic()
                     with suppress(queue.Empty):
-                        self.newest, at, age = arrived.get(timeout=max(0.0, min(wait, _LOOK)))
+                        self.newest, at, age = arrived.get(timeout=max(0.0, min(wait, _CHECK_PERIOD)))
                         self.statistics.add(self.newest, at, age)
                         self.left -= 1
                         take(self.newest)

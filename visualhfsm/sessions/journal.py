@@ -28,7 +28,7 @@ _logger = logging.getLogger(__name__)
 _VERSION: Final = 1
 _SUFFIX: Final = ".journal"
 _UNREADABLE: Final = ".unreadable"
-_LARGEST: Final = 256 << 20
+_LARGEST_JOURNAL: Final = 256 << 20  # bytes
 
 
 class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
@@ -113,7 +113,7 @@ class Journal:
             if not _lock(descriptor):
                 raise EditError(what, "its document is open in another process", "edit it there")
             with os.fdopen(os.dup(descriptor), "rb") as stream:
-                content = stream.read(_LARGEST)
+                content = stream.read(_LARGEST_JOURNAL)
             first, _, rest = content.partition(b"\n")
             try:
                 header = _HEADER.decode(first)
@@ -226,7 +226,7 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
             if not _lock(descriptor):
                 continue
             try:
-                header = _HEADER.decode(stream.readline(_LARGEST))
+                header = _HEADER.decode(stream.readline(_LARGEST_JOURNAL))
             except msgspec.MsgspecError:
                 _logger.warning("%s contains no document", file)
                 continue

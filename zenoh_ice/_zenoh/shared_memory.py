@@ -45,8 +45,8 @@ _NAME: Final = "zenoh_ice-"
 _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
 
 _LAST_READS: Final = 0.5  # s
-_LOOK_AGAIN: Final = 0.002  # s
-_LARGEST: Final = 32 << 20  # bytes of a slot; what is larger goes over the network
+_READ_PERIOD: Final = 0.002  # s
+_LARGEST_SLOT: Final = 32 << 20  # bytes of a slot; what is larger goes over the network
 _MOST_PARTS: Final = 256  # large byte sequences in one payload
 _MOST_MAPS: Final = 256  # at once; a robot's cameras and servants are about ten
 _MOST_CLIENTS: Final = 1 << 14  # more than any robot has
@@ -114,7 +114,7 @@ class SharedMemory:
     def make_file(self, capacity: int) -> MemoryFile | None:
         """Return memory with slots of `capacity` bytes; None if none is available."""
         with self._lock:
-            if not self._may_make or capacity > _LARGEST:
+            if not self._may_make or capacity > _LARGEST_SLOT:
                 return None
             try:
                 file = MemoryFile(capacity)
@@ -184,7 +184,7 @@ class SharedMemory:
             lent = list(self._lent.values())
         deadline = time.monotonic() + _LAST_READS
         while any(len(list(file.free())) < SLOTS for file in lent) and time.monotonic() < deadline:
-            time.sleep(_LOOK_AGAIN)
+            time.sleep(_READ_PERIOD)
         with self._lock:
             self._closed = True
             self._lent.clear()

@@ -15,7 +15,7 @@ from typing import Any, Final
 import zenoh
 from zenoh.handlers import Callback, RingChannel
 
-from .._codec import LARGEST, Pieces, too_large
+from .._codec import LARGEST_PAYLOAD, Pieces, too_large
 from .._presence import any_client, client_token
 from .._threads import Job, Kind, Pool, UserCodeThread, start
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
@@ -350,8 +350,8 @@ class _Caller:
         error = reply.err
         assert error is not None  # a reply has either a result or an error
         if str(error.encoding) == ERROR_ENCODING:
-            if len(error.payload) > LARGEST:
-                raise too_large(len(error.payload), LARGEST, self._what)
+            if len(error.payload) > LARGEST_PAYLOAD:
+                raise too_large(len(error.payload), LARGEST_PAYLOAD, self._what)
             return False, error.payload.to_bytes()
         raise NoAnswer(timed_out=error.payload.to_bytes() == _TIMEOUT)
 

@@ -40,8 +40,8 @@ STILL: Final = 0.1
 STILL_LIMIT: Final = 2.0
 """Seconds after a confirmed stop within which the joints must be still."""
 
-_STOP: Final = "emergencyStop"
-_WHAT: Final = f"{SAFETY}.{_STOP}"
+_OPERATION: Final = "emergencyStop"
+_WHAT: Final = f"{SAFETY}.{_OPERATION}"
 _LONGEST_REASON: Final = 256  # characters
 
 
@@ -53,7 +53,7 @@ class _Nothing(msgspec.Struct):
     pass
 
 
-_EMERGENCY_STOP: Final[Operation[[str], None]] = Operation(_STOP, arguments=_Reason, result=_Nothing)
+_EMERGENCY_STOP: Final[Operation[[str], None]] = Operation(_OPERATION, arguments=_Reason, result=_Nothing)
 _RESET: Final[Operation[[], None]] = Operation(
     "resetEmergencyStop", arguments=_Nothing, result=_Nothing, idempotent=True
 )
@@ -61,7 +61,7 @@ _RESET: Final[Operation[[], None]] = Operation(
 
 def stop_key(realm: str) -> str:
     """Return the key of the message that stops the robot of a realm."""
-    return Target(realm, SAFETY).key(_STOP)
+    return Target(realm, SAFETY).key(_OPERATION)
 
 
 def stop_payload(reason: str) -> bytes:

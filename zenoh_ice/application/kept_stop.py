@@ -9,7 +9,7 @@ import msgspec
 
 from zenoh_ice.application.directories import state_directory
 
-_LARGEST: Final = 1 << 16
+_LARGEST_FILE: Final = 1 << 16
 """Bytes of a file that can be ours."""
 
 UNREADABLE: Final = "the record of its emergency stop cannot be read"
@@ -41,4 +41,4 @@ def kept_directory() -> Path:
 def read_kept(path: Path) -> Kept:
     """Return what a server kept in a file. Raises OSError and msgspec.MsgspecError."""
     with path.open("rb") as file:
-        return msgspec.json.decode(file.read(_LARGEST), type=Kept)
+        return msgspec.json.decode(file.read(_LARGEST_FILE), type=Kept)

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Final
 
 _SHARE: Final = 0.3  # of the time that systemd gives, between two reports: one may be late
-_LOOK: Final = 0.5  # s between two looks whether a report is due
+_CHECK_PERIOD: Final = 0.5  # s between two looks whether a report is due
 
 _logger = logging.getLogger(__name__)
 
@@ -53,7 +53,7 @@ class Watchdog:
 
     def wait(self, stop: threading.Event, problem: Callable[[], str]) -> None:
         """Wait for an event, and report meanwhile as `report` does."""
-        while not stop.wait(_LOOK if self._period else None):
+        while not stop.wait(_CHECK_PERIOD if self._period else None):
             self.report(problem)
 
     def _notify(self, state: str) -> None:
@@ -62,7 +62,7 @@ class Watchdog:
         address = f"\0{self._address[1:]}" if self._address.startswith("@") else self._address
         try:
             with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as service_manager:
-                service_manager.settimeout(_LOOK)
+                service_manager.settimeout(_CHECK_PERIOD)
                 service_manager.sendto(state.encode(), address)
         except OSError as error:
             _logger.warning("cannot report %s to systemd: %s", state, error)

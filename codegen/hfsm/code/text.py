@@ -24,8 +24,8 @@ from ..document import Text
 __all__ = [
     "FUTURE",
     "INDENT",
-    "Code",
     "CodeError",
+    "CodeText",
     "all_nodes",
     "as_class",
     "as_function",
@@ -163,7 +163,7 @@ class CodeError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Code:
+class CodeText:
     """A piece of code as it will be in the component.
 
     `lines` are its lines without common indentation and without empty lines around them. `line` is the first
@@ -200,7 +200,7 @@ class Code:
         ]
 
 
-def split(text: Text) -> Code | None:
+def split(text: Text) -> CodeText | None:
     """Return the lines of a text without common indentation, or None if all are blank."""
     lines = text.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = next((index for index, line in enumerate(lines) if line.strip()), None)
@@ -218,7 +218,7 @@ def split(text: Text) -> Code | None:
             left[index] = len(indentation)
     if first == 0:
         left[0] += text.column - 1
-    return Code(tuple(lines), line, fixed, tuple(left))
+    return CodeText(tuple(lines), line, fixed, tuple(left))
 
 
 def _characters(line: str, offset: int) -> int:
@@ -257,7 +257,7 @@ def _parsed(source: str) -> ast.Module:
         return parse_python(source)
 
 
-def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
+def parse(code: CodeText, lines: Sequence[str], header: int = 0) -> ast.Module:
     """Return the tree of the code in `lines`, of which the first `header` lines are generated."""
     source = "\n".join(lines)
     try:
@@ -286,7 +286,7 @@ def _try_compiling(source: str) -> None:
         compile(source, "<document>", "exec", dont_inherit=True)
 
 
-def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -> None:
+def compile_source(source: str, code: CodeText, header: int = 0, columns: int = 0) -> None:
     """Raise CodeError for what the parser accepts but the compiler rejects, such as a stray `break`."""
     try:
         _try_compiling(source)
@@ -299,7 +299,7 @@ def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -
         raise code.error("the code is nested too deeply") from error
 
 
-def parse_expression(code: Code, what: str) -> ast.Module:
+def parse_expression(code: CodeText, what: str) -> ast.Module:
     """Return the tree of an expression that may span lines, after one generated line.
 
     `what` names it in messages. Raises CodeError.
@@ -331,7 +331,7 @@ def parse_import(text: Text) -> tuple[str, ast.Import | ast.ImportFrom]:
     return statement, body[0]
 
 
-def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: bool = False) -> None:
+def refuse_code(tree: ast.Module, code: CodeText, header: int = 0, *, is_variables: bool = False) -> None:
     """Raise CodeError for code that is not valid as the body of a function; an expression has a `header`.
 
     Variables are in the middle of a function, and must not return from it.
@@ -362,13 +362,13 @@ def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: 
                 raise code.error(message, node.lineno, code.column(node.lineno, node.col_offset))
 
 
-def refuse_functions(code: Code) -> None:
+def refuse_functions(code: CodeText) -> None:
     """Raise CodeError for code that is not valid as the body of a class."""
     source = as_class(code)
     compile_source(source, code, header=2, columns=len(INDENT))
 
 
-def as_function(tree: ast.Module, code: Code, header: int = 0) -> tuple[str, int]:
+def as_function(tree: ast.Module, code: CodeText, header: int = 0) -> tuple[str, int]:
     """Return code as the body of a function in a file, and the number of lines before it.
 
     Outer names that its own functions assign are bound around it: whether other code binds them is checked in
@@ -381,7 +381,7 @@ def as_function(tree: ast.Module, code: Code, header: int = 0) -> tuple[str, int
     return "\n".join([*lines, *code.indented(2), end]) + "\n", len(lines)
 
 
-def as_class(code: Code) -> str:
+def as_class(code: CodeText) -> str:
     """Return code as the body of a class in a file, after two lines."""
     return "\n".join([FUTURE, "class _Component:", *code.indented(1), f"{INDENT}pass"])
 

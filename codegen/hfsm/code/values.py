@@ -68,8 +68,8 @@ def _finite(value: float, written: str) -> float:
     return number
 
 
-_LARGEST: Final = 1e12
-_SHORTEST: Final = 0.000_001
+_LARGEST_TIME: Final = 1e12
+_SHORTEST_TIME: Final = 0.000_001
 _UNKNOWN: Final = object()
 
 
@@ -79,7 +79,7 @@ def milliseconds(text: Text) -> float | None:
         value = float(text.text.strip().replace("_", "?"))
     except ValueError:
         return None
-    return value if math.isfinite(value) and _SHORTEST <= value <= _LARGEST else None
+    return value if math.isfinite(value) and _SHORTEST_TIME <= value <= _LARGEST_TIME else None
 
 
 def delay(text: Text) -> float | None:
@@ -88,7 +88,7 @@ def delay(text: Text) -> float | None:
     With 0 it fires in the next cycle, as with the original generators: 0 becomes the shortest time.
     """
     try:
-        return milliseconds(text) or (_SHORTEST if float(text.text.strip()) == 0 else None)
+        return milliseconds(text) or (_SHORTEST_TIME if float(text.text.strip()) == 0 else None)
     except ValueError:
         return None
 
@@ -114,7 +114,9 @@ def truth(node: ast.expr) -> bool | None:
 def seconds(node: ast.expr) -> float | None:
     """Return a constant number, such as `2` or `0.5 * 3`, or None for any other expression."""
     match node:
-        case ast.Constant(value=int() | float() as value) if type(value) is not bool and value <= _LARGEST:
+        case ast.Constant(value=int() | float() as value) if (
+            type(value) is not bool and value <= _LARGEST_TIME
+        ):
             return float(value)
         case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _ARITHMETIC:
             first, second = seconds(left), seconds(right)

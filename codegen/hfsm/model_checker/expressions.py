@@ -34,7 +34,7 @@ _TOKEN: Final = re.compile(
 )
 _WORDS: Final = frozenset({"in", "and", "or", "not", "true", "false", "active", "ghost", "finished"})
 _FUNCTIONS: Final = ("active", "ghost", "finished")
-_DEEPEST: Final = 100
+_DEEPEST_EXPRESSION: Final = 100
 
 Positions = dict[int, int]
 
@@ -123,8 +123,8 @@ class _Parser:
 
     def _implication(self) -> Expression:
         self._depth += 1
-        if self._depth > _DEEPEST:
-            raise ExpressionError(f"this is nested deeper than {_DEEPEST}", self._token.offset)
+        if self._depth > _DEEPEST_EXPRESSION:
+            raise ExpressionError(f"this is nested deeper than {_DEEPEST_EXPRESSION}", self._token.offset)
         left = self._several("or", lambda: self._several("and", self._negation))
         if self._accept("arrow"):
             right = self._implication()

@@ -29,7 +29,7 @@ __all__ = [
     "read_model",
 ]
 
-_DEEPEST: Final = 200
+_DEEPEST_TREE: Final = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +185,9 @@ class _Reader:
             below = [
                 child for child in found if child is not None and child.states and child.id not in self._seen
             ]
-            children = [self._read(child, index, number, depth + 1) for child in below if depth < _DEEPEST]
+            children = [
+                self._read(child, index, number, depth + 1) for child in below if depth < _DEEPEST_TREE
+            ]
             arguments = bool(state.arguments) and not state.final
             states.append(
                 StateModel(

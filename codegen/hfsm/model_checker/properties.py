@@ -21,7 +21,7 @@ from .transition_system import ACTIVE, FINISHED, Configuration, Local, Transitio
 
 __all__ = ["PropertyResult", "Verdict", "check_property"]
 
-_MOST: Final = 20_000
+_MOST_CONFIGURATIONS: Final = 20_000
 """The most configurations to enumerate; with more, the search decides."""
 
 
@@ -66,8 +66,8 @@ def may_hold(expression: Expression, wanted: bool, fireability: Fireability) -> 
                 for rest in under(children[1:], state):
                     yield first + rest
 
-    configurations = [*islice(below(0, is_active=True), _MOST + 1)]
-    return len(configurations) > _MOST or any(holds(each) is wanted for each in configurations)
+    configurations = [*islice(below(0, is_active=True), _MOST_CONFIGURATIONS + 1)]
+    return len(configurations) > _MOST_CONFIGURATIONS or any(holds(each) is wanted for each in configurations)
 
 
 KINDS: Final = ("always", "eventually", "never")

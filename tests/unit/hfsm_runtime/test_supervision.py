@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_runtime import Automaton, State, VirtualRun
-from hfsm_runtime.runtime import RETRY
+from hfsm_runtime.runtime import RETRY_DELAY
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from tests.support.automata import after, automaton, component, when
@@ -192,7 +192,7 @@ def test_on_threads_it_is_paused_until_commands_are_taken_and_asked_at_most_once
         at = runtime.timeline.now()
         runtime.retry(taken)
         runtime.retry(taken)
-        assert asked == [""], f"once at the refusal, and not again within {RETRY} s"
+        assert asked == [""], f"once at the refusal, and not again within {RETRY_DELAY} s"
         tried_until(lambda: len(asked) == 2)
         assert (runtime.timeline.now(), runtime.status, gate.refused) == (at, ComponentStatus.Paused, 1)
         gate.stopped = False

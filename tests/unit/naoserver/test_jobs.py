@@ -155,7 +155,7 @@ def test_a_clock_that_has_ended_does_not_keep_a_thread_from_ending():
 
 
 def test_a_job_goes_on_after_an_error_and_logs_it(monkeypatch, caplog):
-    monkeypatch.setattr("naoserver.jobs._RETRY", 0.01)
+    monkeypatch.setattr("naoserver.jobs._RETRY_DELAY", 0.01)
     went_on = threading.Event()
     calls = []
 

@@ -108,7 +108,7 @@ def test_a_struct_of_another_type_is_left_to_the_receiver() -> None:
 
 
 def test_more_bytes_than_messagepack_can_hold_do_not_travel_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pieces, "_LONGEST", 2 * LARGE)
+    monkeypatch.setattr(pieces, "_LONGEST_BYTES", 2 * LARGE)
 
     def travels_apart(size: int) -> bool:
         image = Image(Shape(1, b""), b"x" * size, "")

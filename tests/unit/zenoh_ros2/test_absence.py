@@ -16,7 +16,7 @@ HERE = ["tcp/127.0.0.1:7447"]
 
 @pytest.fixture(autouse=True)
 def brief(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    monkeypatch.setattr("zenoh_ros2.absence.PATIENCE", 0.3)
+    monkeypatch.setattr("zenoh_ros2.absence.WARNING_DELAY", 0.3)
     caplog.set_level(logging.WARNING)
 
 

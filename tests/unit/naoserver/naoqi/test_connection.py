@@ -17,9 +17,9 @@ STATE = "ALMemory.getListData"
 
 @pytest.fixture
 def naoqi(monkeypatch):
-    monkeypatch.setattr("naoserver.naoqi.connection._RETRY", 0.01)  # seconds between two attempts
+    monkeypatch.setattr("naoserver.naoqi.connection._RETRY_DELAY", 0.01)  # seconds between two attempts
     monkeypatch.setattr(
-        "naoserver.naoqi.background_calls._PATIENCE", CALL_LIMIT
+        "naoserver.naoqi.background_calls._ANSWER_LIMIT", CALL_LIMIT
     )  # seconds until the next command is sent
     return ScriptedNaoqi()
 

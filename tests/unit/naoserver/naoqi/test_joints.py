@@ -18,7 +18,7 @@ FULL = {joint.name: joint.max_velocity for joint in H25.joints}
 @pytest.fixture
 def naoqi(monkeypatch):
     monkeypatch.setattr(
-        "naoserver.naoqi.background_calls._PATIENCE", CALL_LIMIT
+        "naoserver.naoqi.background_calls._ANSWER_LIMIT", CALL_LIMIT
     )  # seconds until the next command is sent
     return ScriptedNaoqi()
 

@@ -95,7 +95,7 @@ def test_too_many_stops_of_a_program_are_refused_but_not_after_too_many_other_ca
 
 
 def test_closing_does_not_wait_for_ever_for_a_call_that_hangs(calls, facade, service, monkeypatch, caplog):
-    monkeypatch.setattr(calls_module, "_ENDING", IMPATIENT)
+    monkeypatch.setattr(calls_module, "_END_LIMIT", IMPATIENT)
     facade.hang()
     assert service.begun.wait(EVENT_LIMIT)
     calls.close()

@@ -15,8 +15,7 @@ from naoserver.qi.sensors import ALSonar
 from naoserver.qi.sound import ALAudioPlayer, ALAudioRecorder
 from naoserver.qi.speech import ALTextToSpeech
 from naoserver.qi.tracker import ALTracker
-from naoserver.qi.video import MOST as MOST_SUBSCRIPTIONS
-from naoserver.qi.video import ALVideoDevice
+from naoserver.qi.video import MOST_SUBSCRIPTIONS, ALVideoDevice
 from naoserver.qi.vision import ALRedBallDetection
 from tests.support.qi_service import LongCall
 from tests.support.robot_server import eventually

@@ -7,7 +7,7 @@ pytest.importorskip("qi")
 from PIL import Image
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.photos import MOST, ALPhotoCapture
+from naoserver.qi.photos import MOST_PHOTOS, ALPhotoCapture
 
 FOLDER = "/home/nao/recordings/cameras/"
 
@@ -73,12 +73,12 @@ def test_no_photo_leaves_the_disk(rig, disk, photos, tmp_path, folder):
 def test_photos_are_few(rig, photos):
     photos.setResolution(8)
     photos.setCaptureInterval(0)
-    take(rig, photos.takePictures, MOST, "/", "a")
-    take(rig, photos.takePictures, MOST, "/", "a")
-    with pytest.raises(InvalidCommand, match=f"{MOST} photos are taken already"):
+    take(rig, photos.takePictures, MOST_PHOTOS, "/", "a")
+    take(rig, photos.takePictures, MOST_PHOTOS, "/", "a")
+    with pytest.raises(InvalidCommand, match=f"{MOST_PHOTOS} photos are taken already"):
         take(rig, photos.takePicture, "/", "b")
     with pytest.raises(InvalidCommand, match="number of photos is 101"):
-        take(rig, photos.takePictures, MOST + 1, "/", "a")
+        take(rig, photos.takePictures, MOST_PHOTOS + 1, "/", "a")
 
 
 def test_settings_that_no_camera_has(rig, photos):

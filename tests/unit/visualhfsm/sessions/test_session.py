@@ -12,12 +12,12 @@ import pytest
 
 from codegen.hfsm import write_document
 from tests.support.editing import tree
-from visualhfsm.child import child_environment
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.component import AddEntry, ChangeEntry
 from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
 from visualhfsm.editing.places import Place
+from visualhfsm.environment import child_environment
 from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.sessions.journal import find_abandoned
 from visualhfsm.sessions.session import Choice, DocumentSession, Step

@@ -164,7 +164,7 @@ def test_a_stream_whose_images_grow_gets_larger_memory(sender: SharedMemory, rea
 def test_what_is_larger_than_all_memory_is_not_placed(
     sender: SharedMemory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "_LARGEST", LARGE)
+    monkeypatch.setattr(module, "_LARGEST_SLOT", LARGE)
     assert sender.lend(pieces(1, LARGE + 1), NEAR) is None
     assert Ring(sender).place(pieces(1, LARGE + 1)) is None
     assert Ring(sender).place(pieces(1)) is not None

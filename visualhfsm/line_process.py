@@ -15,25 +15,17 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable
 from typing import Final
+
+from visualhfsm.environment import child_environment
 
 _MEMORY: Final = 4 << 30
 """Limit of the memory of a process that answers questions, in bytes."""
 _NEW_OBJECTS: Final = 100_000
 """New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
-_END: Final = 2.0
+_KILL_LIMIT: Final = 2.0
 """Limit in seconds for the process to end after SIGKILL."""
-
-
-def child_environment(include: Iterable[Path] = ()) -> dict[str, str]:
-    """Return the environment in which a child finds the packages that this process finds.
-
-    `include` are directories with further packages, which come first.
-    """
-    path = [*map(str, include), *(entry for entry in sys.path if entry)]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
 
 
 class NoAnswerError(Exception):
@@ -108,7 +100,7 @@ class LineProcess:
             if stream is not None:
                 with contextlib.suppress(OSError):  # unsent data has no reader any more
                     stream.close()
-        process.wait(_END)
+        process.wait(_KILL_LIMIT)
 
 
 def answer_lines(answer: Callable[[bytes], bytes]) -> None:
