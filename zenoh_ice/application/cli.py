@@ -22,7 +22,7 @@ from typing import Annotated, Any, Final, NoReturn
 import typer
 from msgspec import structs
 from typer.main import get_command_name
-from typer.models import CommandInfo
+from typer.models import CommandInfo, TyperInfo
 
 from zenoh_ice.application.logs import set_up_logging
 from zenoh_ice.application.watchdog import Watchdog
@@ -197,6 +197,20 @@ def _drop_other_commands(app: typer.Typer) -> None:
             app.registered_commands, app.registered_groups = asked, []
 
 
+def _join_lines(app: typer.Typer) -> None:
+    """Join the lines of the paragraphs in docstrings of commands: Rich would keep them, on any terminal."""
+    described: list[CommandInfo | TyperInfo] = [*app.registered_commands]
+    if app.registered_callback is not None:
+        described.append(app.registered_callback)
+    for each in described:
+        if each.callback is not None and each.callback.__doc__ is not None:
+            paragraphs = inspect.cleandoc(each.callback.__doc__).split("\n\n")
+            each.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+    for group in app.registered_groups:
+        if group.typer_instance is not None:
+            _join_lines(group.typer_instance)
+
+
 def _name_of(command: CommandInfo) -> str:
     return command.name or get_command_name(getattr(command.callback, "__name__", ""))
 
@@ -217,6 +231,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     gc.freeze()  # imported modules stay loaded: later collections need not search them
     gc.enable()
     _drop_other_commands(app)
+    _join_lines(app)
     atexit.register(gc.freeze)  # exiting frees all memory: skip the final garbage collection
     try:
         app()

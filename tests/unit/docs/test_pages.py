@@ -23,6 +23,13 @@ def test_links_lead_somewhere() -> None:
     assert [(str(page), link) for page, link in links if not (page.parent / link).exists()] == []
 
 
+def test_the_site_has_no_program_of_the_folder() -> None:
+    config = pytest.importorskip("mkdocs.config", reason="needs the packages of visualhfsm[docs]")
+    left_out = config.load_config(str(DOCS.parent / "mkdocs.yml")).exclude_docs
+    assert left_out.match_file("hooks.py")
+    assert left_out.match_file("__pycache__/hooks.cpython-311.pyc")
+
+
 def test_the_navigation_has_every_page() -> None:
     yaml = pytest.importorskip("yaml", reason="needs the packages of visualhfsm[docs]")
     nav = yaml.safe_load((DOCS.parent / "mkdocs.yml").read_text("utf-8"))["nav"]

@@ -64,6 +64,26 @@ def test_options_become_settings_and_logs_go_to_stderr() -> None:
     assert "INFO     robot.arm: reached 3" in err
 
 
+LONG_HELP = """
+@app.command()
+def command() -> None:
+    \"\"\"Do something.
+
+    This paragraph has two lines, which end
+    where those of the terminal do not.
+    \"\"\"
+"""
+
+
+def test_help_ends_its_lines_where_the_terminal_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    code, out, _ = finish(start(LONG_HELP, "--help"))
+    assert code == 0
+    assert [line.strip() for line in out.splitlines() if "end" in line] == [
+        "This paragraph has two lines, which end where those of the"
+    ]
+
+
 @pytest.mark.parametrize("kind", ["path", "abstract"])
 def test_ready_is_printed_and_reported_to_systemd_once(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
