@@ -24,8 +24,9 @@ from .files import write_file
 def extract(document: Document, automaton: int, path: Path | None, file: Path) -> Command:
     """Write an automaton with all below it to a new document, and return the command that imports it.
 
-    `path` is the document's own file; `file` lies in its directory or below, and must not exist. Libraries
-    and interfaces are copied, so that the new document can be checked by itself. Raises EditError.
+    `path` is the document's own file; `file` lies in its directory or below, and must not exist. What the
+    document declares is copied, so that the new document can be checked by itself. Functions of automata
+    outside stay where they are: a component may define each only once. Raises EditError.
     """
     what = f"Cannot move the automaton to {file.name}"
     if path is None:
@@ -43,6 +44,8 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
     parts = below(document, [source.id])
     top = replace(source, father=NO_CHILD)
     library = Document(
+        dialect=document.dialect,
+        parameters=document.parameters,
         automata=(top, *(each for each in parts if each is not source)),
         libraries=document.libraries,
         interfaces=document.interfaces,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document, write_document
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Document, Text
+from codegen.hfsm.loading import check_document
 from tests.support.documents import document, state, sub
 from tests.support.editing import tree
 from visualhfsm.editing.commands.automata import SetAutomatonCode, SetImport
@@ -88,6 +90,26 @@ def test_an_automaton_moves_to_a_file_and_back(tmp_path: Path) -> None:
     assert len(back.automata) == 4
     assert back.automata[1].transitions == document.automata[1].transitions
     assert back.automata[3].states == document.automata[3].states
+
+
+def test_what_the_code_needs_is_declared_in_the_new_file_too(tmp_path: Path) -> None:
+    path, part = tmp_path / "main.xml", tmp_path / "part.xml"
+    document = replace(tree(), dialect=Text("VisualStates"))
+    for name in ("speed", "limit"):
+        document = AddEntry(
+            list="parameters", fields={"name": name, "type": "float", "default": "0.5"}
+        ).apply(document)
+    document = SetAutomatonCode(automaton=2, part="variables", text="far = self.speed > self.limit").apply(
+        document
+    )
+    extracted = extract(document, 2, path, part).apply(document)
+    diagnostics = Diagnostics()
+    check_document(part, diagnostics, limit=0)
+    assert [each.message for each in diagnostics if "self." in each.message] == []
+    assert read(part).dialect.text == "VisualStates"
+    path.write_text(write_document(extracted))
+    check_document(path, diagnostics, limit=0)
+    assert diagnostics.errors == []
 
 
 def test_what_its_file_declares_comes_along_with_an_automaton(tmp_path: Path) -> None:
