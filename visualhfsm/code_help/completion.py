@@ -19,13 +19,13 @@ from codegen.hfsm.code.names import COMPONENT_ALIASES
 from .answers import Completion, Completions, Explanation, Signature
 from .component import TypedComponent
 
-_MOST: Final = 200
+_MOST_PROPOSALS: Final = 200
 _DOCUMENTED: Final = 24
 _DOCUMENTATION_TIME: Final = 0.3
 """Seconds for looking up documentation; other options are explained on request."""
 _TYPE_TIME: Final = 1.0
 """Seconds for inferring the kinds of names: all of numpy takes several."""
-_LONGEST: Final = 2000
+_LONGEST_DOCUMENTATION: Final = 2000
 _LONGEST_DETAIL: Final = 200
 _CALLABLE: Final = frozenset({"class", "function"})
 _STUBS: Final = Path(__file__).parent / "stubs"
@@ -71,7 +71,7 @@ def complete(module: TypedComponent, path: Path, line: int, column: int) -> Comp
     )
     options = [
         _option(each, boost, documented=boost >= 0 and rank < _DOCUMENTED, passed=time.monotonic() - began)
-        for rank, (boost, each) in enumerate(ranked[:_MOST])
+        for rank, (boost, each) in enumerate(ranked[:_MOST_PROPOSALS])
     ]
     return Completions(typed, options)
 
@@ -159,7 +159,7 @@ def _detail(found: Any) -> str:  # noqa: ANN401
 
 def _documentation(found: Any) -> str:  # noqa: ANN401
     with contextlib.suppress(Exception):
-        return str(found.docstring(raw=True))[:_LONGEST]
+        return str(found.docstring(raw=True))[:_LONGEST_DOCUMENTATION]
     return ""
 
 

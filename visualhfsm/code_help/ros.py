@@ -13,7 +13,7 @@ _PREFIX: Final = "_Ros_"
 """Completion does not offer names that begin with `_`."""
 _PLAIN: Final = {"bool": "bool", "float32": "float", "float64": "float", "string": "str", "wstring": "str"}
 _ARRAY: Final = re.compile(r"\[[^\]]*\]$")
-_MOST: Final = 200
+_MOST_CLASSES: Final = 200
 """Classes of messages."""
 
 
@@ -45,7 +45,7 @@ class _Messages:
         plain = inner.partition("<")[0]
         if "/" not in plain:
             return _PLAIN.get(plain, "int")
-        if plain not in self._fields and len(self._fields) < _MOST:
+        if plain not in self._fields and len(self._fields) < _MOST_CLASSES:
             fields = self._types.fields(plain)
             self._fields[plain] = {}  # in case a message contains itself, which is invalid but not checked
             self._fields[plain] = {name: self.name(each) for name, each in (fields or {}).items()}

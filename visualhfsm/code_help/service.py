@@ -14,15 +14,16 @@ from visualhfsm.editing.commands.text import with_code
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.line_process import LineProcess, NoAnswerError
 
 from .question import Question, Wanted
 
-_PATIENCE: Final = 4.0
+_ANSWER_LIMIT: Final = 4.0
 """Limit of the time of an answer, in seconds."""
 _FIRST: Final = 5
 """Factor of that limit for the first answer of a process, which reads everything that the code imports."""
 _UNTITLED: Final = "untitled.xml"
-_LARGEST: Final = 200_000
+_LONGEST_CODE: Final = 200_000
 """Limit of the length of a piece of code, in characters."""
 
 
@@ -34,7 +35,7 @@ class CodeHelp:
     interfaces. Thread-safe: callers wait for their turn.
     """
 
-    def __init__(self, patience: float = _PATIENCE, include: Sequence[Path] = ()) -> None:
+    def __init__(self, patience: float = _ANSWER_LIMIT, include: Sequence[Path] = ()) -> None:
         self._patience = patience
         self._include = tuple(map(str, include))
         self._reading = LineProcess(f"{__package__}.worker")
@@ -59,7 +60,7 @@ class CodeHelp:
         `explain`: explanation of the name at the position; `signature`: the parameters of the call around it;
         `lint`: problems of the code. None when there is no answer. Raises VisualHfsmError.
         """
-        if len(code) > _LARGEST:
+        if len(code) > _LONGEST_CODE:
             return None
         if wanted == "lint":
             text = written(with_code(_around(document, place), place, code))

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 from codegen.hfsm.document import State, Transition
 from visualhfsm.editing.geometry import FAN, LOOP
-from visualhfsm.editing.nodes import FARTHEST
+from visualhfsm.editing.nodes import FARTHEST_PLACE
 
 from .elements import pixels
 
@@ -87,7 +87,7 @@ class Arc:
 
 def place(node: State | Transition) -> complex:
     """Return the place of a state's middle or a transition's handle, no farther away than the canvas goes."""
-    return complex(*(max(-FARTHEST, min(FARTHEST, value)) for value in (node.x, node.y)))
+    return complex(*(max(-FARTHEST_PLACE, min(FARTHEST_PLACE, value)) for value in (node.x, node.y)))
 
 
 def arc(origin: complex | None, destination: complex | None, handle: complex, *, is_loop: bool) -> Arc:

@@ -16,7 +16,7 @@ from .text import shortened, spoken_time, width
 
 _NAME: Final = 12.0
 _DETAIL: Final = 10.5
-_WIDEST: Final = 150.0
+_WIDEST_LINE: Final = 150.0
 """Pixels of the longest line of a label; a longer one is shortened."""
 _LINE: Final = 13.5
 _FIRST_LINE: Final = 11.0
@@ -75,8 +75,8 @@ class DrawnTransition:
 
     def _lines(self) -> list[tuple[str, float, str]]:
         """Return the lines of the label, each with its size and its colour."""
-        name = shortened(self.transition.name.strip(), _NAME, _WIDEST)
-        detail = shortened(_what_fires(self.transition), _DETAIL, _WIDEST)
+        name = shortened(self.transition.name.strip(), _NAME, _WIDEST_LINE)
+        detail = shortened(_what_fires(self.transition), _DETAIL, _WIDEST_LINE)
         lines = ((name, _NAME, INK), (detail, _DETAIL, MUTED))
         return [line for line in lines if line[0]]
 

@@ -22,7 +22,7 @@ LOOP: Final = 90.0
 _NEAR: Final = 30.0
 _CLEAR: Final = 52.0
 """Pixels that arcs keep from the middles of other states where possible: the radius and a margin."""
-_TRIES: Final = 80
+_MOST_TRIES: Final = 80
 _MOST_STATES: Final = 200
 """States of the largest automaton in which arcs avoid other states, which takes time."""
 
@@ -101,7 +101,7 @@ def _free_place(
         return first
     ends = _ends(transition)
     others = [(each.x, each.y) for each in states.values() if each.id not in ends]
-    tries = chain((first,), islice(free, _TRIES))
+    tries = chain((first,), islice(free, _MOST_TRIES))
     return next((place for place in tries if _is_clear(origin, destination, place, others)), first)
 
 

@@ -21,7 +21,7 @@ MAX_AUTOMATA: Final = 10_000
 """Automata that a document may hold."""
 
 _MAX_TEXT: Final = 1 << 20
-FARTHEST: Final = 1e6
+FARTHEST_PLACE: Final = 1e6
 """Pixels: no coordinate is farther away from the origin."""
 _LONGEST_LABEL: Final = 30
 _NUMBERED: Final = re.compile(r"^(?P<stem>.*?)\s+\d{1,9}$", re.DOTALL)
@@ -49,8 +49,8 @@ def checked(text: str, what: str) -> str:
 
 def coordinate(value: float) -> float:
     """Return a coordinate in pixels, rounded to hundredths. Raises EditError when it is not on the canvas."""
-    if not math.isfinite(value) or abs(value) > FARTHEST:
-        why = f"{value} is not within {FARTHEST:.0f} pixels of the origin"
+    if not math.isfinite(value) or abs(value) > FARTHEST_PLACE:
+        why = f"{value} is not within {FARTHEST_PLACE:.0f} pixels of the origin"
         raise EditError("Cannot move that far", why, "move it closer to the others")
     return round(float(value), 2)
 

@@ -15,7 +15,7 @@ DOCUMENT_SUFFIX: Final = ".xml"
 FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"
 
-_LONGEST: Final = 4096  # characters, as Linux has it
+_LONGEST_PATH: Final = 4096  # characters, as Linux has it
 
 
 class Root:
@@ -34,7 +34,7 @@ class Root:
 
         Raises ForbiddenPathError.
         """
-        if not text or len(text) > _LONGEST or "\0" in text:
+        if not text or len(text) > _LONGEST_PATH or "\0" in text:
             raise ForbiddenPathError("the path is empty, too long, or contains a zero byte")
         try:
             path = (self.directory / text).resolve()

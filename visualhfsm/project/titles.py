@@ -8,7 +8,7 @@ from typing import Final
 
 from codegen.hfsm.code.names import component_name
 
-_LONGEST: Final = 18  # characters before a number: the name of a component has at most 100, in ASCII
+_LONGEST_BEGINNING: Final = 18  # characters before a number, as a component's name has 100 at most, in ASCII
 _LONGEST_STEM: Final = 100
 
 
@@ -19,5 +19,5 @@ def stem(name: str) -> str:
 
 def free_title(wanted: str, taken: Collection[str]) -> str:
     """Return a title, `untitled 2`, whose component is none of those that are taken."""
-    titles = [wanted, *(f"{wanted[:_LONGEST]} {number}" for number in range(2, len(taken) + 3))]
+    titles = [wanted, *(f"{wanted[:_LONGEST_BEGINNING]} {number}" for number in range(2, len(taken) + 3))]
     return next(title for title in titles if component_name(title) not in taken)

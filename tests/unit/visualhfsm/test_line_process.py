@@ -1,0 +1,58 @@
+"""A process that answers lines: it ends with its owner, and is restarted for the next question after a failure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.limits import START_LIMIT
+from visualhfsm.line_process import LineProcess, NoAnswerError
+
+ANSWERS = """
+import os, time
+from visualhfsm.line_process import answer_lines
+
+def answer(line):
+    match line.strip():
+        case b"end":
+            os._exit(1)
+        case b"wait":
+            time.sleep(3600)
+        case b"print":
+            print("this is no answer")
+    return line.strip()[::-1]
+
+answer_lines(answer)
+"""
+
+
+@pytest.fixture
+def process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LineProcess]:
+    (tmp_path / "reversing_lines.py").write_text(ANSWERS)
+    monkeypatch.syspath_prepend(tmp_path)
+    process = LineProcess("reversing_lines")
+    yield process
+    process.close()
+
+
+def test_each_question_is_answered_with_a_line(process: LineProcess) -> None:
+    assert process.ask(b"abc", START_LIMIT) == b"cba"
+    assert process.ask(b"print", START_LIMIT) == b"tnirp"
+
+
+@pytest.mark.parametrize(("question", "limit"), [(b"end", START_LIMIT), (b"wait", 0.01)])
+def test_a_process_that_fails_or_hangs_is_replaced(
+    process: LineProcess, question: bytes, limit: float
+) -> None:
+    assert process.ask(b"abc", START_LIMIT) == b"cba"
+    with pytest.raises(NoAnswerError):
+        process.ask(question, limit)
+    assert process.ask(b"abc", START_LIMIT) == b"cba"
+
+
+def test_nothing_is_answered_after_the_end(process: LineProcess) -> None:
+    process.close()
+    with pytest.raises(NoAnswerError, match="ended"):
+        process.ask(b"abc", START_LIMIT)
