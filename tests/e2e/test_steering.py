@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from interfaces.hfsm import ComponentSnapshot, HfsmMonitorPrx
+from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx
 from tests.integration.test_hfsm_monitor import until
 from tests.support.documents import generate
 from tests.support.limits import START_LIMIT
@@ -43,8 +42,8 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
     monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
     monitor.getSnapshot.wait(timeout=START_LIMIT)
 
-    def steer(*arguments: str, code: int = 0) -> str:
-        with ComponentProcess(module("visualhfsm", *arguments, "--connect", endpoint)) as process:
+    def steer(*arguments: str, code: int = 0, command: str = "visualhfsm") -> str:
+        with ComponentProcess(module(command, *arguments, "--connect", endpoint)) as process:
             assert process.wait() == code, process.output
             return process.output
 
@@ -74,6 +73,7 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
     steer("force", "dance_and_follow", "tired")
     stopped = until(monitor, lambda snapshot: bool(snapshot.stoppedAt))
     assert stopped.automata[0].state == 1
-    assert json.loads(steer("resume", "dance_and_follow", "--json"))["status"] == "running"
+    steer("call", "Hfsm.dance_and_follow.resume", command="visualhfsm.nao")
+    until(monitor, lambda snapshot: snapshot.status is ComponentStatus.Running)
     steer("stop", "dance_and_follow")
     assert component.wait() == 0, component.output
