@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import html
 import inspect
 import logging
 from collections.abc import Callable, Collection, Mapping
 from pathlib import PurePath
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
-from xml.sax.saxutils import escape
 
 from zenoh_ice.clock import Clock, WallClock
 from zenoh_ice.exceptions import ZenohIceError
@@ -202,7 +202,7 @@ def require_declared(component: Component, name: str) -> None:
     if name in component._hfsm_events:
         return
     document = component._hfsm_document or "its document"
-    element = f"<event><name>{escape(name)}</name></event>"
+    element = f"<event><name>{html.escape(name, quote=False)}</name></event>"
     raise EventError(
         f"the event {name!r} is not declared, so that it may not come from outside: add {element} to the "
         f"<events> of {document} (in the editor: Data, Component), and generate the component again"

@@ -19,6 +19,13 @@ from .toml_file import convert, parse_toml, read_text, shown
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 """Default endpoint: robot servers listen on it, all others connect to it."""
+ROUTER_DEFAULTS: Final[Mapping[str, object]] = {
+    "mode": "router",
+    "connect": (),
+    "listen": (DEFAULT_ENDPOINT,),
+    "log_level": "info",
+}
+"""Settings of a router where they differ from those of other components."""
 
 ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"  # `VISUALHFSM_REALM` sets `realm`, and so on
 CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"  # names the TOML file when no flag does

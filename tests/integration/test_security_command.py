@@ -14,13 +14,13 @@ from cryptography import x509
 from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.security import Keys
 from tests.support.stranger import session_of
-from visualhfsm.deployment.router import DEFAULTS, serve
+from visualhfsm.deployment.router import serve
 from visualhfsm.security.command import app
 from visualhfsm.security.folder import SecurityFilesError, hosts_of
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import check_security
-from zenoh_ice.settings import load_settings
+from zenoh_ice.settings import ROUTER_DEFAULTS, load_settings
 
 
 def security(*arguments: object) -> str:
@@ -153,11 +153,11 @@ def test_a_user_whose_files_are_partly_there_gets_none_of_the_others(folder: Pat
 
 
 def test_a_router_starts_with_its_own_settings_alone(folder: Path) -> None:
-    student = load_settings(folder / "student.toml", defaults=DEFAULTS, environment={})
+    student = load_settings(folder / "student.toml", defaults=ROUTER_DEFAULTS, environment={})
     with pytest.raises(ConfigurationException, match=r"student.toml: mode = 'client': not the settings"):
         serve(student, print)
     with pytest.raises(ConfigurationException, match=r"listen = \[\]: a router needs an endpoint"):
-        serve(load_settings(environment={"VISUALHFSM_LISTEN": ""}, defaults=DEFAULTS), print)
+        serve(load_settings(environment={"VISUALHFSM_LISTEN": ""}, defaults=ROUTER_DEFAULTS), print)
 
 
 def test_a_user_is_added_to_no_other_table(folder: Path) -> None:

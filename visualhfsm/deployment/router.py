@@ -23,13 +23,10 @@ from zenoh_ice.application.watchdog import Watchdog
 from zenoh_ice.exceptions import ConfigurationException, EndpointInUseException
 from zenoh_ice.security import exposure
 from zenoh_ice.session import client_token, close_session, open_session, problem_of
-from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings, host_and_port
+from zenoh_ice.settings import Settings, host_and_port
 from zenoh_ice.text import printable
 
-__all__ = ["DEFAULTS", "check_router", "serve"]
-
-DEFAULTS = {"mode": "router", "connect": (), "listen": (DEFAULT_ENDPOINT,), "log_level": "info"}
-"""Settings of a router where they differ from those of other components."""
+__all__ = ["check_router", "serve"]
 
 # For endpoints without TLS: a second thread that makes and ends links, so that silent connections shut nobody
 # out (docs/decisions/0007-limits-of-a-lab-network.md).

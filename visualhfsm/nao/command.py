@@ -11,11 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
-from visualhfsm.deployment.router import DEFAULTS as ROUTER_DEFAULTS
 from visualhfsm.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
 from visualhfsm.security.command import app as security
 from zenoh_ice.application.cli import finite, report_ready, with_settings
-from zenoh_ice.settings import Settings
+from zenoh_ice.settings import ROUTER_DEFAULTS, Settings
 
 __all__ = ["app"]
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenoh_ice import ConfigurationException
-from zenoh_ice.settings import Role, load_settings
+from zenoh_ice.settings import ROUTER_DEFAULTS, Role, load_settings
 
 if TYPE_CHECKING:
     from visualhfsm.security.folder import SecurityFolder
@@ -150,11 +150,11 @@ def _show_ros(roles: Mapping[str, Role]) -> None:
 )
 def zenohd(file: _File) -> None:
     """Print the configuration with which Zenoh's own router, zenohd, does what ours does."""
-    from visualhfsm.deployment.router import DEFAULTS, check_router
+    from visualhfsm.deployment.router import check_router
     from zenoh_ice.security import check_security
     from zenoh_ice.session import session_config
 
-    settings = load_settings(file, defaults=DEFAULTS, environment={})
+    settings = load_settings(file, defaults=ROUTER_DEFAULTS, environment={})
     check_router(settings)
     check_security(settings)
     typer.echo(f"// Made from {file.name} by `nao security zenohd`; do not edit.")
