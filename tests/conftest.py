@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -54,6 +55,8 @@ DECISIVE = frozenset(
 """Environment variables that change the tested code."""
 ONE_BY_ONE = "tests/e2e/"
 """The folder of the longest tests; they are also collected first."""
+UNIT = "tests/unit/"
+"""The folder of the tests that are distributed last."""
 TEST_LIMIT = 300.0
 """A test that takes longer, in s, fails."""
 
@@ -127,10 +130,20 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, o
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection_modifyitems() -> Generator[None, None, None]:
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, None, None]:
     """Let workers pass one at a time: Hypothesis searches all modules for constants, and saves them for the others."""
     with alone(Path(__file__)):
         yield
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        put_long_files_first(items)
+
+
+def put_long_files_first(items: list[pytest.Item]) -> None:
+    """Order the files of unit tests by how many slow tests they have: so no worker gets the longest as its last."""
+    slow = Counter(item.path for item in items if any(map(item.get_closest_marker, ("slow", "sim"))))
+    unit = [item for item in items if item.nodeid.startswith(UNIT)]
+    others = [item for item in items if not item.nodeid.startswith(UNIT)]
+    items[:] = others + sorted(unit, key=lambda item: -slow[item.path])
 
 
 @contextmanager

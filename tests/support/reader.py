@@ -119,6 +119,11 @@ class Reader:
         assert (programs / "activate").is_file(), programs
         self._environment["PATH"] = f"{programs}{os.pathsep}{os.environ['PATH']}"
 
+    def leave(self) -> None:
+        """End the commands that last, by Ctrl-C."""
+        self._started.close()
+        self._server = self._started.enter_context(ExitStack())
+
     def save(self, name: str, text: str) -> None:
         """Save a file of the page."""
         (self.folder / name).write_text(text.replace(PORT, self._endpoint), "utf-8")
