@@ -26,7 +26,7 @@ from ..component import Component
 from ..debugger.reload import components_in
 from ..errors import ComponentError
 from ..loading import load_module
-from .engine import Replay
+from .run import Replay
 from .script import Recording, ReplayError
 
 _SECOND: Final = 1e9

@@ -1,12 +1,12 @@
-"""The recording as a script: the next message, the used ones, and the newest values at each time."""
+"""The recording as a script: the next message, and those that were used."""
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from hfsm_runtime.recording_file.messages import (
     TO_LOOK_AT,
@@ -32,12 +32,6 @@ _MOST_AHEAD: Final = 64 << 20
 _MOST_IMAGES: Final = 500_000
 """Fourteen hours of ten images a second."""
 _INPUTS: Final = (Action, Cycle, Gap, Overlap, Reading, Result)
-_SECOND: Final = 1_000_000_000
-_CLOCKS: Final = {"now", "time.time", "time.monotonic", "time.perf_counter"}
-_CLOCKS_NS: Final = {"time.time_ns", "time.monotonic_ns", "time.perf_counter_ns"}
-_VALUES: Final = frozenset({"call", "latest", "wait", "async", "sample"})
-_POLL: Final = 1000
-"""ns that pass when an edited document reads a clock, so that a loop that polls it ends."""
 
 
 class ReplayError(ComponentError):
@@ -65,13 +59,16 @@ class Record(NamedTuple):
 class Recording(RecordingFile):
     """A recording to replay: it is read once when it is made, and again for each iteration.
 
-    `duration` are the ns from the start of the component to the last message. Raises RecordingError.
+    `duration` are the ns from the start of the component to the last message. `settings` has the arguments of
+    the actions before the start of its automata, by kind: `made` the policies and periods that it ran with,
+    `begin_at` its first state. Raises RecordingError.
     """
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._images: dict[str, int] = {}
         self.duration = 0
+        self.settings: dict[str, dict[str, Any]] = {}
         for raw in self.messages():
             if raw.kind is Image:
                 if len(self._images) >= _MOST_IMAGES:
@@ -80,6 +77,10 @@ class Recording(RecordingFile):
             if raw.kind in TO_LOOK_AT:
                 continue
             self.duration = max(self.duration, raw.time - self.start)
+            if raw.kind is Action and "start" not in self.settings:
+                action = decode(raw, Action)
+                if action.kind in ("made", "begin_at", "start"):
+                    self.settings[action.kind] = action.arguments
 
     def __iter__(self) -> Iterator[Record]:
         for raw in self.messages():
@@ -197,61 +198,6 @@ class Script:
         self._bytes_ahead -= len(record.data)
         self._passed(record)
         return record
-
-
-class LatestValues:
-    """Keep the newest values of a recording, and answer requests that have no recorded answer."""
-
-    def __init__(self) -> None:
-        self.guesses: Counter[str] = Counter()
-        """Number of requests without a recorded answer that got an older one, by request."""
-        self._results: dict[tuple[str, str], Record] = {}
-        self._readings: dict[str, tuple[float, int]] = {}
-        self._passed: dict[str, int] = {}
-
-    def learn(self, record: Record) -> None:
-        """Take the value of a record."""
-        message = record.message
-        if isinstance(message, Result):
-            if message.kind in _VALUES and message.packed is not None:
-                self._results[attribute_of(record), message.operation] = record
-        elif (
-            isinstance(message, Reading)
-            and message.kind in _CLOCKS | _CLOCKS_NS
-            and isinstance(message.value, int | float)
-        ):
-            self._readings[message.kind] = float(message.value), record.time
-
-    def newest(self, want: Want) -> Record | None:
-        """Return the newest value that an operation had, or None."""
-        return self._results.get((want.attribute, want.operation))
-
-    def begin_cycle(self, context: str) -> None:
-        """Forget how long the code of a context has waited in its cycle."""
-        self._passed[context] = 0
-
-    def wait(self, context: str, seconds: float) -> None:
-        """Let time pass for the code of a context, until the end of its cycle."""
-        self._passed[context] = self._passed.get(context, 0) + round(max(0.0, seconds) * _SECOND)
-
-    def time(self, context: str, now: int) -> int:
-        """Return the component time in ns as the code of a context sees it."""
-        self._passed[context] = self._passed.get(context, 0) + _POLL
-        return now + self._passed[context]
-
-    def reading(self, want: Want, context: str, now: int) -> float | int | bool | str | None:
-        """Return what a clock shows, or how a wait ends, at a component time in ns."""
-        time = self.time(context, now)
-        kind = want.kind
-        if kind == "component":
-            return time
-        if kind in _CLOCKS or kind in _CLOCKS_NS:
-            value, at = self._readings.get(kind, (0.0, 0))
-            return int(value + (time - at)) if kind in _CLOCKS_NS else value + (time - at) / _SECOND
-        endings: dict[str, float | bool | str] = {
-            "rate": 1.0, "sleep": "done", "clock.wait": False, "future": True,
-        }  # fmt: skip
-        return endings.get(kind)
 
 
 def context_of(message: Message) -> str | None:

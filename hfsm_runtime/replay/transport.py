@@ -19,9 +19,9 @@ from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Target, decode_
 
 from ..component import Component, proxies_of
 from ..recording.results import put_bytes
-from ..recording.transport import ObservedTransport, encoded_sample, released, target_of
+from ..recording.transport import ObservedTransport, encoded_sample, target_of
+from .answers import Answers
 from .script import NothingRecordedError, Record, Recording, ReplayError, Want
-from .threads import Answers
 
 _NOTHING: Final = b"\x80"
 """The encoded result of an operation that returns nothing."""
@@ -210,12 +210,11 @@ class _ReplayedInlet(_Replayed):
         self._newest = record
         return record
 
-    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         """Wait, as in the recording, until a function that polls returns true."""
         want = self._want("wait")
         while not holds():
-            with released(changed):
-                record = self._answers.take(want)
+            record = self._answers.take(want)
             if record is None:
                 self._answers.wait(timeout)
                 raise TimeoutException(f"no new sample of {want} was recorded")

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterable
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 from interfaces.hfsm import ErrorReport
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.clock import Clock, VirtualClock
 
+from ..automaton import Automaton
 from ..automaton_run import make_event
 from ..component import Component, equip, make_automata
 from ..cycle import run_cycle
-from ..errors import OnError
+from ..errors import OnError, OnRefused
 from ..observer import Observer
 from ..supervision import Refusal, Supervision
 from ..timeline import Timeline, slot_after, slot_at
@@ -34,6 +35,13 @@ class Change(NamedTuple):
     automaton: str
     state: str
     kind: ChangeKind = ChangeKind.ENTERED
+
+
+class AdvancedClock(Clock, Protocol):
+    """A clock that moves when it is told to."""
+
+    def advance(self, seconds: float) -> None:
+        """Let a duration in s pass."""
 
 
 class _Tracer(Observer):
@@ -54,36 +62,42 @@ class VirtualRun:
     While `refusal` is set, a refused command pauses the component: `time` stands still, and after each second
     of the clock the automata try again if `commands_accepted` returns true; its argument is the reported
     holder of the robot.
+    User code sees the `clock`; `timeline`, by default on that clock, is component time, and `tree` makes the
+    automata's tree. A replay has its own ones, and says which cycle is next by `run_cycle`.
     """
 
     def __init__(
         self,
         component: Component,
         *,
-        clock: VirtualClock | None = None,
+        clock: AdvancedClock | None = None,
+        timeline: Timeline | None = None,
+        tree: Callable[[Automaton], Tree] = Tree,
         on_error: str | None = None,
+        on_refused: str | None = None,
         on_halt: Callable[[], None] | None = None,
         commands_accepted: Callable[[str], bool] = lambda _holder: True,
         observers: Iterable[Observer] = (),
     ) -> None:
         self.component = component
-        self.clock = clock or VirtualClock()
+        self.clock: AdvancedClock = clock or VirtualClock()
         equip(component, self.clock, self._sleep, self.send)
         self.halted = False
         self._on_halt = on_halt
         self.refusal: Refusal | None = None
         self._commands_accepted = commands_accepted
         self._until_retry = 0
-        self.tree = Tree(make_automata(component))
+        self.tree = tree(make_automata(component))
         tracer = _Tracer()
         self.tree.observers += [tracer, *observers]
         self.trace = tracer.changes
-        self._timeline = Timeline(self.clock)
+        self._timeline = timeline or Timeline(self.clock)
         self._supervision = Supervision(
             self.tree,
             self._timeline,
             component,
             None if on_error is None else OnError(on_error),
+            None if on_refused is None else OnRefused(on_refused),
             halt=self._halt,
             refused=self._refused,
         )
@@ -135,11 +149,15 @@ class VirtualRun:
             due, index = heapq.heappop(self._due)
             run = self.tree.runs[index]
             at = max(due, slot_at(self._move_to(due), run.automaton.interval))
-            run_cycle(self.tree, run, at, self._supervision)
+            self.run_cycle(run, at)
             heapq.heappush(self._due, (max(run.next_slot, slot_after(at, run.automaton.interval)), index))
         if self.halted and not was_halted and self._on_halt is not None:
             self._on_halt()
         self._move_to(end)
+
+    def run_cycle(self, run: Run, at: int) -> None:
+        """Run one cycle of an automaton, which belongs to a component time in ns; a ghost runs none."""
+        run_cycle(self.tree, run, at, self._supervision)
 
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active; raises EventError."""

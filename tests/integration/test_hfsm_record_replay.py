@@ -25,7 +25,7 @@ from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.recording_file import writer
 from hfsm_runtime.recording_file.messages import Cycle, Result
 from hfsm_runtime.replay.comparison import Comparison
-from hfsm_runtime.replay.engine import Replay
+from hfsm_runtime.replay.run import Replay
 from hfsm_runtime.replay.script import Recording, ReplayError
 from hfsm_runtime.robot import connect
 from interfaces.hfsm import Breakpoint
