@@ -9,7 +9,10 @@ import logging
 import os
 import signal
 import sys
-from contextlib import suppress
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from typing import Annotated, Final, NoReturn
@@ -31,6 +34,9 @@ from .script import Recording, ReplayError
 
 _SECOND: Final = 1e9
 _MOST_STEPS: Final = 20_000
+_PATIENCE: Final = 30.0
+"""Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
+_LOOK: Final = 0.2  # s between two looks at whether it did
 _numbers: Final = count(1)
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -69,26 +75,61 @@ def replay(
 
     at = round(since * _SECOND)
     with Replay(recorded, made, end, edited=other, since=at, progress=progress) as run:
-        error = ""
-        try:
-            comparison = run.run()
-        except (ReplayError, RecordingError) as problem:
-            error, comparison = str(problem), run.comparison
-            comparison.finish()
-        outcome = Outcome(
-            error=error,
-            seconds=run.now() / _SECOND,
-            cycles=comparison.cycles,
-            identical=comparison.identical,
-            missing_cycles=comparison.unmatched,
-            divergences=comparison.divergences,
-            differences=comparison.differences,
-            recorded=comparison.recorded_steps[:_MOST_STEPS],
-            replayed=comparison.replayed_steps[:_MOST_STEPS],
-            guesses=run.guesses,
-            notes=run.notes,
-        )
-        _report(output, outcome)
+
+        def give_up(error: str) -> None:
+            run.comparison.finish()
+            _report(output, _outcome(run, error))
+            os._exit(0)  # the code that hangs cannot be ended
+
+        with _watched(run, give_up):
+            error = ""
+            try:
+                run.run()
+            except (ReplayError, RecordingError) as problem:
+                error = str(problem)
+                run.comparison.finish()
+        _report(output, _outcome(run, error))
+
+
+@contextmanager
+def _watched(run: Replay, give_up: Callable[[str], None]) -> Iterator[None]:
+    """Call a function when user code hangs in a `with` block."""
+    over = threading.Event()
+
+    def watch() -> None:
+        seen, since = -1, time.monotonic()
+        while not over.wait(_LOOK):
+            if not run.running or run.answers.turns != seen:
+                seen, since = run.answers.turns, time.monotonic()
+            elif time.monotonic() - since >= _PATIENCE:
+                text = f"the code of {run.running} neither ends nor reads anything recorded"
+                give_up(f"{text} within {_PATIENCE:g} s")
+
+    thread = threading.Thread(target=watch, name="watch of the replay", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def _outcome(run: Replay, error: str) -> Outcome:
+    """Return how a replay ended."""
+    comparison = run.comparison
+    return Outcome(
+        error=error,
+        seconds=run.now() / _SECOND,
+        cycles=comparison.cycles,
+        identical=comparison.identical,
+        missing_cycles=comparison.unmatched,
+        divergences=comparison.divergences,
+        differences=comparison.differences,
+        recorded=comparison.recorded_steps[:_MOST_STEPS],
+        replayed=comparison.replayed_steps[:_MOST_STEPS],
+        guesses=run.guesses,
+        notes=run.notes,
+    )
 
 
 def main() -> NoReturn:

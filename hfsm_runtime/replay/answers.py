@@ -41,8 +41,8 @@ class Answers:
         self.fatal: ReplayError | None = None
         """Why the replay cannot continue."""
         self.guesses_in_cycle = 0
-        self.requests = 0
-        """Number of requests so far: code that makes any does not hang."""
+        self.turns = 0
+        """How often code was let run, or asked for something: while code hangs, it stays the same."""
         self._script = script
 
     @property
@@ -63,7 +63,7 @@ class Answers:
         code = current_code()
         if code is None:
             return None
-        self.requests += 1
+        self.turns += 1
         record = None
         if self.own_time is None:
             record = self._script.peek_input()

@@ -229,6 +229,7 @@ class Replay(Observer):
     def _go(self, code: Code, answer: Record | None = None) -> None:
         """Let code run until it waits or ends; raises what ends it."""
         self.running = code.context
+        self.answers.turns += 1
         try:
             code.go(answer)
         except ReplayEndedError:
@@ -337,9 +338,7 @@ class Replay(Observer):
 
     def _begin_cycle(self, context: str) -> None:
         if len(self._begun) >= _MOST_CONTEXTS:
-            raise ReplayError(
-                f"the recording runs more than {_MOST_CONTEXTS} automata at a time"
-            )
+            raise ReplayError(f"the recording runs more than {_MOST_CONTEXTS} automata at a time")
         self._begun.add(context)
         cycle = self._script.cycle_ahead(context)
         run = self.virtual.tree.run(cycle.automaton) if cycle is not None else None

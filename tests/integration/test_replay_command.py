@@ -204,6 +204,25 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
     assert {"/automata/turner", "/guards/turner", "/variables/turner", "/proxy/head/setSpeed"} <= topics
 
 
+HASTY = "import hfsm_runtime.replay.__main__ as replay; replay._PATIENCE = 2; replay.main()"
+"""The process of a replay that soon loses its patience."""
+
+
+def test_code_that_neither_ends_nor_asks_for_anything_ends_the_replay(recorded: Path, tmp_path: Path) -> None:
+    hanging = edited(tmp_path, "looks += 1", "looks += 1\nwhile looks == 3:\n    pass")
+    component = compile_to(tmp_path, hanging.read_text("utf-8"), "turner")
+    command = [sys.executable, "-c", HASTY, str(recorded), str(component)]
+    done = subprocess.run(
+        command, cwd=REPOSITORY, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
+    )
+    *_, end = lines(done)
+    assert end["error"] == (
+        "the code of automaton 1 neither ends nor reads anything recorded within 2 s"
+    ), done.stderr
+    assert end["cycles"] == 3
+    assert not end["divergences"]
+
+
 def test_ctrl_c_ends_the_process_that_replays(recorded: Path, tmp_path: Path) -> None:
     hanging = edited(tmp_path, "looks += 1", "looks += 1\nwhile True: print('endless', flush=True)")
     with ComponentProcess(module("visualhfsm", "replay", str(recorded), str(hanging), "--output")) as process:
