@@ -17,6 +17,8 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Final, NamedTuple
 
+from .parsing import parse_expression
+
 _NAME: Final = "SOURCE_MAP"
 _BEGIN: Final = f"\n{_NAME} = source_map(__file__, ("
 _END: Final = "\n))"
@@ -186,6 +188,6 @@ def _read(file: str) -> tuple[Row, ...]:
     if not found:
         return ()
     try:
-        return source_map(file, ast.literal_eval(f"({table.partition(_END)[0]}\n)"))
+        return source_map(file, ast.literal_eval(parse_expression(f"({table.partition(_END)[0]}\n)")))
     except (SyntaxError, TypeError, ValueError):  # somebody has edited it
         return ()

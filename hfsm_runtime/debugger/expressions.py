@@ -17,6 +17,8 @@ from typing import Any, Final
 
 import msgspec
 
+from ..parsing import parse_expression
+
 _LONGEST_EXPRESSION: Final = 500
 _LARGEST_INTEGER: Final = 2**256
 _MOST_ELEMENTS: Final = 10_000
@@ -89,7 +91,7 @@ def values_in(code: str, names: Mapping[str, object], most: int) -> dict[str, ob
     """
     found: dict[str, object] = {}
     try:
-        pending: list[ast.AST] = [ast.parse(code.strip(), mode="eval")]
+        pending: list[ast.AST] = [parse_expression(code.strip())]
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return found
     while pending and len(found) < most:
@@ -114,7 +116,7 @@ def _parse(text: str) -> ast.expr:
     if not text.isprintable():
         raise ExpressionError("the expression has invisible characters")
     try:
-        return ast.parse(text, mode="eval").body
+        return parse_expression(text).body
     except SyntaxError as error:
         raise ExpressionError(f"column {error.offset or len(text) + 1}: {error.msg}") from None
     except (ValueError, RecursionError, MemoryError) as error:

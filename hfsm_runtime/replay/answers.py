@@ -101,7 +101,7 @@ class Answers:
             return self.now() if kind == "component" else self.now() / _SECOND
         if waits is not None:
             self.wait(waits())
-        elif kind not in ("component", "sleep", "future"):
+        elif kind not in ("component", "future", "handover", "sleep"):
             self.latest.guesses[str(want)] += 1
         return self.latest.reading(want, context, self.now())
 
