@@ -6,7 +6,7 @@ import ast
 import threading
 from typing import Final
 
-_ATTEMPTS: Final = 3
+_PARSE_ATTEMPTS: Final = 3
 
 _ONE_AT_A_TIME: Final = threading.Lock()
 
@@ -18,7 +18,7 @@ def parse_expression(text: str) -> ast.Expression:
     a finalizer, `ast.parse` fails with `SystemError: AST constructor recursion depth mismatch`.
     """
     with _ONE_AT_A_TIME:
-        for _ in range(_ATTEMPTS - 1):
+        for _ in range(_PARSE_ATTEMPTS - 1):
             try:
                 return ast.parse(text, mode="eval")
             except SystemError:

@@ -22,7 +22,7 @@ from .values import readable, without_addresses
 
 _SECOND: Final = 1_000_000_000
 _LONGEST_MESSAGE: Final = 4000
-PATIENCE: Final = 0.1
+TURN_LIMIT: Final = 0.1
 """Wall seconds that a thread waits for the lock: code that blocks unseen must not hold up the others."""
 
 
@@ -42,7 +42,7 @@ class CodeLock:
     code blocks unseen; both run side by side then, and `overlap` is called with the two contexts.
     """
 
-    def __init__(self, overlap: Callable[[str, str], None], patience: float = PATIENCE) -> None:
+    def __init__(self, overlap: Callable[[str, str], None], patience: float = TURN_LIMIT) -> None:
         self._overlap = overlap
         self._patience = patience
         self._released = threading.Condition(threading.Lock())

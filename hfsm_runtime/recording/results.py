@@ -19,10 +19,10 @@ from zenoh_ice.transport import Parted, encode_error
 from .recorder import Recorder, describe_error
 from .values import readable
 
-_BULK: Final = 1024
+_LONGEST_WITHIN: Final = 1024
 """Byte sequences longer than this are kept apart from the values that contain them."""
-_LARGEST: Final = 256 * 1024
-_REMEMBERED: Final = 64
+_LARGEST_RESULT: Final = 256 * 1024
+_MOST_REMEMBERED: Final = 64
 _MALFORMED: Final = (ValueError, TypeError, RecursionError, OverflowError, MemoryError)
 
 Bulk = list[tuple[Missing, bytes]]
@@ -52,7 +52,7 @@ class Results:
         self._recorder = recorder
         self._attribute = attribute
         self._resolve = resolve
-        self._written: deque[str] = deque(maxlen=_REMEMBERED)
+        self._written: deque[str] = deque(maxlen=_MOST_REMEMBERED)
 
     def put(self, exchange: Exchange, context: str) -> None:
         """Record an exchange."""
@@ -92,7 +92,7 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
             if 0 <= place < len(paths):  # otherwise decoding it fails
                 found.append((Missing(list(paths[place]), len(data), digest(data)), data))
         payload = payload.rest
-    if len(payload) <= _BULK:
+    if len(payload) <= _LONGEST_WITHIN:
         return payload, found
     try:
         plain = _take_bytes(msgspec.msgpack.decode(payload), [], found)
@@ -102,7 +102,7 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
 
 
 def _take_bytes(value: Any, path: list[str | int], found: Bulk) -> Any:  # noqa: ANN401
-    if isinstance(value, bytes) and len(value) > _BULK:
+    if isinstance(value, bytes) and len(value) > _LONGEST_WITHIN:
         found.append((Missing(path, len(value), digest(value)), value))
         return b""
     if isinstance(value, dict):
@@ -135,7 +135,7 @@ def _message(
             shown = readable(plain.get("returnValue") if list(plain) == ["returnValue"] else plain or None)
         except (MarshalException, *_MALFORMED) as misfit:
             error = misfit
-    if packed is not None and len(packed) > _LARGEST:
+    if packed is not None and len(packed) > _LARGEST_RESULT:
         too_large = len(packed)
         packed = None
     return Result(

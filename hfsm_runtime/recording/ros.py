@@ -27,7 +27,7 @@ from .values import readable
 Differs = Callable[[str, object, object], object]
 """Called in a replay with a message that user code sends: the recorded one and the present one."""
 
-_LARGEST: Final = 1 << 20
+_LARGEST_MESSAGE: Final = 1 << 20
 """Bytes of the largest message that is recorded."""
 
 
@@ -248,7 +248,7 @@ class AskedNode:
 
 def _written(types: Types, message: Any) -> dict[str, Any]:  # noqa: ANN401
     data = types.encode(message)
-    if len(data) > _LARGEST:
+    if len(data) > _LARGEST_MESSAGE:
         return {"too_large": len(data)}
     return {"data": base64.b64encode(data).decode()}
 

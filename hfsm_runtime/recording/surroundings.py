@@ -19,15 +19,15 @@ from .recorder import Recorder
 
 __all__ = ["recorded_surroundings"]
 
-_PERIOD: Final = 0.1
+_POSE_PERIOD: Final = 0.1
 """Wall seconds between two poses."""
-_OLDEST: Final = 1.0
+_OLDEST_SAMPLE: Final = 1.0
 """Wall seconds after which a sample is out of date."""
-_AGAIN: Final = 20
+_RETRY_PERIOD: Final = 20
 """Poses after which a call that failed is repeated."""
-_PATIENCE: Final = 1000
+_CALL_LIMIT: Final = 1000
 """Wall milliseconds for the answer to a call."""
-_END: Final = 5.0
+_JOIN_LIMIT: Final = 5.0
 _MOST_SHAPES: Final = 1000
 _DIGITS: Final = 4
 
@@ -39,7 +39,7 @@ def recorded_surroundings(communicator: Communicator, recorder: Recorder) -> Ite
     surroundings = _Surroundings(communicator, recorder)
 
     def watch() -> None:
-        while not stopping.wait(_PERIOD):
+        while not stopping.wait(_POSE_PERIOD):
             with contextlib.suppress(ZenohIceError):  # the robot comes or goes, or has another interface
                 surroundings.look()
 
@@ -49,7 +49,7 @@ def recorded_surroundings(communicator: Communicator, recorder: Recorder) -> Ite
         yield
     finally:
         stopping.set()
-        thread.join(_END)
+        thread.join(_JOIN_LIMIT)
 
 
 class _Surroundings:
@@ -57,9 +57,9 @@ class _Surroundings:
         proxy = communicator.stringToProxy
         self._communicator = communicator
         self._recorder = recorder
-        self._body = JointsPrx.uncheckedCast(proxy("Body")).ice_invocationTimeout(_PATIENCE)
+        self._body = JointsPrx.uncheckedCast(proxy("Body")).ice_invocationTimeout(_CALL_LIMIT)
         self._truth = GroundTruthPrx.uncheckedCast(proxy("GroundTruth"))
-        self._scene = ScenePrx.uncheckedCast(proxy("Scene")).ice_invocationTimeout(_PATIENCE)
+        self._scene = ScenePrx.uncheckedCast(proxy("Scene")).ice_invocationTimeout(_CALL_LIMIT)
         self._names: list[str] | None = None
         self._has_world = False
         self._looks = 0
@@ -69,7 +69,7 @@ class _Surroundings:
         """Record the current pose if it has changed. Raises ZenohIceError."""
         present = self._communicator.identities()
         self._looks += 1
-        if self._looks % _AGAIN == 1:
+        if self._looks % _RETRY_PERIOD == 1:
             if "Body" in present and self._names is None:
                 self._names = self._body.getJointNames()
             if "Scene" in present and not self._has_world:
@@ -79,11 +79,11 @@ class _Surroundings:
         state = self._body.getJointState.latest() if "Body" in present else None
         truth = self._truth.getGroundTruth.latest() if "GroundTruth" in present else None
         joints: dict[str, float] = {}
-        if state is not None and state.age <= _OLDEST and self._names is not None:
+        if state is not None and state.age <= _OLDEST_SAMPLE and self._names is not None:
             pairs = zip(self._names, state.value.positions, strict=False)
             joints = {name: round(angle, _DIGITS) for name, angle in pairs if math.isfinite(angle)}
         pose = RobotPose(joints)
-        if truth is not None and truth.age <= _OLDEST:
+        if truth is not None and truth.age <= _OLDEST_SAMPLE:
             objects = {name: _values(at) for name, at in truth.value.objects.items()}
             pose = RobotPose(joints, _values(truth.value.torso), objects)
         if pose != (self._before or RobotPose({})):

@@ -15,7 +15,7 @@ from ..variables import short_repr
 
 _MOST_NODES: Final = 256
 _LONGEST_TEXT: Final = 1024
-_DEEPEST: Final = 8
+_DEEPEST_VALUE: Final = 8
 _LARGEST_INTEGER: Final = 2**53
 _ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
 
@@ -50,7 +50,7 @@ def _convert(value: Any, left: list[int], depth: int) -> Any:  # noqa: ANN401
         return text.encode("utf-8", "backslashreplace").decode()
     if isinstance(value, bytes | bytearray | memoryview):
         return f"<{memoryview(value).nbytes} bytes>"
-    if depth >= _DEEPEST:
+    if depth >= _DEEPEST_VALUE:
         return "..."
     if isinstance(value, Sample):
         return {"sequence": value.sequence, "value": _convert(value.value, left, depth + 1)}

@@ -34,9 +34,9 @@ from .script import Recording, ReplayError
 
 _SECOND: Final = 1e9
 _MOST_STEPS: Final = 20_000
-_PATIENCE: Final = 30.0
+_HANG_LIMIT: Final = 30.0
 """Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
-_LOOK: Final = 0.2  # s between two looks at whether it did
+_LOOK_PERIOD: Final = 0.2  # s between two looks at whether it did
 _numbers: Final = count(1)
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -98,12 +98,12 @@ def _watched(run: Replay, give_up: Callable[[str], None]) -> Iterator[None]:
 
     def watch() -> None:
         seen, since = -1, time.monotonic()
-        while not over.wait(_LOOK):
+        while not over.wait(_LOOK_PERIOD):
             if not run.running or run.answers.turns != seen:
                 seen, since = run.answers.turns, time.monotonic()
-            elif time.monotonic() - since >= _PATIENCE:
+            elif time.monotonic() - since >= _HANG_LIMIT:
                 text = f"the code of {run.running} neither ends nor reads anything recorded"
-                give_up(f"{text} within {_PATIENCE:g} s")
+                give_up(f"{text} within {_HANG_LIMIT:g} s")
 
     thread = threading.Thread(target=watch, name="watch of the replay", daemon=True)
     thread.start()

@@ -19,7 +19,7 @@ _NUMBERS: Final = frozenset({"component", "now", "rate"})
 _CLOCKS: Final = {"now", "time.time", "time.monotonic", "time.perf_counter"}
 _CLOCKS_NS: Final = {"time.time_ns", "time.monotonic_ns", "time.perf_counter_ns"}
 _VALUES: Final = frozenset({"call", "latest", "wait", "async", "sample"})
-_POLL: Final = 1000
+_READ_DURATION: Final = 1000
 """ns that pass when an edited document reads a clock, so that a loop that polls it ends."""
 _SECOND: Final = 1_000_000_000
 
@@ -167,7 +167,7 @@ class LatestValues:
 
     def time(self, context: str, now: int) -> int:
         """Return the component time in ns as the code of a context sees it."""
-        self._passed[context] = self._passed.get(context, 0) + _POLL
+        self._passed[context] = self._passed.get(context, 0) + _READ_DURATION
         return now + self._passed[context]
 
     def reading(self, want: Want, context: str, now: int) -> float | int | bool | str | None:

@@ -10,8 +10,8 @@ from greenlet import getcurrent, greenlet
 
 from .script import Record, ReplayEndedError, Want
 
-_ENDS: Final = 3
-"""Times that code is told to end; code that refuses is left where it waits."""
+_END_ATTEMPTS: Final = 3
+"""How often code is asked to end; code that refuses is left where it waits."""
 
 
 class Code:
@@ -42,7 +42,7 @@ class Code:
 
     def close(self) -> None:
         """End code that waits."""
-        for _ in range(_ENDS):
+        for _ in range(_END_ATTEMPTS):
             if self._greenlet:
                 with suppress(Exception, SystemExit, ReplayEndedError):
                     self._greenlet.throw(ReplayEndedError)

@@ -41,7 +41,7 @@ from .script import Record, Recording, ReplayEndedError, ReplayError, Script, co
 from .transport import ReplayTransport, result_in
 
 _SECOND: Final = 1_000_000_000
-_PROGRESS: Final = 1.0
+_PROGRESS_PERIOD: Final = 1.0
 """Wall seconds between reports of progress."""
 _MOST_OVERLAPS: Final = 20
 _MOST_CONTEXTS: Final = 10_000
@@ -120,7 +120,7 @@ class Replay(Observer):
                 self._exchange(self._edited)
                 self._edited = None
             self._step(record)
-            if time.monotonic() - self._reported_at >= _PROGRESS:
+            if time.monotonic() - self._reported_at >= _PROGRESS_PERIOD:
                 self._reported_at = time.monotonic()
                 self._progress(self.now() / _SECOND)
             if self.answers.fatal is not None:

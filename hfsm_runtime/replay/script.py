@@ -25,9 +25,9 @@ from hfsm_runtime.recording_file.reader import ImageHash, RecordingError, Record
 from ..errors import ComponentError
 from ..recording.recorder import automaton_context
 
-_FAR: Final = 5000
+_MOST_MESSAGES_AHEAD: Final = 5000
 """Number of messages that are searched for those of a cycle."""
-_MOST_AHEAD: Final = 64 << 20
+_MOST_BYTES_AHEAD: Final = 64 << 20
 """Largest number of bytes of messages that are searched."""
 _MOST_IMAGES: Final = 500_000
 """Fourteen hours of ten images a second."""
@@ -179,8 +179,8 @@ class Script:
         return None
 
     def _look_ahead(self) -> Iterator[Record]:
-        for index in range(_FAR):
-            if index == len(self._ahead) and (self._bytes_ahead > _MOST_AHEAD or not self._read()):
+        for index in range(_MOST_MESSAGES_AHEAD):
+            if index == len(self._ahead) and (self._bytes_ahead > _MOST_BYTES_AHEAD or not self._read()):
                 return
             yield self._ahead[index]
 

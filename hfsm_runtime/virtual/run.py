@@ -38,7 +38,7 @@ class Change(NamedTuple):
 
 
 class AdvancedClock(Clock, Protocol):
-    """A clock that moves when it is told to."""
+    """A clock that moves when `advance` is called."""
 
     def advance(self, seconds: float) -> None:
         """Let a duration in s pass."""

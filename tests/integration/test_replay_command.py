@@ -204,7 +204,7 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
     assert {"/automata/turner", "/guards/turner", "/variables/turner", "/proxy/head/setSpeed"} <= topics
 
 
-HASTY = "import hfsm_runtime.replay.__main__ as replay; replay._PATIENCE = 2; replay.main()"
+HASTY = "import hfsm_runtime.replay.__main__ as replay; replay._HANG_LIMIT = 2; replay.main()"
 """The process of a replay that soon loses its patience."""
 
 
@@ -216,9 +216,9 @@ def test_code_that_neither_ends_nor_asks_for_anything_ends_the_replay(recorded: 
         command, cwd=REPOSITORY, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
     *_, end = lines(done)
-    assert end["error"] == (
-        "the code of automaton 1 neither ends nor reads anything recorded within 2 s"
-    ), done.stderr
+    assert end["error"] == ("the code of automaton 1 neither ends nor reads anything recorded within 2 s"), (
+        done.stderr
+    )
     assert end["cycles"] == 3
     assert not end["divergences"]
 
