@@ -135,15 +135,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, N
     with alone(Path(__file__)):
         yield
     if "PYTEST_XDIST_WORKER" in os.environ:
-        put_long_files_first(items)
+        put_long_files_last(items)
 
 
-def put_long_files_first(items: list[pytest.Item]) -> None:
-    """Order the files of unit tests by how many slow tests they have: so no worker gets the longest as its last."""
+def put_long_files_last(items: list[pytest.Item]) -> None:
+    """Order the files of unit tests by how many slow tests they have: workers that begin at the end take them first."""
     slow = Counter(item.path for item in items if any(map(item.get_closest_marker, ("slow", "sim"))))
     unit = [item for item in items if item.nodeid.startswith(UNIT)]
     others = [item for item in items if not item.nodeid.startswith(UNIT)]
-    items[:] = others + sorted(unit, key=lambda item: -slow[item.path])
+    items[:] = others + sorted(unit, key=lambda item: slow[item.path])
 
 
 @contextmanager
