@@ -3,12 +3,17 @@
 | module | content |
 |---|---|
 | `server` | the routes; socket, address, Ctrl-C |
-| `security` | who has access, and to which files |
+| `security`, `resumption`, `launch` | who has access |
 | `assets` | the page's files |
 | `protocol` | the messages on the websocket, as types |
-| `connection`, `documents` | one websocket: incoming messages, and the execution of each request |
-| `window` | outgoing messages |
-| `workspace`, `tab` | the open documents, which every window sees; limits, checks and the services |
+| `connection` | one websocket: incoming messages, and the order in which they are executed |
+| `handlers` | what handles each request: `documents`, `edits`, `questions`, `steering` |
+| `window`, `windows` | outgoing messages of one window; all windows, and what they follow |
+| `tab`, `tabs` | the open documents of the project, as the windows see them |
+| `workspace`, `state`, `news` | a project, the state that every window sees, and what is reported of it |
+| `runs` | components and the robot: run, follow, record, stop |
+| `checking`, `code_questions` | checks in the background; help with code that is typed |
+| `services`, `limits` | the services beside the documents; what one client may use |
 
 Its modules need the packages of the extra `web`.
 """

@@ -11,8 +11,8 @@ from typing import Any, Final
 from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.project.root import Root
-from visualhfsm.services import Components, Robot
 
+from .news import Realm
 from .services import Services
 from .tab import Tab, Threads
 from .tabs import Tabs
@@ -34,17 +34,15 @@ class Runs:
     def __init__(
         self,
         services: Services,
+        *,
         tabs: Tabs,
         windows: Windows,
         threads: Threads,
         root: Root,
-        *,
+        realm: Realm,
         changed: Callable[[], None],
     ) -> None:
-        self.components = Components([])
-        """The components that run in the realm."""
-        self.robot = Robot()
-        """The robot of the realm."""
+        self._realm = realm
         self._services = services
         self._tabs = tabs
         self._windows = windows
@@ -55,7 +53,7 @@ class Runs:
 
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
-        if names := [str(each["component"]) for each in self.components.running]:
+        if names := [str(each["component"]) for each in self._realm.components.running]:
             raise VisualHfsmError(f"stop {', '.join(names)} first: it would drive the real robot at once")
 
     # ---------------------------------------------------------------------------------------- components
@@ -107,7 +105,7 @@ class Runs:
         return result
 
     def _runs_elsewhere(self, name: str) -> bool:
-        return any(each["component"] == name for each in self.components.running) and not any(
+        return any(each["component"] == name for each in self._realm.components.running) and not any(
             tab.is_running and tab.component == name for tab in self._tabs
         )
 

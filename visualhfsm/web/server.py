@@ -26,6 +26,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import InvalidState
 
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.project.project import Project
 from visualhfsm.sessions.journal import journal_directory
 from zenoh_ice.application.cli import stop_on_signals
 
@@ -36,7 +37,7 @@ from .launch import LaunchPage
 from .limits import Limits
 from .resumption import Resumption, kept_key
 from .security import Credentials, Guard
-from .services import MakeServices
+from .services import MakeServices, Services
 from .workspace import Workspace
 
 LOOPBACK: Final = "127.0.0.1"
@@ -130,15 +131,7 @@ class Server:
         Raises VisualHfsmError when a file cannot be opened.
         """
         options = self._options
-        made = Workspace(
-            options.root,
-            options.limits,
-            options.make_services,
-            granted=options.files,
-            journals=options.journals,
-            include=options.include,
-            demo=options.demo,
-        )
+        made = Workspace(options.limits, options.make_services, self._make_project, demo=options.demo)
         async with made as workspace:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))
@@ -152,6 +145,18 @@ class Server:
                 ending.cancel()
             for name in workspace.unsaved():
                 _logger.warning("%s has unsaved changes; they are offered when it is opened again", name)
+
+    def _make_project(self, services: Services) -> Project:
+        options = self._options
+        return Project(
+            options.root,
+            options.include,
+            granted=options.files,
+            journals=options.journals,
+            most=options.limits.tabs,
+            checks=services.checks,
+            code_help=services.code_help,
+        )
 
     def stop(self) -> None:
         """Make `serve` end in an orderly way; may be called from any thread."""

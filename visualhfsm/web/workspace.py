@@ -3,42 +3,30 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 import secrets
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self, TypeVar
+from typing import Final, Self
 
 from visualhfsm.project.document import OpenDocument
-from visualhfsm.project.events import Checked, Event, FileChanged
 from visualhfsm.project.project import Project
-from visualhfsm.services import (
-    Components,
-    Output,
-    Push,
-    Robot,
-    RunPush,
-    Snapshot,
-    Stale,
-    Structure,
-)
+from visualhfsm.services import Components, Output, Robot
 from visualhfsm.sessions.journal import Abandoned
 
 from .checking import Checking
 from .code_questions import CodeQuestions
 from .limits import Limits
-from .protocol import Outside, Problems, Recoverable, TabState
+from .news import News, Realm
 from .protocol import Workspace as WorkspacePush
 from .runs import Runs
 from .services import MakeServices, Services
+from .state import workspace_state
 from .tab import Tab, Threads
 from .tabs import Tabs
 from .window import Window
 from .windows import Windows
-
-News = TypeVar("News")
 
 _CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
 
@@ -49,8 +37,7 @@ class Workspace:
     """A project as the windows see it. Used on one event loop, as an asynchronous context.
 
     Every window gets what changes. Leaving it ends running components, and keeps unsaved changes for
-    recovery. `root` is the folder of the project, `granted` are files that may be elsewhere, `include`
-    directories with packages of interfaces.
+    recovery. The project gets the services that check and read code.
     """
 
     services: Services
@@ -60,25 +47,22 @@ class Workspace:
 
     def __init__(
         self,
-        root: Path,
         limits: Limits,
         make_services: MakeServices,
+        make_project: Callable[[Services], Project],
         *,
-        granted: Iterable[Path] = (),
-        journals: Path | None = None,
-        include: Sequence[Path] = (),
         demo: bool = False,
     ) -> None:
         self.limits = limits
         self.threads = Threads(limits.threads)
         self.tabs = Tabs()
         self.windows = Windows()
+        self.realm = Realm(Components([]), Robot())
         self.run_id = secrets.token_hex(8)
         """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
         self._make_services = make_services
-        self._root, self._granted, self._include = root, granted, include
-        self._journals = journals
+        self._make_project = make_project
         self._demo = demo
         self._checking = Checking(limits.quiet_seconds)
         self._recoverable: list[Abandoned] = []
@@ -86,25 +70,18 @@ class Workspace:
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
-        self._loop = asyncio.get_running_loop()
-        self.services = self._make_services(self._publish_from_anywhere)
-        self.project = Project(
-            self._root,
-            self._include,
-            granted=self._granted,
-            journals=self._journals,
-            most=self.limits.tabs,
-            checks=self.services.checks,
-            code_help=self.services.code_help,
-        )
-        self.project.subscribe(self._hear)
+        news = News(self.tabs, self.windows, self.realm, self.publish_state)
+        self.services = self._make_services(news.publish)
+        self.project = self._make_project(self.services)
+        self.project.subscribe(news.hear)
         self.code_questions = CodeQuestions(self.project.code_help)
         self.runs = Runs(
             self.services,
-            self.tabs,
-            self.windows,
-            self.threads,
-            self.project.root,
+            tabs=self.tabs,
+            windows=self.windows,
+            threads=self.threads,
+            root=self.project.root,
+            realm=self.realm,
             changed=self.publish_state,
         )
         await self.look_for_recoverable()
@@ -152,6 +129,14 @@ class Workspace:
         self._show(tab)
         return tab
 
+    def _show(self, tab: Tab) -> None:
+        """Show the new version of a tab's document."""
+        if tab.id not in self.tabs:
+            return
+        self.publish_state()  # first: a window gets a tab before its document
+        self.windows.show(tab)
+        self._checking.check(tab)
+
     def remove(self, tab: Tab) -> None:
         """Remove a tab, whose document is closed."""
         self.tabs.remove(tab)
@@ -166,7 +151,7 @@ class Workspace:
     def begin_demo(self) -> bool:
         """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
         wanted, self._demo = self._demo, False
-        return wanted and not self.tabs and self.runs.robot.status == "none"
+        return wanted and not self.tabs and self.realm.robot.status == "none"
 
     async def look_for_recoverable(self) -> None:
         """Find the documents that can be recovered."""
@@ -191,7 +176,7 @@ class Workspace:
         self.windows.add(window)
         window.greet()
         window.push(self._state())
-        window.push(self.runs.robot)
+        window.push(self.realm.robot)
         for tab in self.tabs:
             window.show(tab)
             for push in (tab.problems, tab.outside, tab.run):
@@ -212,94 +197,5 @@ class Workspace:
             self._published = state
             self.windows.push(state)
 
-    # ---------------------------------------------------------------------------------------- news
-
-    def _show(self, tab: Tab) -> None:
-        """Show the new version of a tab's document."""
-        if tab.id not in self.tabs:
-            return
-        self.publish_state()  # first: a window gets a tab before its document
-        self.windows.show(tab)
-        self._checking.check(tab)
-
-    def _hear(self, event: Event) -> None:
-        """Take an event of the project, in any thread; the tabs hear of changes by themselves."""
-        if isinstance(event, Checked | FileChanged):
-            self._call_soon(self._take, event)
-
-    def _take(self, event: Checked | FileChanged) -> None:
-        tab = self.tabs.of_document(event.document)
-        if tab is None:
-            return
-        match event:
-            case Checked(version=version, findings=findings):
-                tab.problems = Problems(tab=tab.id, revision=version.revision, items=findings.problems)
-                self.windows.push(tab.problems)
-            case FileChanged(state=state, message=message):
-                outside = Outside(tab=tab.id, state=state, message=message)
-                tab.outside = outside if state in {"changed", "deleted"} else None
-                self.windows.push(outside)
-                self.publish_state()
-
-    def _publish_from_anywhere(self, news: Components | Push) -> None:
-        self._call_soon(self._publish, news)
-
-    def _publish(self, news: Components | Push) -> None:
-        match news:
-            case Components():
-                self.runs.components = news
-                self.publish_state()
-            case Robot():
-                self.runs.robot = news
-                self.windows.push(news)
-            case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
-                self.windows.push_to_followers(component, news)
-            case Output(tab=number, lines=lines, dropped=dropped) if number in self.tabs:
-                self.tabs.get(number).output.add(lines, dropped)
-                self.windows.push(news)
-            case RunPush(tab=number) if number in self.tabs:
-                tab = self.tabs.get(number)
-                if news.status == "generating":
-                    tab.output.clear()
-                tab.run = news
-                self.publish_state()  # first: a window follows the run by the name that the tab has now
-                self.windows.push(news)
-            case _:
-                _logger.debug("no window is left for %s", type(news).__name__)
-
-    def _call_soon(self, take: Callable[[News], None], news: News) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop is closed: there is no listener
-            self._loop.call_soon_threadsafe(take, news)
-
-    # ---------------------------------------------------------------------------------------- state
-
     def _state(self) -> WorkspacePush:
-        return WorkspacePush(
-            tabs=[self._tab_state(tab) for tab in self.tabs],
-            recoverable=[
-                Recoverable(
-                    journal=each.file.name,
-                    name=each.name,
-                    path=self._name(each.path),
-                    changed_at=each.changed_at,
-                )
-                for each in self._recoverable
-            ],
-            running=[dict(each) for each in self.runs.components.running],
-        )
-
-    def _tab_state(self, tab: Tab) -> TabState:
-        shown = tab.shown
-        return TabState(
-            tab=tab.id,
-            title=shown.title,
-            path=self._name(shown.path),
-            component=tab.component,
-            dirty=shown.dirty,
-            recording=self._name(tab.recording),
-            outside="" if tab.outside is None else tab.outside.state,
-            changed=tab.differs_from_run,
-        )
-
-    def _name(self, path: Path | None) -> str:
-        return "" if path is None else self.project.root.name(path)
+        return workspace_state(self.tabs, self._recoverable, self.realm.components, self.project.root)

@@ -139,3 +139,16 @@ def test_what_fails_is_raised_and_the_next_goes_on(run: Callable[[Test, list[str
         assert await tab.edit(lambda document: document.version.title) == "1"
 
     run(test, [])
+
+
+def test_changes_that_others_make_are_shown_too(run: Callable[[Test, list[str]], None]) -> None:
+    log: list[str] = []
+
+    async def test(opened: Callable[[int], Tab], _threads: Threads) -> None:
+        tab = opened(1)
+        await asyncio.to_thread(add_state, tab.document)
+        await asyncio.sleep(0)
+        assert tab.shown is tab.document.version
+
+    run(test, log)
+    assert log == ["changed to 1"]
