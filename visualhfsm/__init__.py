@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .code_help.answers import Completions as Completions
     from .code_help.answers import Explanation as Explanation
     from .code_help.answers import Signature as Signature
+    from .editing.commands import AnyCommand as AnyCommand
     from .editing.commands import decode_command as decode_command
     from .editing.commands.automata import AddAutomaton as AddAutomaton
     from .editing.commands.automata import AddRoot as AddRoot
@@ -88,6 +89,7 @@ _MODULES: Final = {
     "AddState": "editing.commands.states",
     "AddTransition": "editing.commands.transitions",
     "AlignStates": "editing.commands.items",
+    "AnyCommand": "editing.commands",
     "Change": "sessions.session",
     "ChangeEntry": "editing.commands.component",
     "Changed": "project.events",

@@ -147,7 +147,7 @@ def edit(
         root=root,
         port=port,
         hosts=allow_host or [],
-        make_services=make_services(settings, directories),
+        make_services=make_services(settings, directories, root.resolve()),
         include=directories,
         demo=demo,
     )

@@ -48,14 +48,20 @@ class RunningComponents:
     """At most one child process for each tab. All methods raise VisualHfsmError.
 
     Work that has begun is completed, even if the window that requested it is closed. `include` are
-    directories with packages of interfaces.
+    directories with packages of interfaces, `folder` is that of documents without a file, by default the
+    current one.
     """
 
     def __init__(
-        self, publish: Publish, settings: Settings | None = None, include: Sequence[Path] = ()
+        self,
+        publish: Publish,
+        settings: Settings | None = None,
+        include: Sequence[Path] = (),
+        folder: Path | None = None,
     ) -> None:
         self._publish = publish
         self._include = tuple(include)
+        self._folder = folder or Path.cwd()
         self._environment = settings.environment() if settings else {}
         self._runs: dict[int, _Run] = {}
 
@@ -122,7 +128,9 @@ class RunningComponents:
         await asyncio.gather(*(run.close(_CLOSE_PATIENCE) for run in runs))
 
     def _run_of(self, tab: int) -> _Run:
-        return self._runs.setdefault(tab, _Run(tab, self._publish, self._environment, self._include))
+        return self._runs.setdefault(
+            tab, _Run(tab, self._publish, self._environment, _Directory(self._include, self._folder))
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,12 +149,12 @@ class _Run:
     """
 
     def __init__(
-        self, tab: int, publish: Publish, environment: Mapping[str, str], include: tuple[Path, ...]
+        self, tab: int, publish: Publish, environment: Mapping[str, str], directory: _Directory
     ) -> None:
         self._tab = tab
         self._publish = publish
         self._environment = environment
-        self._directory = _Directory(include)
+        self._directory = directory
         self._generated: _Generated | None = None
         self._process = WatchedProcess(self._take, self._end)
         self._words = LastWords()
@@ -274,8 +282,9 @@ class _Directory:
     there, too, unless one beside the file is to be updated.
     """
 
-    def __init__(self, include: tuple[Path, ...]) -> None:
+    def __init__(self, include: tuple[Path, ...], folder: Path) -> None:
         self._include = include
+        self._folder = folder
         self._aside: TemporaryDirectory[str] | None = None
         self._notes: TemporaryDirectory[str] | None = None
         self._target: Path | None = None
@@ -293,7 +302,7 @@ class _Directory:
             file = path
         else:
             file = self._copy(source.document, path.name if path else f"{source.component}.xml")
-            include = interface_directories(path or Path.cwd() / file.name, include)
+            include = interface_directories(path or self._folder / file.name, include)
         target = self._target or (path.parent if beside and path else file.parent)
         if path is not None and self._aside is not None and target == Path(self._aside.name):
             _copy_extension(path, target / file.name)

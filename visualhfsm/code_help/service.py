@@ -12,6 +12,7 @@ import msgspec
 from codegen.hfsm.document import Document, Text
 from visualhfsm.editing.commands.text import with_code
 from visualhfsm.editing.places import Place
+from visualhfsm.editing.problems import UNTITLED
 from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.line_process import LineProcess, NoAnswerError
@@ -22,7 +23,6 @@ _ANSWER_LIMIT: Final = 4.0
 """Limit of the time of an answer, in seconds."""
 _FIRST: Final = 5
 """Factor of that limit for the first answer of a process, which reads everything that the code imports."""
-_UNTITLED: Final = "untitled.xml"
 _LONGEST_CODE: Final = 200_000
 """Limit of the length of a piece of code, in characters."""
 
@@ -32,11 +32,15 @@ class CodeHelp:
 
     They are processes because all that code imports is read for an answer, which may take long or any amount
     of memory; none of it is run. They are started on first use. `include` are directories with packages of
-    interfaces. Thread-safe: callers wait for their turn.
+    interfaces, `folder` is that of documents without a file, by default the current one. Thread-safe: callers
+    wait for their turn.
     """
 
-    def __init__(self, patience: float = _ANSWER_LIMIT, include: Sequence[Path] = ()) -> None:
+    def __init__(
+        self, patience: float = _ANSWER_LIMIT, include: Sequence[Path] = (), folder: Path | None = None
+    ) -> None:
         self._patience = patience
+        self._folder = folder or Path.cwd()
         self._include = tuple(map(str, include))
         self._reading = LineProcess(f"{__package__}.worker")
         self._checking = LineProcess(f"{__package__}.worker")
@@ -66,7 +70,7 @@ class CodeHelp:
             text = written(with_code(_around(document, place), place, code))
         else:
             text = self._context_of(document, place)
-        file = path or Path.cwd() / _UNTITLED
+        file = path or self._folder / UNTITLED
         return self._answer(Question(wanted, text, str(file), place, code, line, column, self._include))
 
     def interfaces(self, folder: Path) -> Any:  # noqa: ANN401
@@ -74,7 +78,7 @@ class CodeHelp:
 
         Raises VisualHfsmError.
         """
-        return self._answer(Question("interfaces", path=str(folder / _UNTITLED), include=self._include))
+        return self._answer(Question("interfaces", path=str(folder / UNTITLED), include=self._include))
 
     def close(self) -> None:
         """End the processes."""

@@ -14,7 +14,7 @@ from visualhfsm.errors import EditError
 from visualhfsm.line_process import LineProcess, NoAnswerError
 
 from . import problems
-from .problems import Findings, Problem, Question
+from .problems import UNTITLED, Findings, Problem, Question
 from .serialization import written
 
 _PATIENCE: Final = 20.0
@@ -24,11 +24,13 @@ _PATIENCE: Final = 20.0
 class CheckProcess:
     """A process that checks documents, one after the other; started on first use.
 
+    `folder` is that of documents without a file, by default the current one: interfaces beside it are found.
     Thread-safe: callers wait for their turn.
     """
 
-    def __init__(self, *, patience: float = _PATIENCE) -> None:
+    def __init__(self, *, patience: float = _PATIENCE, folder: Path | None = None) -> None:
         self._patience = patience
+        self._folder = folder or Path.cwd()
         self._process = LineProcess(problems.__name__)
         self._closed = threading.Event()
 
@@ -38,7 +40,7 @@ class CheckProcess:
         for limit in (None, 0):
             if self._closed.is_set():
                 raise EditError("Cannot check the document", "the checks have been ended")
-            question = Question(text, None if path is None else str(path), [*map(str, include)], limit)
+            question = Question(text, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
             try:
                 answer = self._process.ask(msgspec.json.encode(question), self._patience)
                 found = msgspec.json.decode(answer, type=Findings)

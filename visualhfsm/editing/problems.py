@@ -30,7 +30,8 @@ _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
 _VIOLATED: Final = Code.VIOLATED_PROPERTY
 _NO_STATE: Final = Code.NO_STATE
-_UNTITLED: Final = "untitled.xml"
+UNTITLED: Final = "untitled.xml"
+"""The name of a document that has no file."""
 
 
 class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
@@ -111,7 +112,7 @@ def check(
     The model checker explores up to `limit` configurations, by default as many as `check_document`. It may
     take seconds: `CheckProcess` runs it in another process.
     """
-    file = path or Path.cwd() / _UNTITLED
+    file = path or Path.cwd() / UNTITLED
     diagnostics = Diagnostics(decoded=True)
     document = parse_document(text, file, diagnostics)
     report = None
@@ -205,7 +206,7 @@ class Question(msgspec.Struct, frozen=True):
     """The text of a document to check, and the other parameters of `check`."""
 
     text: str
-    path: str | None
+    path: str
     include: list[str]
     limit: int | None
 
@@ -214,7 +215,7 @@ def _answer(line: bytes) -> bytes:
     question = msgspec.json.decode(line, type=Question)
     found = check(
         question.text,
-        None if question.path is None else Path(question.path),
+        Path(question.path),
         [Path(directory) for directory in question.include],
         limit=question.limit,
     )

@@ -29,6 +29,7 @@ from visualhfsm.sessions.files import write_file
 from visualhfsm.sessions.session import Change, Choice, DocumentSession, Resolution
 
 from .events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
+from .root import Root
 from .version import FileState, Version
 
 if TYPE_CHECKING:
@@ -38,6 +39,10 @@ if TYPE_CHECKING:
 
 class Owner(Protocol):
     """What an open document needs of its project."""
+
+    @property
+    def root(self) -> Root:
+        """The folder of the project."""
 
     @property
     def include(self) -> Sequence[Path]:
@@ -80,6 +85,7 @@ class OpenDocument:
         self._listeners = Listeners()
         self._lock = threading.RLock()
         self._depth = 0
+        self._notifying = False
         self._file: FileState = "same"
         self._closed = False
         self._version = Version.of(session, self._file)
@@ -127,8 +133,11 @@ class OpenDocument:
         Listeners are notified at the end, once.
         """
         with self._lock:
+            what = f"Cannot use {self._version.title}"
             if self._closed:
-                raise EditError(f"Cannot use {self._version.title}", "it is closed", "open it again")
+                raise EditError(what, "it is closed", "open it again")
+            if self._notifying:
+                raise EditError(what, "its listeners are being notified", "change it after that")
             self._depth += 1
             try:
                 yield
@@ -147,8 +156,9 @@ class OpenDocument:
             with self.together():
                 return self._session.do(command, base)
         several = [_validated(each) for each in commands]
-        if not several:
-            raise EditError("Cannot change the document", "there is no command", "pass at least one")
+        if not several or base is not None:
+            why = "there is no command" if not several else "only one command at a time has a base"
+            raise EditError("Cannot change the document", why, "pass one command")
         with self.together():
             before = after = self._session.document
             for command in several:
@@ -342,7 +352,7 @@ class OpenDocument:
         from visualhfsm.simulation.loading import DocumentInvalid
 
         version = self._version
-        file = version.path or Path.cwd() / f"{version.component}.xml"
+        file = version.path or self._owner.root.directory / f"{version.component}.xml"
         content = _unsaved(version, file, Diagnostics())
         try:
             return simulate(file, content=content, include=self._owner.include, robot=robot, **options)
@@ -394,7 +404,11 @@ class OpenDocument:
         version = Version.of(self._session, self._file)
         if version != self._version:
             self._version = version
-            self._notify(Changed(self, version))
+            self._notifying = True  # otherwise a listener could change it, and others hear of that first
+            try:
+                self._notify(Changed(self, version))
+            finally:
+                self._notifying = False
 
     def _end(self) -> None:
         self._closed = True

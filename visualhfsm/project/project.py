@@ -65,13 +65,15 @@ class Project:
         self.root: Final = Root(Path(root), granted)
         self.include: Final[Sequence[Path]] = tuple(Path(each).resolve() for each in include)
         self.journals: Final = journals or journal_directory()
-        self.checks: Final = checks or CheckProcess()
-        self.code_help: Final = code_help or CodeHelp(include=self.include)
+        folder = self.root.directory
+        self.checks: Final = checks or CheckProcess(folder=folder)
+        self.code_help: Final = code_help or CodeHelp(include=self.include, folder=folder)
         self._most = most
         self._listeners = Listeners()
         self._opening = threading.RLock()
         """Held while a document is opened, so that two threads do not open it twice."""
         self._documents: list[OpenDocument] = []
+        self._closed = False
         self._abandoned: dict[str, Abandoned] = {}
 
     def __enter__(self) -> Self:
@@ -85,6 +87,8 @@ class Project:
     def close(self) -> None:
         """Close all documents, keeping unsaved changes for recovery, and end the processes."""
         self.end_processes()
+        with self._opening:
+            self._closed = True
         for document in self.documents:
             document.abandon()
 
@@ -250,6 +254,8 @@ class Project:
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _add(self, make: Callable[[], DocumentSession], remarks: Sequence[str] | None = None) -> OpenDocument:
+        if self._closed:
+            raise EditError("Cannot open a document", "the project is closed", "make another Project")
         self.require_room()
         opened = OpenDocument(make(), self, remarks)
         self._documents.append(opened)

@@ -9,7 +9,7 @@ from typing import Final
 
 from codegen.files import is_regular
 from codegen.hfsm.formats.reader import looks_like_document
-from visualhfsm.errors import ForbiddenPathError
+from visualhfsm.errors import ForbiddenPathError, MissingError
 
 DOCUMENT_SUFFIX: Final = ".xml"
 FOREIGN_SUFFIX: Final = ".scxml"
@@ -26,7 +26,12 @@ class Root:
     """
 
     def __init__(self, directory: Path, granted: Iterable[Path] = ()) -> None:
-        self.directory = directory.resolve(strict=True)
+        try:
+            self.directory = directory.resolve(strict=True)
+        except (OSError, RuntimeError) as error:  # it does not exist, or is a loop of links
+            raise MissingError(f"there is no folder {directory}") from error
+        if not self.directory.is_dir():
+            raise MissingError(f"{directory} is not a folder")
         self._granted = frozenset(path.resolve() for path in granted)
 
     def resolve(self, text: str) -> Path:

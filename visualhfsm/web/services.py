@@ -33,10 +33,13 @@ MakeServices = Callable[[Publish], Services]
 """Creates the services once the event loop runs; called on it."""
 
 
-def make_services(settings: Settings, include: Sequence[Path] = ()) -> MakeServices:
+def make_services(
+    settings: Settings, include: Sequence[Path] = (), folder: Path | None = None
+) -> MakeServices:
     """Return a factory of the services of a realm, which the settings name.
 
-    `include` are directories with packages of interfaces. Components and robots that are started here connect
+    `include` are directories with packages of interfaces, `folder` is that of documents without a file, by
+    default the current one. Components and robots that are started here connect
     to the editor, too, so that all of them find each other, whatever else runs on this machine.
     """
 
@@ -46,14 +49,16 @@ def make_services(settings: Settings, include: Sequence[Path] = ()) -> MakeServi
         meeting = settings.connect if settings.mode == "client" else listen
         robots = Robots(publish, settings.override(connect=meeting), settings.connect)
         return Services(
-            code_help=CodeHelp(include=include),
+            code_help=CodeHelp(include=include, folder=folder),
             running=RunningComponents(
                 publish,
                 settings.override(connect=tuple(dict.fromkeys((*meeting, *settings.connect)))),
                 include,
+                folder,
             ),
             live=Monitoring(publish, settings.override(listen=listen), robots.observe),
             robots=robots,
+            checks=CheckProcess(folder=folder),
         )
 
     return make

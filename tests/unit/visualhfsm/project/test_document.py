@@ -113,6 +113,8 @@ def test_of_several_commands_all_are_applied_or_none(document: OpenDocument) -> 
     assert len(document.version.undo) == 2
     with pytest.raises(EditError, match="there is no command"):
         document.apply([])
+    with pytest.raises(EditError, match="only one command at a time has a base"):
+        document.apply([good], base="text")
 
 
 @pytest.mark.parametrize(
@@ -148,6 +150,25 @@ def test_of_changes_made_together_listeners_hear_once(document: OpenDocument) ->
         document.apply(AddState(automaton=1, x=0, y=0))
         assert heard == []
     assert [each.version.revision for each in heard] == [3]
+
+
+def test_a_listener_cannot_change_what_it_hears_of(document: OpenDocument) -> None:
+    refused: list[str] = []
+
+    def change(_: object) -> None:
+        try:
+            document.undo()
+        except EditError as error:
+            refused.append(str(error))
+
+    unsubscribe = document.subscribe(change)
+    heard = heard_by(document)
+    document.apply(AddState(automaton=1, x=0, y=0))
+    assert [each.version.revision for each in heard] == [1]
+    assert len(refused) == 1
+    assert "listeners are being notified" in refused[0]
+    unsubscribe()
+    document.undo()
 
 
 def test_a_closed_document_takes_no_changes_and_leaves_no_journal(project: Project) -> None:

@@ -12,10 +12,13 @@ from pathlib import Path
 import pytest
 
 from codegen.hfsm import write_document
+from tests.support.codegen_command import codegen
 from tests.support.editing import tree
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from visualhfsm import (
+    AddEntry,
     AddState,
+    EditError,
     ForbiddenPathError,
     MissingError,
     Project,
@@ -164,6 +167,17 @@ def test_all_documents_below_the_folder_are_found(project: Project, root: Path) 
     assert project.files() == [root / "more" / "dance.xml", root / "waver.xml"]
 
 
+def test_a_document_without_a_file_finds_the_interfaces_of_the_folder(project: Project, root: Path) -> None:
+    (root / "interfaces").mkdir()
+    (root / "interfaces" / "lamp.idl").write_text("module home { interface Lamp { void on(); }; };")
+    assert codegen("interfaces/lamp.idl", cwd=root).returncode == 0
+    document = project.new()
+    lamp = {"name": "Lamp", "proxy": "Lamp", "type": "Lamp"}
+    document.apply([AddState(automaton=1, x=0, y=0, name="on"), AddEntry(list="interfaces", fields=lamp)])
+    assert [each.message for each in document.problems() if each.severity == "error"] == []
+    document.simulate(stubs={"Lamp": {"on": None}}).close()
+
+
 def test_a_project_loads_neither_the_page_nor_asyncio() -> None:
     code = (
         "import sys; from visualhfsm import Project, AddState; Project('.').close(); "
@@ -173,3 +187,19 @@ def test_a_project_loads_neither_the_page_nor_asyncio() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=RUN_LIMIT, check=True
     )
     assert done.stdout == "set()\n"
+
+
+def test_a_folder_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for wrong, why in ((tmp_path / "absent", "there is no folder"), (tmp_path / "file", "is not a folder")):
+        with pytest.raises(MissingError, match=why):
+            Project(wrong)
+
+
+def test_a_closed_project_opens_nothing(root: Path) -> None:
+    project = Project(root, journals=root.with_name("journals"))
+    project.close()
+    project.close()
+    for make in (project.new, lambda: project.open("waver.xml")):
+        with pytest.raises(EditError, match="the project is closed"):
+            make()

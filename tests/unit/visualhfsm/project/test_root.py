@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.any_text import any_text
-from visualhfsm.errors import ForbiddenPathError
+from visualhfsm.errors import ForbiddenPathError, MissingError
 from visualhfsm.project.root import Root
 
 parts = st.one_of(
@@ -57,5 +57,5 @@ def test_what_is_no_document_is_refused(root: Root, path: str) -> None:
 
 
 def test_a_root_has_to_be_there(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(MissingError, match="there is no folder"):
         Root(tmp_path / "missing")
