@@ -19,7 +19,14 @@ from hypothesis import strategies as st
 
 import hfsm_runtime as runtime
 from codegen.hfsm.document import Automaton, Document, Event, Property, State, Text, Transition
-from codegen.hfsm.model_checker import Counterexample, ModelReport, Reachability, StepKind
+from codegen.hfsm.model_checker import (
+    Counterexample,
+    ModelReport,
+    PropertyResult,
+    Reachability,
+    StepKind,
+    check_model,
+)
 from codegen.hfsm.model_checker.expressions import parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Configuration
@@ -33,6 +40,8 @@ __all__ = [
     "ScriptedDocument",
     "after",
     "automaton",
+    "blink",
+    "chain",
     "document",
     "documents",
     "finished",
@@ -41,6 +50,7 @@ __all__ = [
     "play",
     "state",
     "stated",
+    "verdicts",
     "when",
 ]
 
@@ -386,3 +396,32 @@ def play(document: Document, example: Counterexample, rounds: int = 3) -> Player
         period = 5_000_000_000  # nothing has to happen any more
     player.virtual.advance((end + (rounds - 1) * period) / 1e9)
     return player
+
+
+def blink(*more: Transition) -> Document:
+    """Return a document that goes on and off by timers, with more transitions."""
+    return document(
+        automaton(
+            1,
+            [state(1, "off"), state(2, "on"), state(3, "broken")],
+            [after(300, 1, 2, id=1), after(200, 2, 1, id=2), *more],
+        )
+    )
+
+
+def chain(depth: int) -> Document:
+    """Return automata one below the other, each with a loop of ten states."""
+    automata = []
+    for number in range(1, depth + 1):
+        states = [
+            state(each, children=[number + 1] if each == 7 and number < depth else ())
+            for each in range(1, 11)
+        ]
+        transitions = [when(f"g{each}", each, each % 10 + 1) for each in range(1, 11)]
+        automata.append(automaton(number, states, transitions, father=number - 1))
+    return document(*automata)
+
+
+def verdicts(doc: Document, *properties: Property, limit: int = 300_000) -> list[PropertyResult]:
+    """Return what the model checker finds of properties of a document."""
+    return list(check_model(replace(doc, properties=properties), PATH, limit=limit).properties)

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm import parse_document, read_document, resolve, write_document
-from codegen.hfsm.document import Document, Property
+from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import find_interfaces
-from codegen.hfsm.model_checker import (
-    PropertyResult,
-    StepKind,
-    Verdict,
-    check_model,
-    read_operations,
-    report_model,
-)
+from codegen.hfsm.model_checker import Verdict, check_model, read_operations, report_model
 from tests.support.model_documents import (
     PATH,
     after,
     automaton,
+    blink,
+    chain,
     document,
     finished,
-    play,
     state,
     stated,
+    verdicts,
     when,
 )
 from tests.support.places import ROOT
@@ -41,10 +35,6 @@ def read(path: Path) -> Document:
     found = read_document(path, Diagnostics())
     assert found is not None
     return resolve(found, path, Diagnostics())
-
-
-def verdicts(doc: Document, *properties: Property, limit: int = 300_000) -> list[PropertyResult]:
-    return list(check_model(replace(doc, properties=properties), PATH, limit=limit).properties)
 
 
 def verdict(doc: Document, kind: str, expression: str, within: str = "", limit: int = 300_000) -> str:
@@ -106,40 +96,6 @@ def test_states_that_exclude_each_other_need_no_search(dance_and_follow: Documen
     assert {each.property.expression.text for each in results if each.verdict is Verdict.HOLDS} == {*apart}
 
 
-def blink(*more: object) -> Document:
-    return document(
-        automaton(
-            1,
-            [state(1, "off"), state(2, "on"), state(3, "broken")],
-            [after(300, 1, 2, id=1), after(200, 2, 1, id=2), *more],  # type: ignore[list-item]
-        )
-    )
-
-
-def test_a_counterexample_is_the_steps_that_lead_there() -> None:
-    (result,) = verdicts(blink(when("smoke", 2, 3, id=3, name="smoke")), stated("never", "broken"))
-    assert result.counterexample is not None
-    steps = [(s.time_ms, s.kind, s.origin, s.state, s.transition) for s in result.counterexample.steps]
-    assert steps == [
-        (0.0, StepKind.ENTERS, None, 1, None),
-        (300.0, StepKind.FIRES, 1, 2, 1),
-        (400.0, StepKind.GUARD, 2, 2, 3),
-        (400.0, StepKind.FIRES, 2, 3, 3),
-    ]
-    assert result.counterexample.ends_ms == 400.0
-    assert json.loads(json.dumps(asdict(result.counterexample)))["steps"][3]["kind"] == "fires"
-
-
-def test_what_may_never_come_is_a_loop_that_the_runtime_goes_round() -> None:
-    doc = blink(when("smoke", 2, 3, id=3))
-    (result,) = verdicts(doc, stated("eventually", "broken"))
-    assert result.counterexample is not None
-    assert result.counterexample.repeats is not None
-    player = play(doc, result.counterexample, rounds=5)
-    assert not player.times("broken")
-    assert len(player.fired_) > 5
-
-
 def test_timers_alone_make_something_come() -> None:
     assert verdict(blink(), "eventually", "on") == "holds"
     assert verdict(blink(), "eventually", "on", "300") == "holds"
@@ -152,39 +108,6 @@ def test_a_guard_that_is_asked_in_both_ways_makes_something_come() -> None:
     )
     assert verdict(doc, "eventually", "b or c") == "holds"
     assert verdict(doc, "eventually", "b") == "violated"
-
-
-def chain(depth: int) -> Document:
-    """Return automata one below the other, each with a loop of ten states."""
-    automata = []
-    for number in range(1, depth + 1):
-        states = [
-            state(each, children=[number + 1] if each == 7 and number < depth else ())
-            for each in range(1, 11)
-        ]
-        transitions = [when(f"g{each}", each, each % 10 + 1) for each in range(1, 11)]
-        automata.append(automaton(number, states, transitions, father=number - 1))
-    return document(*automata)
-
-
-@pytest.mark.slow
-def test_a_way_through_many_automata_is_found() -> None:
-    doc = chain(6)
-    (result,) = verdicts(doc, stated("never", "#6/s9"))
-    assert result.counterexample is not None
-    assert (6, 9) in play(doc, result.counterexample).visited
-
-
-def test_a_way_found_without_time_fits_periods_of_any_kind() -> None:
-    doc = chain(3)
-    automata = [
-        replace(a, iteration_time=replace(a.iteration_time, text=t))
-        for a, t in zip(doc.automata, ("97", "131", "53"), strict=True)
-    ]
-    doc = document(*automata)
-    (result,) = verdicts(doc, stated("never", "#3/s9"))
-    assert result.counterexample is not None
-    assert round(result.counterexample.ends_ms * 1e6) in play(doc, result.counterexample).times("#3/s9")
 
 
 def test_what_takes_too_long_is_undecided() -> None:
