@@ -183,7 +183,9 @@ class Run:
         self.owed = owes(self.current)
         self.waking = self.unseen = True
         self.finished = self.code_first = False
-        self.last_transition, self.waited, self.forced = 0, 0, None
+        self.last_transition = 0
+        self.waited = 0
+        self.forced = None
         return left if entered is not None else None
 
     def descendants(self) -> Iterator[Run]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import inspect
 import re
 import shlex
@@ -192,7 +191,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
     @app.command(help=inspect.getdoc(component), epilog=examples)
     @cli.with_settings()
     @with_parameters(component)
-    @_with_ros
+    @_with_ros()
     def run(
         *,
         settings: Settings,
@@ -384,42 +383,22 @@ _PREFIX: Final = "parameter_"
 def with_parameters(component: type[Component]) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command an option for each parameter of a component; the values are passed as `parameters`."""
 
-    def decorate(function: Callable[..., None]) -> Callable[..., None]:
-        @functools.wraps(function)
-        def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
-            values = {name: options.pop(_PREFIX + name) for name in parameters}
-            function(parameters=values, **options)
+    def gather(values: dict[str, Any]) -> dict[str, Any]:
+        return {name.removeprefix(_PREFIX): value for name, value in values.items()}
 
-        parameters = parameters_of(component)
-        own = [
-            parameter
-            for parameter in inspect.signature(function, eval_str=True).parameters.values()
-            if parameter.name != "parameters"
-        ]
-        added = [_option(name, declared) for name, declared in parameters.items()]
-        with_options.__signature__ = inspect.Signature([*added, *own])  # type: ignore[attr-defined]
-        return with_options
-
-    return decorate
+    options = [_option(name, declared) for name, declared in parameters_of(component).items()]
+    return cli.with_options("parameters", options, gather, first=True)
 
 
-def _with_ros(function: Callable[..., None]) -> Callable[..., None]:
+def _with_ros() -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command the options of ROS, which are passed to it as `ros`."""
-
-    @functools.wraps(function)
-    def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
-        function(ros={name: options.pop(name) for name in _ROS_OPTIONS}, **options)
-
-    own = inspect.signature(function, eval_str=True).parameters.values()
-    added = [
+    options = [
         inspect.Parameter(
             name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=_ROS_DEFAULTS.get(name)
         )
         for name, annotation in _ROS_OPTIONS.items()
     ]
-    options = [*(each for each in own if each.name != "ros"), *added]
-    with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
-    return with_options
+    return cli.with_options("ros", options, dict)
 
 
 def option_of(name: str) -> str:

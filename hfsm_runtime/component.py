@@ -246,7 +246,9 @@ def make_automata(component: Component) -> Automaton:
     Raises DefinitionError, ZenohIceError when the variables need a server that is offline, and VariablesError
     for any other exception in them, `sys.exit` included.
     """
-    sleep, send, mark = component._hfsm_sleep, component._hfsm_send, component._hfsm_mark
+    sleep = component._hfsm_sleep
+    send = component._hfsm_send
+    mark = component._hfsm_mark
     component._hfsm_sleep = component._hfsm_send = _too_early
     component._hfsm_mark = None  # there are no viewers yet
     try:
@@ -258,7 +260,9 @@ def make_automata(component: Component) -> Automaton:
         message = f"the variables of the component failed: {type(error).__name__}: {error}"
         raise VariablesError(f"{message} at {place}" if place else message) from error
     finally:
-        component._hfsm_sleep, component._hfsm_send, component._hfsm_mark = sleep, send, mark
+        component._hfsm_sleep = sleep
+        component._hfsm_send = send
+        component._hfsm_mark = mark
 
 
 def _too_early(*_: object) -> None:

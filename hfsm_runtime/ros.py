@@ -217,7 +217,9 @@ class Endpoints:
         return self._made[key]
 
     def _make(self, declared: Ros) -> object:
-        node, name, target = self._node, declared.type, declared.target
+        node = self._node
+        name = declared.type
+        target = declared.target
         qos = QoS(**declared.qos)  # type: ignore[arg-type]
         match declared.kind:
             case "publish":

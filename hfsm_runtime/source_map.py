@@ -61,10 +61,14 @@ def source_map(file: str, table: Iterable[Sequence[str | int]]) -> tuple[Row, ..
 def _source_rows(lines: Sequence[str], table: Iterable[Sequence[str | int]]) -> Iterator[Row]:
     """Yield the rows of a table, with the lines of each code from the marks around it."""
     pieces = _pieces(lines)
-    source, line, length = "", 1, 0
+    source = ""
+    line = 1
+    length = 0
     for name, *items in table:
         if str(name).startswith(_FILE):
-            source, line, length = str(name).removeprefix(_FILE), 1, 0
+            source = str(name).removeprefix(_FILE)
+            line = 1
+            length = 0
         for item in items:
             if isinstance(item, int):
                 line += length + item
@@ -78,7 +82,9 @@ def _source_rows(lines: Sequence[str], table: Iterable[Sequence[str | int]]) -> 
 def _pieces(lines: Sequence[str]) -> dict[str, tuple[int, int]]:
     """Return the first and the last line of each code of a component, by its key."""
     found: dict[str, tuple[int, int]] = {}
-    key, first, end = "", 0, ""
+    key = ""
+    first = 0
+    end = ""
     for number, line in enumerate(lines, 1):
         if end:  # inside of a code
             if line == end:

@@ -199,7 +199,9 @@ class Threads(Observer):
 
     def run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end; the body of its thread."""
-        run, interval, usual = worker.run, 0, 0
+        run = worker.run
+        interval = 0
+        usual = 0
         while True:
             worker.wake.clear()  # before the checks: later changes set it again
             if self._stopping or worker.retired:

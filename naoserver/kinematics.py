@@ -159,7 +159,10 @@ def reach(
             tried[joint.name] = min(max(turned, joint.lower), joint.upper)
         error_then, jacobian_then = _errors(goals, tried, columns)
         if error_then @ error_then < error @ error:
-            found, error, jacobian, damping = tried, error_then, jacobian_then, max(damping / 3.0, _DAMPING)
+            found = tried
+            error = error_then
+            jacobian = jacobian_then
+            damping = max(damping / 3.0, _DAMPING)
         else:
             damping *= 10.0
         if np.abs(change).max(initial=0.0) < _NEAR_ENOUGH:

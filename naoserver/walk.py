@@ -258,7 +258,9 @@ class WalkTo:
         """
         with self._lock:
             self._drive(way, client, None)
-            self._way, self._client, self._end = way, client, self._robot_time() + way.patience
+            self._way = way
+            self._client = client
+            self._end = self._robot_time() + way.patience
             self._state = replace(_IDLE, status=ActionStatus.Moving, count=self._state.count + 1)
         self._on_begin()
 

@@ -135,12 +135,16 @@ def _add_contact_shapes(spec: mujoco.MjSpec, links: Links) -> None:
     kind, geom = spec.find_default("link"), mujoco.mjtGeom
     height = H25.facts["dimensions"]["foot_height"]
     for shape in H25.facts["self_collision_shapes"]["shapes"]:
-        link, size, place = links[shape["link"]], shape["size"], np.array(shape["pos"])
+        link = links[shape["link"]]
+        size = shape["size"]
+        place = np.array(shape["pos"])
         if shape["link"].endswith("_foot"):
             side = SIDES[shape["link"] == "r_foot"]
             outline = np.array(H25.facts["sole"][side])
             low, high = outline.min(axis=0), outline.max(axis=0)
-            half, middle, thickness = (high - low) / 2, (high + low) / 2, size[2] / 2
+            half = (high - low) / 2
+            middle = (high + low) / 2
+            thickness = size[2] / 2
             link.add_geom(
                 kind,
                 name=sole(side),

@@ -145,7 +145,9 @@ def _form(shape: Shape, meshes: dict[str, int], *, mirrored: bool) -> dict[str, 
     if shape.kind == "mesh":
         return {"kind": "mesh", "mesh": meshes[shape.mesh], "mirrored": mirrored}
     mirror = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
-    size, place, axis = [*shape.size, 0.0, 0.0][:3], mirror * shape.at, mirror * shape.normal
+    size = [*shape.size, 0.0, 0.0][:3]
+    place = mirror * shape.at
+    axis = mirror * shape.normal
     if shape.kind == "capsule":
         end = mirror * shape.to
         place, axis = (place + end) / 2, place - end

@@ -118,7 +118,10 @@ class Simulator:
 
     def advance(self, ticks: int) -> None:
         """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
-        data, motors, setpoints, gears = self.data, self.motors, self.setpoints, self._gears
+        data = self.data
+        motors = self.motors
+        setpoints = self.setpoints
+        gears = self._gears
         for _ in range(ticks):
             while self._orders:
                 self._orders.popleft()()

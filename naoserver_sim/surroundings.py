@@ -84,7 +84,9 @@ def _set_light(spec: mujoco.MjSpec, light: Light, reach: float) -> None:
     source, head = spec.worldbody.lights[0], spec.visual.headlight
     source.diffuse = light.brightness * color
     source.specular = _SHINE * source.diffuse
-    head.ambient, head.diffuse, head.specular = light.ambient * color, np.zeros(3), np.zeros(3)
+    head.ambient = light.ambient * color
+    head.diffuse = np.zeros(3)
+    head.specular = np.zeros(3)
     source.dir = np.array(light.direction) / math.hypot(*light.direction)
     source.pos = -_SUN_DISTANCE * source.dir
     if light.position is not None:
@@ -192,7 +194,9 @@ def draw_field(field: Field) -> NDArray[np.uint8]:
 def _add_goals(spec: mujoco.MjSpec, field: Field) -> None:
     firm, add = spec.find_default("firm"), spec.worldbody.add_geom
     bar, radius = mujoco.mjtGeom.mjGEOM_CAPSULE, [POST_RADIUS, 0, 0]
-    reach, top, depth = field.goal_width / 2 + POST_RADIUS, field.goal_height, field.goal_depth
+    reach = field.goal_width / 2 + POST_RADIUS
+    top = field.goal_height
+    depth = field.goal_depth
     for side in (-1, 1):
         line = side * field.length / 2
         back = line + side * depth

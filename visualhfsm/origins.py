@@ -61,8 +61,10 @@ class Origins:
     def element(self, automaton: int, state: int, transition: int) -> Origin | None:
         """Return a state, or a transition unless its id is 0, as a whole; None for another document's."""
         source = self._document.automaton(automaton)
+        if source is None:
+            return None
         kind: Literal["state", "transition"] = "transition" if transition else "state"
-        elements = () if source is None else source.transitions if transition else source.states
+        elements = source.transitions if transition else source.states
         if all(each.id != (transition or state) for each in elements):
             return None
         return Origin(Place(kind=kind, automaton=automaton, id=transition or state), 0)
@@ -84,8 +86,11 @@ class Origins:
         """Return the place of a row of the source map; `line` is a line of the document."""
         if row.part == "library":
             return self._library(line)
-        kind: Literal["automaton", "state", "transition"]
-        kind = "state" if row.part in _STATE else "transition" if row.part in _TRANSITION else "automaton"
+        kind: Literal["automaton", "state", "transition"] = "automaton"
+        if row.part in _STATE:
+            kind = "state"
+        elif row.part in _TRANSITION:
+            kind = "transition"
         for spot in spots(self._document):
             place = spot.place
             if (place.kind, place.automaton, place.id, place.part) != (kind, *row[4:], row.part):

@@ -175,7 +175,9 @@ class Robots:
             raise VisualHfsmError("there is already a robot that was not started here: end that one first")
         await self._stop()
         async with self._busy:
-            self._kind, self._name, self._trouble = kind, name, ""
+            self._kind = kind
+            self._name = name
+            self._trouble = ""
             self._ready = asyncio.Event()
             self._last_error = ""
             self._report()
@@ -206,7 +208,9 @@ class Robots:
                 simulated = self._kind == "simulation"
                 await self._server.stop(_SIMULATION_PATIENCE if simulated else _ROBOT_PATIENCE)
                 self._left_at, self._stopping = time.monotonic(), False
-            self._kind, self._name, self._trouble = "", "", ""
+            self._kind = ""
+            self._name = ""
+            self._trouble = ""
             self._was_present, self._lost_at = False, 0.0
             self._presence = RobotPresence()
             self._report()

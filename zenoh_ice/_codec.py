@@ -182,7 +182,11 @@ class Codec(Generic[S]):
 
         Large byte sequences are not copied, but become pieces. Raises MarshalException for a wrong value.
         """
-        values = (value,) if len(self.fields) == 1 else () if value is None else value
+        values = value
+        if len(self.fields) == 1:
+            values = (value,)
+        elif value is None:
+            values = ()
         if not isinstance(values, tuple) or len(values) != len(self.fields):
             expected = f"a tuple ({', '.join(self.fields)})" if self.fields else "None"
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")

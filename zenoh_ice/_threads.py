@@ -234,7 +234,9 @@ class Pool:
 
     def _look_for_stall(self) -> None:
         # Counted in looks: in a process that stands still, or waits for the interpreter, nobody looks either.
-        waits, self._seen, before = not self.jobs.empty(), self._taken, self._seen
+        before = self._seen
+        self._seen = self._taken
+        waits = not self.jobs.empty()
         self._looks_without_job = self._looks_without_job + 1 if waits and self._seen == before else 0
         stalled = self._looks_without_job >= _STALLED
         if stalled != self.stalled:
@@ -242,7 +244,9 @@ class Pool:
             self.on_stall()
 
     def _work(self) -> None:
-        me, lock, get = threading.get_ident(), self._lock, self.jobs.get
+        me = threading.get_ident()
+        lock = self._lock
+        get = self.jobs.get
         try:
             while self._leader == me or self._take_lead(me):
                 job = get()

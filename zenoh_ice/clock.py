@@ -208,7 +208,10 @@ class RobotClock:
                 _logger.info("the robot's clock restarted: from %.3f s back to %.3f s", self._newest, time_)
                 self._newest = time_
                 self._restarts += 1
-            self._sample, self._arrival, self.rate, self.simulated = time_, arrival, rate, simulated
+            self._sample = time_
+            self._arrival = arrival
+            self.rate = rate
+            self.simulated = simulated
             self._changed.notify_all()
 
     def close(self) -> None:

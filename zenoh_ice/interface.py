@@ -99,8 +99,11 @@ class Operation(Generic[P, V]):
     def result(self) -> Codec[Any]:
         """The codec of its results."""
         returned = self._types["return"]
-        several = len(self._results) > 1
-        kinds = get_args(returned) if several else () if returned is type(None) else (returned,)
+        kinds: tuple[Any, ...] = (returned,)
+        if len(self._results) > 1:
+            kinds = get_args(returned)
+        elif returned is type(None):
+            kinds = ()
         return self._codec("Result", dict(zip(self._results, kinds, strict=False)))
 
     @cached_property

@@ -167,7 +167,9 @@ class Call(Generic[P, V]):
 
         The wait and the call together end at a moment of the monotonic clock, within the proxy's limit.
         """
-        proxy, operation, communicator = self._proxy, self._operation, self._communicator
+        proxy = self._proxy
+        operation = self._operation
+        communicator = self._communicator
         target, limit = proxy._target, proxy._timeout
         if not communicator.knows(target):
             communicator.check()
@@ -509,7 +511,9 @@ class ObjectPrx(Reference):
         return f"<{type(self).__name__} {self.ice_toWire()}>"
 
     def _check_interface(self) -> None:
-        wanted, timeout, started = self.ice_interface, self._timeout, time.monotonic()
+        wanted = self.ice_interface
+        timeout = self._timeout
+        started = time.monotonic()
         if wanted is OBJECT_INTERFACE:
             self._communicator.find(self._target, None, timeout)
             return

@@ -291,8 +291,14 @@ class ServedObject:
     def _run(self, call: _Call, refusal: BusyException | None = None) -> None:
         """Execute or refuse, and answer, a call whose turn it is; then let the next one have the turn."""
         # Inlined: in a small call, each further function call would cost more than the work done in it.
-        method, payload, about, reply = call.method, call.payload, call.about, call.reply
-        operation, timeout, turn, turns = method.operation, about.timeout, self._turn, _here.turns
+        method = call.method
+        payload = call.payload
+        about = call.about
+        reply = call.reply
+        operation = method.operation
+        timeout = about.timeout
+        turn = self._turn
+        turns = _here.turns
         stage: _Stage = "admitted"
         try:
             if refusal is not None:

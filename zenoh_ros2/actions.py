@@ -26,6 +26,10 @@ from .workers import join_all
 _STATUS: Final = QoS(durability="transient_local", depth=1)
 _FEEDBACK: Final = QoS(depth=100)
 _CANCEL_TIME: Final = 60.0  # s for which a goal is still cancelled if accepted after its sender gave up
+_CANCELLED: Final = 0
+_UNKNOWN_GOAL: Final = 2
+_TERMINATED: Final = 3
+"""Return codes of action_msgs/srv/CancelGoal."""
 _MOST_GOALS: Final = 16  # that a server executes at a time
 _MOST_ENDED: Final = 64  # goals whose results it keeps
 
@@ -389,7 +393,9 @@ class ActionServer:
         for each in chosen:
             self._set(each, Status.CANCELING)
             each.cancel()
-        code = 0 if chosen or anyone else 3 if known else 2  # none, terminated, unknown
+        code = _CANCELLED
+        if not chosen and not anyone:
+            code = _TERMINATED if known else _UNKNOWN_GOAL
         return {"return_code": code, "goals_canceling": [_info(each) for each in chosen]}
 
     def _on_result(self, request: Any) -> object:  # noqa: ANN401

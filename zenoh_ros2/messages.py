@@ -389,8 +389,9 @@ def _written(kind: Any) -> str:  # noqa: ANN401
     if node == Nodetype.NAME:
         return str(detail)
     element, count = detail
-    limit = str(count) if node == Nodetype.ARRAY else f"<={count}" if count else ""
-    return f"{_written(element)}[{limit}]"
+    if node == Nodetype.ARRAY:
+        return f"{_written(element)}[{count}]"
+    return f"{_written(element)}[<={count}]" if count else f"{_written(element)}[]"
 
 
 def _scalar(detail: tuple[str, int], given: Any, path: str) -> object:  # noqa: ANN401

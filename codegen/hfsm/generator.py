@@ -113,7 +113,9 @@ def _place(component: GeneratedComponent, wrong: CodeError, path: Path) -> Locat
 
 class _Generator:
     def __init__(self, analysis: Analysis, interfaces: KnownInterfaces) -> None:
-        self._analysis, self._document, self._path = analysis, analysis.document, analysis.path
+        self._analysis = analysis
+        self._document = analysis.document
+        self._path = analysis.path
         extension = analysis.extension
         self._extension = None if extension is None or extension.problem else extension
         self._name = component_name(self._path.stem)

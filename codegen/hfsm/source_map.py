@@ -134,10 +134,14 @@ def written(rows: Iterable[TableRow]) -> Iterator[str]:
 def _source_rows(lines: list[str], table: Iterable[TableRow]) -> Iterator[SourceRow]:
     """Yield the rows of a table, with the lines of each code from the marks around it."""
     pieces = _pieces(lines)
-    file, line, length = "", 1, 0
+    file = ""
+    line = 1
+    length = 0
     for name, *items in table:
         if str(name).startswith(FILE):
-            file, line, length = str(name).removeprefix(FILE), 1, 0
+            file = str(name).removeprefix(FILE)
+            line = 1
+            length = 0
         for item in items:
             if isinstance(item, int):
                 line += length + item
@@ -151,7 +155,9 @@ def _source_rows(lines: list[str], table: Iterable[TableRow]) -> Iterator[Source
 def _pieces(lines: list[str]) -> dict[str, tuple[int, int]]:
     """Return the first and the last line of each code of a component, by its key."""
     found: dict[str, tuple[int, int]] = {}
-    key, first, end = "", 0, ""
+    key = ""
+    first = 0
+    end = ""
     for number, line in enumerate(lines, 1):
         if end:  # inside of a code
             if line == end:

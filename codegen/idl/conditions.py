@@ -117,7 +117,8 @@ class _Evaluation:
             first = self.conditional()
             self._expect(":")
             second = self.conditional()
-            value = None if value is None else first if value else second
+            if value is not None:
+                value = first if value else second
         self._depth -= 1
         return value
 
@@ -153,7 +154,12 @@ class _Evaluation:
         if match is None or len(word) > _LONGEST_NUMBER:
             raise ConditionError(f"`{word[:20]}` is not an integer")
         digits = match["digits"]
-        value = int(digits, 0 if digits[:2] in {"0x", "0X"} else 8 if digits[0] == "0" else 10)
+        base = 10
+        if digits.startswith(("0x", "0X")):
+            base = 16
+        elif digits.startswith("0"):
+            base = 8
+        value = int(digits, base)
         if value >= 1 << _BITS:
             raise ConditionError(f"`{word[:20]}` has more than {_BITS} bits")
         return _wrapped(value)

@@ -79,7 +79,8 @@ def source_order(names: Iterable[str]) -> list[str]:
     """Return names in the order of isort: constants, then classes, then the rest."""
 
     def key(name: str) -> tuple[int, str]:
-        bare = name.lstrip("_")
-        return (0 if name.isupper() and len(name) > 1 else 1 if bare[:1].isupper() else 2, name)
+        if name.isupper() and len(name) > 1:
+            return 0, name
+        return (1 if name.lstrip("_")[:1].isupper() else 2), name
 
     return sorted(set(names), key=key)

@@ -149,7 +149,11 @@ class ModuleNames:
             items = [
                 name if names[name] == name else f"{name} as {names[name]}" for name in source_order(names)
             ]
-            group = 3 if module.startswith(".") else 2 if module == _RUNTIME[0] else 1
+            group = 1
+            if module.startswith("."):
+                group = 3
+            elif module == _RUNTIME[0]:
+                group = 2
             line = f"from {module} import {', '.join(items)}"
             short = len(line) <= LINE_LENGTH
             groups[group] += [line] if short else bracketed(f"from {module} import (", items, ")")

@@ -236,7 +236,11 @@ class _Parser:
 
     def _member_or_operation(self, *, members: bool, operations: bool) -> ast.Member | ast.Operation:
         """Parse a member or, with a parenthesis after its name, an operation."""
-        what = "a member" if not operations else "an operation" if not members else "a member or an operation"
+        what = "a member or an operation"
+        if not operations:
+            what = "a member"
+        elif not members:
+            what = "an operation"
         metadata, doc = self._metadata()
         if self._at("idempotent") and not operations:
             self._fail(_NO_OPERATIONS)

@@ -241,18 +241,19 @@ class RosMonitor(Observer):
         with self._runtime.tree.lock:
             automaton, current = run.automaton, run.current
             ghost, finished = not run.active, run.finished  # the root, too, until it has started
-        labels, word = _labels(automaton), self._word()
+        labels = _labels(automaton)
+        info = self._word()
+        if ghost:
+            info += f", inactive in {labels[current.id]}"
+        elif finished:
+            info += ", finished"
         self._status.publish(
             header={"stamp": self._node.now()},
             path=self._paths.get(automaton.id, ""),
             initial_states=[labels[automaton.initial.id]],
             active_states=[] if ghost else [labels[current.id]],
             local_data=_NO_DATA,
-            info=f"{word}, inactive in {labels[current.id]}"
-            if ghost
-            else f"{word}, finished"
-            if finished
-            else word,
+            info=info,
         )
 
     def _publish_transition(self, at: int, run: Run, transition: Transition) -> None:

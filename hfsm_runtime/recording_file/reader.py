@@ -41,7 +41,13 @@ HIGHEST_RATIO: Final = 1000
 
 _FILE: Final = re.compile(r"(document|component|extension)/([\w.\- ]{1,200}\.(?:xml|py))")
 _MAGIC: Final = b"\x89MCAP0\r\n"
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 3, 4, 5, 6, 9, 12, 15
+_SCHEMA = 3
+_CHANNEL = 4
+_MESSAGE = 5
+_CHUNK = 6
+_ATTACHMENT = 9
+_METADATA = 12
+_DATA_END = 15
 _HEAD: Final = struct.Struct("<BQ")
 """Opcode and length of a record."""
 _MESSAGE_HEAD: Final = struct.Struct("<HIQQ")

@@ -161,7 +161,9 @@ class RecordingWriter:
 
     def _drain(self) -> None:
         with self._lock:
-            entries, self._queue, self._bytes = self._queue, deque(), 0
+            entries = self._queue
+            self._queue = deque()
+            self._bytes = 0
         for entry in entries:
             try:
                 message = entry.message if isinstance(entry.message, Message) else entry.message()

@@ -184,7 +184,9 @@ class FakeWalker:
 
     def _go_on(self) -> None:
         """Move up to now: a constant velocity in its own frame leads along an arc of a circle."""
-        before, velocity, now = self._odometry, self._velocity, self._clock.now()
+        before = self._odometry
+        velocity = self._velocity
+        now = self._clock.now()
         seconds = max(0.0, now - before.time)
         turned = velocity.turn * seconds
         half = turned / 2.0
@@ -222,7 +224,9 @@ class _Motion(NamedTuple):
         if self.rate == 0.0 and self.position == self.setpoint:
             return self  # at rest, as most joints are
         left = max(0.0, time - self.time)
-        setpoint, position, rate = self.setpoint, self.position, self.rate
+        setpoint = self.setpoint
+        position = self.position
+        rate = self.rate
         if rate:
             piece = min(left, (self.end - setpoint) / rate)
             lagging = setpoint - rate * LAG

@@ -173,7 +173,10 @@ def frame_of(image: Any, camera: str, size: tuple[int, int]) -> Frame:  # noqa: 
     Raises HardwareFailure when it is no picture.
     """
     try:
-        width, height, layers, pixels = int(image[0]), int(image[1]), int(image[2]), image[6]
+        width = int(image[0])
+        height = int(image[1])
+        layers = int(image[2])
+        pixels = image[6]
         stamp = float(image[4]) + float(image[5]) / 1e6
         array = np.frombuffer(pixels, dtype=np.uint8).reshape(height, width, 3)
     except (IndexError, TypeError, ValueError) as error:

@@ -109,7 +109,9 @@ class NaoqiWalker:
             self._velocities.forget()
             if self._commanded != _STILL:
                 self.ended = "the robot was lost"
-            self._commanded, self.walking, self._stopping = _STILL, False, False
+            self._commanded = _STILL
+            self.walking = False
+            self._stopping = False
 
     def _check(self) -> None:
         if self._state.body().fallen:
@@ -142,7 +144,9 @@ class NaoqiWalker:
                 elif asked - self._still_since >= _ENDED:
                     if self._commanded != _STILL:
                         self.ended = self._reason()
-                    self._commanded, self.walking, self._stopping = _STILL, False, False
+                    self._commanded = _STILL
+                    self.walking = False
+                    self._stopping = False
 
     def _reason(self) -> str:
         """Return why the robot does not walk, though it was commanded to."""

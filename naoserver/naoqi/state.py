@@ -153,11 +153,14 @@ class NaoqiState:
         joints = measured.joints
         self._history.append((time, joints.positions))
         first, positions = self._history[0]
-        moved = zip(joints.velocities, joints.positions, positions, strict=True)
-        velocities = tuple(
-            velocity if not math.isnan(velocity) else (now - before) / (time - first) if time > first else 0.0
-            for velocity, now, before in moved
-        )
+        passed = time - first
+
+        def measured_velocity(velocity: float, now: float, before: float) -> float:
+            if not math.isnan(velocity):
+                return velocity
+            return (now - before) / passed if passed > 0.0 else 0.0
+
+        velocities = tuple(map(measured_velocity, joints.velocities, joints.positions, positions))
         with self._lock:
             self._setpoints.report(joints.commands, joints.positions, joints.stiffnesses, time)
         self._newest = measured._replace(joints=replace(joints, velocities=velocities))

@@ -28,7 +28,9 @@ _logger = logging.getLogger(__name__)
 
 PERIOD: Final = 0.02
 """Robot seconds between two setpoints: ALMotion's cycle."""
-_TORSO, _WORLD, _ROBOT = 0, 1, 2
+_TORSO = 0
+_WORLD = 1
+_ROBOT = 2
 """NAOqi's numbers of frames."""
 _END_LIMIT: Final = 5.0
 """Robot seconds within which a walk or a motion has to end."""

@@ -49,7 +49,11 @@ _HEADER: Final = struct.Struct("<IIIHBBIII")
 _MAGIC: Final = 0x42ADDE42
 _NUMBER: Final = struct.Struct("<I")
 _ADDRESS: Final = struct.Struct("<II")
-_CALL, _REPLY, _ERROR, _POST, _CANCELED = 1, 2, 3, 4, 8
+_CALL = 1
+_REPLY = 2
+_ERROR = 3
+_POST = 4
+_CANCELED = 8
 """Types of messages."""
 _DIRECTORY, _MAIN = 1, 1
 """The service that knows the others, and the object of a service itself."""

@@ -81,7 +81,9 @@ def _interpolation(read: _Read) -> Operation:
         names = _names(effectorNames)
         masks = axisMasks if isinstance(axisMasks, (list, tuple)) else [axisMasks] * len(names)
         if isinstance(effectorNames, str):
-            paths, masks, times = [paths], [axisMasks], [times]
+            paths = [paths]
+            masks = [axisMasks]
+            times = [times]
         moved: dict[str, tuple[list[Matrix], int, list[float]]] = {}
         lists = listed(paths, "paths", len(names)), listed(masks, "axisMasks", len(names))
         for name, path, mask, own in zip(

@@ -278,8 +278,12 @@ class ALMotion(Service):
 
     killMove = stopMove
     # Former names.
-    walkTo, walkInit, walkIsActive = moveTo, moveInit, moveIsActive
-    waitUntilWalkIsFinished, stopWalk, killWalk = waitUntilMoveIsFinished, stopMove, stopMove
+    walkTo = moveTo
+    walkInit = moveInit
+    walkIsActive = moveIsActive
+    waitUntilWalkIsFinished = waitUntilMoveIsFinished
+    stopWalk = stopMove
+    killWalk = stopMove
 
     def getMoveConfig(self, config: object) -> list[list[object]]:
         """Return the parameters of NAOqi's gait: `Min`, `Default` or `Max`."""

@@ -49,7 +49,10 @@ class ALPhotoCapture(Service):
 
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._camera, self._resolution, self._interval, self._format = 0, 2, 200, "jpg"
+        self._camera = 0
+        self._resolution = 2
+        self._interval = 200
+        self._format = "jpg"
         self._made: set[Path] = set()
 
     setCameraID, getCameraID = _setting("_camera", "number of the camera", _number(range(len(CAMERAS))))

@@ -130,7 +130,9 @@ def _of_senses(
     touch_names: Sequence[str], reading: SenseReading, distances: tuple[float, float], feet: _FootKeys
 ) -> Iterator[tuple[str, object]]:
     """Yield keys and values; `distances` are those of the sonar to the left and to the right in m."""
-    unit, inertial, battery = f"{DEVICES}InertialSensor/", reading.inertial, reading.battery
+    unit = f"{DEVICES}InertialSensor/"
+    inertial = reading.inertial
+    battery = reading.battery
     for axis, pull, turning in zip(AXES, inertial.acceleration, inertial.angular_velocity, strict=True):
         # The short names are those of the NAO4 and older, the long ones were introduced with the NAO5.
         for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z on a standing NAO6

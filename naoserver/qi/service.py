@@ -112,7 +112,9 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
 
         connections = Connections(url, libqi.offer, lose)
         access.faults.interrupt = connections.interrupt
-        wall, walking, follower = WallClock(), access.walking, access.service(tracker.ALTracker)
+        wall = WallClock()
+        walking = access.walking
+        follower = access.service(tracker.ALTracker)
         detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
         sight = partial(Periodic, clock=robot.clock, period=lambda: vision.LOOKING, thread="NAOqi sight")
         notify = access.service(memory.ALMemory)._notify

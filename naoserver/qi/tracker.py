@@ -91,12 +91,16 @@ class ALTracker(Service):
         with self._lock:
             self._tracking = tracking
             self._sizes.setdefault(name, _TARGETS[name][1])
-            self._target, self._missed, self._at = name, _LOST, None
+            self._target = name
+            self._missed = _LOST
+            self._at = None
 
     def stopTracker(self) -> None:
         """Stop following; a walk to the target ends."""
         with self._lock:
-            target, self._target, self._at = self._target, "", None
+            target = self._target
+            self._target = ""
+            self._at = None
             tracking, self._tracking = self._tracking, None
         if tracking is not None:
             self._access.calls.remove(tracking)

@@ -72,7 +72,9 @@ class Trajectory:
         # Handles end within the piece, so that the time along the curve never runs backwards.
         handles = min(max(begin.after[0], 0.0), span), span + max(min(end.before[0], 0.0), -span)
         times = (0.0, *handles, span)
-        low, high, s = 0.0, 1.0, time / span  # with handles of a third of the span, the first guess is exact
+        low = 0.0
+        high = 1.0
+        s = time / span  # with handles of a third of the span, the first guess is exact
         for _ in range(_BISECTIONS):
             late = _bernstein(times, s) - time
             if abs(late) < _EXACT:

@@ -178,10 +178,14 @@ class Commands:
 
     def _go(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
         """Walk to a place in the frame odom or base_footprint, while the publisher exists."""
-        place, turn, frame = message.pose.position, message.pose.orientation, message.header.frame_id
+        place = message.pose.position
+        turn = message.pose.orientation
+        frame = message.header.frame_id
         sine = 2.0 * (turn.w * turn.z + turn.x * turn.y)
         cosine = 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
-        x, y, heading = place.x, place.y, math.atan2(sine, cosine)
+        x = place.x
+        y = place.y
+        heading = math.atan2(sine, cosine)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise RefusedError("the place is not a finite number")
         if not (math.isfinite(sine) and math.isfinite(cosine)):  # infinite ones would give a finite heading

@@ -57,7 +57,14 @@ _HOT, _TOO_HOT = 68.0, 74.0
 """Degrees Celsius from which naoqi_driver2 calls a joint hot, and too hot."""
 _LOW, _EMPTY = 0.6, 0.3
 """Charges below which naoqi_driver2 warns, and reports an error."""
-_OK, _WARN, _ERROR = 0, 1, 2
+_CHARGING: Final = 1
+_DISCHARGING: Final = 2
+_CHARGED: Final = 4
+"""States of a power supply in sensor_msgs/msg/BatteryState."""
+_OK: Final = 0
+_WARN: Final = 1
+_ERROR: Final = 2
+"""Levels of diagnostic_msgs/msg/DiagnosticStatus."""
 _LEVELS: Final = {Severity.Info: _OK, Severity.Warning: _WARN, Severity.Error: _ERROR}
 _FULL: Final = 0.99
 _QUALITY: Final = 80
@@ -132,14 +139,14 @@ def sonar(header: Fields, distance: float, limits: SonarLimits) -> Fields:
 def battery(header: Fields, reading: BatteryReading) -> Fields:
     """Return a sensor_msgs/msg/BatteryState; values that the robot does not measure are nan."""
     unknown = dict.fromkeys(("voltage", "charge", "capacity", "design_capacity"), math.nan)
-    full = reading.charge >= _FULL
+    charging = _CHARGED if reading.charge >= _FULL else _CHARGING
     return {
         "header": header,
         **unknown,
         "temperature": reading.temperature,
         "current": reading.current,
         "percentage": reading.charge,
-        "power_supply_status": (4 if full else 1) if reading.plugged else 2,  # full, charging, discharging
+        "power_supply_status": charging if reading.plugged else _DISCHARGING,
         "power_supply_technology": 2,  # lithium ions
         "present": True,
     }
@@ -210,7 +217,10 @@ def compressed_image(header: Fields, data: ImageData) -> Fields:
 
 def camera_info(header: Fields, camera: CameraDescription) -> Fields:
     """Return a sensor_msgs/msg/CameraInfo without distortion: our cameras have none, real ones a little."""
-    fx, fy, u, v = camera.fdistx, camera.fdisty, camera.u0, camera.v0
+    fx = camera.fdistx
+    fy = camera.fdisty
+    u = camera.u0
+    v = camera.v0
     return {
         "header": header,
         "height": camera.height,
@@ -256,14 +266,21 @@ def diagnostics(
     ]
     names, state = joints
     for name, temperature, stiffness in zip(names, state.temperatures, state.stiffnesses, strict=True):
-        hot = _OK if not temperature >= _HOT else _ERROR if temperature >= _TOO_HOT else _WARN
+        hot, words = _OK, "OK"
+        if temperature >= _TOO_HOT:
+            hot, words = _ERROR, "Too hot"
+        elif temperature >= _HOT:
+            hot, words = _WARN, "Hot"
         values = {"Temperature": temperature, "Stiffness": stiffness}
-        status.append(_status(f"naoqi_driver_joints:{name}", hot, ("OK", "Hot", "Too hot")[hot], values))
+        status.append(_status(f"naoqi_driver_joints:{name}", hot, words, values))
     if power is not None:
-        low = power.charge < _LOW and not power.plugged
-        level = _ERROR if low and power.charge < _EMPTY else _WARN if low else _OK
+        level, words = _OK, "OK"
+        if power.plugged:
+            words = "Charging"
+        elif power.charge < _LOW:
+            level = _ERROR if power.charge < _EMPTY else _WARN
+            words = "Discharging"
         values = {"Percentage": 100.0 * power.charge, "Charging": power.plugged, "Current": power.current}
-        words = "Charging" if power.plugged else "Discharging" if low else "OK"
         status.append(_status("naoqi_driver_battery:Status", level, words, values))
     return {"header": header, "status": status}
 

@@ -280,7 +280,9 @@ class TrajectoryFollower:
         fed, moved = -math.inf, False
         while True:
             before, sample = sample, self._next(order, sample)
-            state, time, period = sample.value, sample.time - start, sample.time - before.time
+            state = sample.value
+            time = sample.time - start
+            period = sample.time - before.time
             if period < 0.0:
                 raise TrajectoryError(INVALID_GOAL, "the simulation began again")
             # One that is replaced at once still has its turn: a stream of them must not stand still.

@@ -345,7 +345,9 @@ def _line_points(grass: Mask, white: Mask, to_floor: Array, width: float) -> Arr
         (at, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
         after = np.minimum(end - 1 + _BESIDE, lawn.shape[1] - 1)
         crossed = lawn[at, np.maximum(begin - _BESIDE, 0)] & lawn[at, after]
-        at, begin, end = _STEP * at[crossed], begin[crossed] - 0.5, end[crossed] - 0.5
+        at = _STEP * at[crossed]
+        begin = begin[crossed] - 0.5
+        end = end[crossed] - 0.5
         floor = []
         for along in (begin, end, (begin + end) / 2):
             u, v = (at, along) if columns else (along, at)

@@ -179,14 +179,18 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 
     def _look(self) -> None:
         robot = self.robot
-        self._joints, self._senses, self._truth = robot.read(), robot.senses.read(), robot.stage.truth()
+        self._joints = robot.read()
+        self._senses = robot.senses.read()
+        self._truth = robot.stage.truth()
 
     def _observe(self) -> Array:
         return np.clip(np.array(self._features(), np.float32), -_LARGEST_NUMBER, _LARGEST_NUMBER)
 
     def _balance(self) -> list[float]:
         """Return the sensed balance of the body: up (3), turning rate (3), loads of the soles (2)."""
-        inertial, left, right = self._senses.inertial, self._senses.left_foot, self._senses.right_foot
+        inertial = self._senses.inertial
+        left = self._senses.left_foot
+        right = self._senses.right_foot
         return [*inertial.up, *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
 
 

@@ -48,7 +48,9 @@ class WalkEnvironment(NaoEnvironment):
     m/s and rad/s; by default it is random.
     """
 
-    moved, more, option = LEG_MOTORS, 24, "velocity"
+    moved = LEG_MOTORS
+    more = 24
+    option = "velocity"
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         commands = self.robot.read().commands
@@ -124,7 +126,9 @@ class ReachEnvironment(NaoEnvironment):
     hand at random angles in the middle 80 % of the joints' ranges.
     """
 
-    moved, more, option = ARM, 14, "place"
+    moved = ARM
+    more = 14
+    option = "place"
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         lower, upper = np.array([(joint.lower, joint.upper) for joint in self._moved]).T
@@ -197,7 +201,9 @@ class StandUpEnvironment(NaoEnvironment):
     second, which ends the episode.
     """
 
-    moved, more, option = MOTORS, 8, "side"
+    moved = MOTORS
+    more = 8
+    option = "side"
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         drawn = float(self.np_random.uniform(-math.pi, math.pi))

@@ -171,7 +171,9 @@ class SensorRecord:
             return int(mj.sensor(sensor).adr[0])
 
         # Where the measurements begin in `sensordata`.
-        self._acceleration, self._turning, self._attitude = at("acceleration"), at("turning"), at("attitude")
+        self._acceleration = at("acceleration")
+        self._turning = at("turning")
+        self._attitude = at("attitude")
         self._feet = [at(f"{side} wrench") for side in SIDES]
         self._bumpers = [at(bumper) for bumper in BUMPERS]
         self._soles = [SoleSensors(side) for side in SIDES]

@@ -98,7 +98,9 @@ class Sonar:
         """Return the distance to the nearest echo, infinite when there is none, and along which direction."""
         mj, data = self._mj, self._data
         count, flat = len(directions), np.ascontiguousarray(directions).ravel()
-        geoms, distances, normals = np.zeros(count, dtype=np.int32), np.zeros(count), np.zeros(3 * count)
+        geoms = np.zeros(count, dtype=np.int32)
+        distances = np.zeros(count)
+        normals = np.zeros(3 * count)
         mujoco.mj_multiRay(
             mj, data, begin, flat, _SURROUNDINGS, 1, self._torso, geoms, distances, normals, count, RANGE[1]
         )

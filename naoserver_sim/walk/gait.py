@@ -132,7 +132,9 @@ class Gait:
         )
 
     def _move(self) -> None:
-        swing, support, phase = self.swing, self.support, self.phase
+        swing = self.swing
+        support = self.support
+        phase = self.phase
         eased = 0.5 * (1.0 - math.cos(math.pi * phase))
         begun_swing, begun_support = self._from[swing], self._from[support]
         # A foot that touched early is extended down to the actual height of the floor.

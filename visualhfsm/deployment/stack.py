@@ -261,5 +261,7 @@ def stack_path(name: str) -> Path:
 
 def program_path(program: str) -> str:
     """Return the program for the first word of a command: our interpreter, or one next to it, if any."""
+    if program == "python":
+        return sys.executable
     beside = Path(sys.executable).parent / program
-    return sys.executable if program == "python" else str(beside) if beside.is_file() else program
+    return str(beside) if beside.is_file() else program

@@ -104,7 +104,9 @@ def sound_shapes(reported: Iterable[Shape]) -> tuple[Shape, ...]:
 
 def _sound_shape(shape: Shape) -> Shape | None:
     """Return a shape as the page draws it; None when it cannot be drawn."""
-    place, size, color = sound_placement(shape.at), shape.size, shape.color
+    place = sound_placement(shape.at)
+    size = shape.size
+    color = shape.color
     if place is None or len(size) != 3 or len(color) != 3 or len(shape.object) > _LONGEST_NAME:
         return None
     sizes = all(0.0 <= value <= _FARTHEST_OBJECT for value in size) and size[0] > 0.0

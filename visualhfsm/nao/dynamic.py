@@ -247,7 +247,9 @@ def _description_of(proxy: ObjectPrx) -> Schema:
     try:
         return proxy.ice_describe()
     except MarshalException as error:
-        identity, theirs, own = proxy.ice_getIdentity(), _version_of_server(proxy), own_version()
+        identity = proxy.ice_getIdentity()
+        theirs = _version_of_server(proxy)
+        own = own_version()
         if theirs == own:
             raise
         if not theirs:

@@ -153,4 +153,9 @@ def count_text(number: int, singular: str, plural: str = "") -> str:
 
 
 def _three_digits(value: float) -> str:
-    return f"{value:.{0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2}f}"
+    digits = 2
+    if abs(value) >= 100:
+        digits = 0
+    elif abs(value) >= 10:
+        digits = 1
+    return f"{value:.{digits}f}"

@@ -197,7 +197,9 @@ class _Watched:
     def figures(self) -> list[tuple[str, str, str]]:
         """Return name, figure and detail of each fact about the stream."""
         figures = self.statistics
-        intervals, rate, ages = figures.intervals(), figures.rate(), figures.ages()
+        intervals = figures.intervals()
+        rate = figures.rate()
+        ages = figures.ages()
         rows = [("rate", "-", ""), ("age", "-", "")]
         if intervals and rate is not None:
             every = f"every {duration_text(min(intervals))} to {duration_text(max(intervals))}"

@@ -69,10 +69,14 @@ def _merged_node(base: _NodeT, mine: _NodeT, theirs: _NodeT, conflicts: list[str
 def _merged_list(
     name: str, base: Sequence[Node], mine: Sequence[Node], theirs: Sequence[Node], conflicts: list[str]
 ) -> tuple[Node, ...]:
-    old, here, there = keyed(name, base), keyed(name, mine), keyed(name, theirs)
+    old = keyed(name, base)
+    here = keyed(name, mine)
+    there = keyed(name, theirs)
     found: dict[Hashable, Node] = {}
     for key in {**here, **there}:
-        former, own, other = old.get(key), here.get(key), there.get(key)
+        former = old.get(key)
+        own = here.get(key)
+        other = there.get(key)
         if own is not None and other is not None:
             found[key] = own if former is None else _merged_node(former, own, other, conflicts)
             if former is None and own != other:
@@ -103,7 +107,9 @@ def _merged_sequence(
 
     Those that one side removed are left out unless they are to be kept.
     """
-    old, here, there = set(base), set(mine), set(theirs)
+    old = set(base)
+    here = set(mine)
+    there = set(theirs)
     kept = set(keep) if keep is not None else (here & there) | ((here | there) - old)
     common = here & there & old
     same_order = [item for item in mine if item in common] == [item for item in base if item in common]

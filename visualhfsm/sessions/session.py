@@ -368,7 +368,9 @@ class DocumentSession:
             raise EditError(f"Cannot save as {target.name}", "documents end with .xml", "choose such a name")
         self._version = write_file(target, self._content())
         self._saved = self.document
-        self.path, self.name, self.dialect = target, target.stem, NATIVE
+        self.path = target
+        self.name = target.stem
+        self.dialect = NATIVE
         self._steps.seal()
         self._note(Saved(str(target), self._version.digest))
         return target

@@ -14,7 +14,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Final, NoReturn
@@ -78,6 +78,36 @@ def describe(settings: Settings) -> str:
     )
 
 
+def with_options(
+    parameter: str,
+    options: Sequence[inspect.Parameter],
+    gather: Callable[[dict[str, Any]], object],
+    *,
+    first: bool = False,
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command options in place of one of its parameters, after its own or `first`.
+
+    The command is called with what `gather` returns for the values of the options by their names.
+    """
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def called_by_typer(**values: Any) -> None:  # noqa: ANN401 - typer has checked them
+            given = {option.name: values.pop(option.name) for option in options}
+            command(**{parameter: gather(given)}, **values)
+
+        parameters = inspect.signature(command, eval_str=True).parameters.values()
+        own = [each for each in parameters if each.name != parameter]
+        signature = inspect.Signature([*options, *own] if first else [*own, *options])
+        called_by_typer.__signature__ = signature  # type: ignore[attr-defined]
+        called_by_typer.__annotations__ = {
+            name: each.annotation for name, each in signature.parameters.items()
+        }
+        return called_by_typer
+
+    return decorate
+
+
 def with_settings(
     defaults: Mapping[str, object] | None = None,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -88,29 +118,20 @@ def with_settings(
     and exits with code 0.
     """
 
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        @functools.wraps(command)
-        def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
-            shared = {option.name: options.pop(option.name) for option in _SHARED}
-            config, show_config = shared.pop("config"), shared.pop("show_config")
-            flags = {name: value for name, value in shared.items() if value != []}  # typer's "not given"
-            settings = load_settings(config, flags, defaults=defaults)
-            if show_config:
-                typer.echo(describe(settings))
-                for danger in exposure(settings):
-                    typer.echo(f"warning: {danger}", err=True)
-                raise typer.Exit
-            set_up_logging(settings)
-            command(settings=settings, **options)
+    def gather(shared: dict[str, Any]) -> Settings:
+        config = shared.pop("config")
+        show_config = shared.pop("show_config")
+        flags = {name: value for name, value in shared.items() if value != []}  # typer's "not given"
+        settings = load_settings(config, flags, defaults=defaults)
+        if show_config:
+            typer.echo(describe(settings))
+            for danger in exposure(settings):
+                typer.echo(f"warning: {danger}", err=True)
+            raise typer.Exit
+        set_up_logging(settings)
+        return settings
 
-        own = dict(inspect.signature(command, eval_str=True).parameters)
-        del own["settings"]
-        options = [*own.values(), *_SHARED]
-        with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
-        with_options.__annotations__ = {option.name: option.annotation for option in options}
-        return with_options
-
-    return decorate
+    return with_options("settings", _SHARED, gather)
 
 
 def finite(value: float | None) -> float | None:

@@ -46,7 +46,9 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     can never happen.
     """
     analysis = effects.analysis
-    document, path, extension = analysis.document, analysis.path, analysis.extension
+    document = analysis.document
+    path = analysis.path
+    extension = analysis.extension
     report = Report(path, diagnostics)
     check_file_name(analysis, report)
     check_neighbors(path, report)

@@ -71,7 +71,11 @@ def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, .
     # Pyflakes spends time on each name, and an automaton may share thousands.
     nodes = (node for node in all_nodes(piece.tree) if isinstance(node, ast.Global | ast.Nonlocal))
     names = piece.used.union(*(node.names for node in nodes)).intersection(known)
-    head = _FUNCTIONS if piece.is_functions else _WITH_EVENT if piece.has_event else _PLAIN
+    head = _PLAIN
+    if piece.is_functions:
+        head = _FUNCTIONS
+    elif piece.has_event:
+        head = _WITH_EVENT
     return _messages_of(piece.tree, head, names)
 
 

@@ -103,7 +103,9 @@ def _is_print(node: ast.expr) -> bool:
 
 
 def _renamed_module(found: re.Match[str]) -> str:
-    keyword, module, end = found[1], found[2], found[3]
+    keyword = found[1]
+    module = found[2]
+    end = found[3]
     alias = f" as {module}{end}" if end is not None and keyword.strip() == "import" else end or ""
     return f"{keyword}{_MODULES[module]}{alias}"
 

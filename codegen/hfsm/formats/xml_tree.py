@@ -192,7 +192,9 @@ class _TreeBuilder:
             self.decoded.append(marks)
 
     def _characters(self, content: str) -> None:
-        pieces, marks, here = self._texts[-1], self._marks[-1], Place(*self._position())
+        pieces = self._texts[-1]
+        marks = self._marks[-1]
+        here = Place(*self._position())
         if not pieces:
             element = self._open[-1]
             element.text_line, element.text_column = here

@@ -218,7 +218,9 @@ class _Reporter:
         model = self._model.by_id[result.automaton]
         transition = next(item for item in model.transitions if item.source.id == result.transition)
         source = transition.source
-        code, text, notes = Code.NEVER_FIRES, source.trigger, list[Note]()
+        code = Code.NEVER_FIRES
+        text = source.trigger
+        notes = list[Note]()
         if result.why is WhyNever.GUARD:
             text = condition_of(source)
             why = f"its {'condition' if source.type == 'condition' else 'guard'} is always false"

@@ -240,7 +240,9 @@ def _conflict(
     first: list[Use], second: list[Use], fireability: Fireability, reached: Reached, budget: Budget
 ) -> Conflict | None:
     """Return the conflict of two automata over a servant, or None; `first` comes first in the model."""
-    model, a, b = fireability.model, first[0].automaton, second[0].automaton
+    model = fireability.model
+    a = first[0].automaton
+    b = second[0].automaton
     owners = {above.index: owner.index for above, owner in model.ancestors(b)}
     if a in owners:
         return _nested([use for use in first if use.state == owners[a]], second, reached)

@@ -95,7 +95,9 @@ class _Narrator:
 
     def move(self, move: Move) -> Iterator[Step]:
         """Yield the steps of one cycle."""
-        node, time, fired = move.node, move.time / _NANO, move.choice.transition
+        node = move.node
+        time = move.time / _NANO
+        fired = move.choice.transition
         label = self._model.label(self._system.cone[node.position])
         state = node.configuration[node.position][0]
         for atom in sorted(move.choice.true):

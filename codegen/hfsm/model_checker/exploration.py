@@ -93,7 +93,9 @@ class Exploration:
         """Whether all nodes were explored within the budget."""
         self.until = 0
         """The time in ns up to which the search was complete."""
-        self._budget, self._within, self._is_new = budget, within, is_new
+        self._budget = budget
+        self._within = within
+        self._is_new = is_new
         start = Move(0, self.first, Choice(None, frozenset()), self.start, self.first, self.elapsed)
         self._came = {self.first: start}
         """The move that leads to each node; in the order of time, the earliest."""
@@ -106,7 +108,9 @@ class Exploration:
     def moves(self, avoided: Holds | None = None) -> Iterator[Move]:
         """Yield every move except those to `avoided` configurations."""
         waiting = [(0, self.elapsed, 0, self.first)]
-        pushed, came, is_new = 0, self._came, self._is_new
+        pushed = 0
+        came = self._came
+        is_new = self._is_new
         while waiting:
             steps, time, _, node = heapq.heappop(waiting)
             if node.position < 0 or self.time_of(node) != time:

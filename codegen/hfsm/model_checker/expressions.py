@@ -83,8 +83,9 @@ def _tokens(text: str) -> Iterator[_Token]:
         kind = match.lastgroup or ""
         if kind != "space":
             value = match.group(kind)
-            kind = "word" if kind == "word" and value not in _WORDS else value if kind == "word" else kind
-            yield _Token(kind if kind != "mark" else value, value, offset, match.end() - offset)
+            if kind == "mark" or (kind == "word" and value in _WORDS):
+                kind = value
+            yield _Token(kind, value, offset, match.end() - offset)
         offset = match.end()
     yield _Token("end", "", len(text.rstrip()), 1)
 

@@ -135,7 +135,9 @@ class _Solitary:
     def __init__(
         self, model: Model, automaton: AutomatonModel, finished: frozenset[int], events: frozenset[str]
     ) -> None:
-        self._automaton, self._finished, self._events = automaton, finished, events
+        self._automaton = automaton
+        self._finished = finished
+        self._events = events
         self._is_aligned = all(
             above.interval % automaton.interval == 0 for above, _ in model.ancestors(automaton.index)
         )
