@@ -203,10 +203,6 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         corner = 0
         # </variables 3>
 
-        def set_inputs(values):
-            nonlocal color
-            color = values.get("color", color)
-
         def state_follow():
             nonlocal ball_seen, error_u, error_v, lost_since
             # <code 3.1>
@@ -246,6 +242,10 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             # </fired 3.2>
 
         transition_2 = Transition("found", state_2, state_1, id=2, guard=guard_found, code=fired_found)
+
+        def set_inputs(values):
+            nonlocal color
+            color = values.get("color", color)
 
         return Automaton(
             name,

@@ -87,10 +87,6 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         corner = 0
         # </variables 1>
 
-        def set_inputs(values):
-            nonlocal color
-            color = values.get("color", color)
-
         def state_follow():
             nonlocal ball_seen, error_u, error_v, lost_since
             # <code 1.1>
@@ -130,6 +126,10 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
             # </fired 1.2>
 
         transition_2 = Transition("found", state_2, state_1, id=2, guard=guard_found, code=fired_found)
+
+        def set_inputs(values):
+            nonlocal color
+            color = values.get("color", color)
 
         return Automaton(
             "follow_ball",

@@ -74,7 +74,9 @@ class AutomatonWriter:
         path: Path,
         source: str,
     ) -> None:
-        self._code, self._automata, self._methods = code, automata, methods
+        self._code = code
+        self._automata = automata
+        self._methods = methods
         self._automaton = automaton = code.automaton
         self._path, self._source = path, source
         self._shared = {name for piece in code.by_owner.values() for name in code.shared_names(piece)}
@@ -87,13 +89,14 @@ class AutomatonWriter:
             self._name, self._number = self._unused("name"), self._unused("number")
         self._lines: list[Line] = []
         """The functions and the states and transitions that have them, in the order of the document."""
-        self._set_inputs = self._inputs()
+        self._set_inputs = self._unused("set_inputs") if automaton.inputs else ""
         # Named by numbers: what a state is called changes no other line.
         self._by_id = {state.id: self._unused(f"state_{state.id}") for state in automaton.states}
         for state in automaton.states:
             arguments = self._state(state)
             self._lines += ["", *_call(f"{self._by_id[state.id]} = State", arguments)]
         self._transition_names = [self._transition(item) for item in automaton.transitions]
+        self._write_inputs()
 
     @property
     def needs(self) -> set[str]:
@@ -148,20 +151,19 @@ class AutomatonWriter:
             yield from _tuple("transitions", self._transition_names)
         yield "        )"
 
-    def _inputs(self) -> str:
-        """Write the function that sets the inputs and return its name, empty if there are no inputs."""
+    def _write_inputs(self) -> None:
+        """Write the function that sets the inputs, if there are some, after the code of the document."""
         inputs = self._automaton.inputs
         if not inputs:
-            return ""
-        function, values = self._unused("set_inputs"), self._unused("values")
+            return
+        values = self._unused("values")
         lines = self._lines
-        lines += ["", f"        def {function}({values}):"]
+        lines += ["", f"        def {self._set_inputs}({values}):"]
         lines.append(f"            nonlocal {', '.join(sorted(item.name for item in inputs))}")
         for item in inputs:
             key = quoted(item.name)
             value = f"{values}[{key}]" if item.default.is_blank else f"{values}.get({key}, {item.name})"
             lines.append(f"            {item.name} = {value}")
-        return function
 
     def _state(self, state: State) -> list[str]:
         """Write the code of a state as functions; return the arguments of its constructor."""

@@ -86,10 +86,6 @@ class Imports(Component, document="imports.xml", on_error="stop"):
         """Return the automaton of the state 'near', from library/patrol.xml."""
         goal: float = 1.0  # input
 
-        def set_inputs(values):
-            nonlocal goal
-            goal = values.get("goal", goal)
-
         def state_go():
             # <code 2.1>
             self.step(math.copysign(goal, 1))
@@ -107,6 +103,10 @@ class Imports(Component, document="imports.xml", on_error="stop"):
         transition_1 = Transition("there", state_1, state_2, id=1, guard=guard_there)
 
         transition_2 = Transition("", state_2, state_3, id=2, finished=True)
+
+        def set_inputs(values):
+            nonlocal goal
+            goal = values.get("goal", goal)
 
         return Automaton(
             "near",
@@ -155,10 +155,6 @@ class Imports(Component, document="imports.xml", on_error="stop"):
         """Return the automaton of the state 'far', from library/patrol.xml."""
         goal: float = 1.0  # input
 
-        def set_inputs(values):
-            nonlocal goal
-            goal = values.get("goal", goal)
-
         def state_go():
             # <code 3.1>
             self.step(math.copysign(goal, 1))
@@ -176,6 +172,10 @@ class Imports(Component, document="imports.xml", on_error="stop"):
         transition_1 = Transition("there", state_1, state_2, id=1, guard=guard_there)
 
         transition_2 = Transition("", state_2, state_3, id=2, finished=True)
+
+        def set_inputs(values):
+            nonlocal goal
+            goal = values.get("goal", goal)
 
         return Automaton(
             "far",

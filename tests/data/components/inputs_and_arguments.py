@@ -96,11 +96,6 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
         looks = 0
         # </variables 2>
 
-        def set_inputs(values):
-            nonlocal color, speed
-            color = values["color"]
-            speed = values.get("speed", speed)
-
         def state_look():
             nonlocal looks
             # <code 2.1>
@@ -109,6 +104,11 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             # </code 2.1>
 
         state_1 = State("look", id=1, initial=True, code=state_look)
+
+        def set_inputs(values):
+            nonlocal color, speed
+            color = values["color"]
+            speed = values.get("speed", speed)
 
         return Automaton(
             "search",
@@ -129,17 +129,17 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
         volume: int  # input
         words: object = ('hm',)  # input
 
-        def set_inputs(values):
-            nonlocal volume, words
-            volume = values["volume"]
-            words = values.get("words", words)
-
         def state_note():
             # <code 3.1>
             self.notes.append((volume, words))
             # </code 3.1>
 
         state_1 = State("note", id=1, initial=True, code=state_note)
+
+        def set_inputs(values):
+            nonlocal volume, words
+            volume = values["volume"]
+            words = values.get("words", words)
 
         return Automaton(
             "search",
