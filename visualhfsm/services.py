@@ -22,6 +22,8 @@ import msgspec
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
 from visualhfsm.editing.places import Place
+from visualhfsm.monitoring.follower import LiveStructure
+from visualhfsm.monitoring.run_log import LiveSnapshot
 from zenoh_ice.settings import host_and_port, is_loopback
 
 R = TypeVar("R")
@@ -167,14 +169,14 @@ class Snapshot(Push):
     """The state of a running component at this moment."""
 
     component: str
-    value: Any
+    value: LiveSnapshot
 
 
 class Structure(Push):
     """The automata of a running component."""
 
     component: str
-    value: Any
+    value: LiveStructure
 
 
 class Stale(Push):

@@ -9,6 +9,7 @@ from typing import Final
 
 import msgspec
 
+from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
 from visualhfsm.errors import EditError
 from visualhfsm.line_process import LineProcess, NoAnswerError
@@ -59,4 +60,4 @@ class CheckProcess:
 
 def _unchecked(what: str) -> Problem:
     message = f"this revision is not checked by the {what}, which took too long or failed"
-    return Problem(code="", severity="warning", message=message)
+    return Problem(code="", severity=Severity.WARNING, message=message)

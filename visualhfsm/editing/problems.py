@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import msgspec
 
-from codegen.diagnostics import Diagnostic, Diagnostics
+from codegen.diagnostics import Diagnostic, Diagnostics, Severity
 from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
@@ -62,7 +62,7 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     """
 
     code: str
-    severity: str
+    severity: Severity
     message: str
     notes: tuple[str, ...] = ()
     place: Place | None = None
@@ -170,7 +170,7 @@ def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Pa
     )
     problem = Problem(
         code=found.code,
-        severity=found.severity.value,
+        severity=found.severity,
         message=found.message,
         notes=notes,
         length=location.length,

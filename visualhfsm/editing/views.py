@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any, Final
 
+from codegen.hfsm import document
 from codegen.hfsm.document import Automaton, Document, Interface, Node, Text
 
 _KEPT_ALONE: Final = frozenset(each.name for each in fields(Node))
@@ -25,7 +26,7 @@ def view(node: Node) -> dict[str, Any]:
 
     The result depends on nothing else and can be cached. An interface also has its effective `identity`.
     """
-    found = {name: _value(getattr(node, field)) for field, name in _SHOWN[type(node)]}
+    found = {name: _value(getattr(node, field)) for field, name in SHOWN[type(node)]}
     if isinstance(node, Interface):
         found |= {"proxy": node.proxy or "", "identity": node.identity}
     return found
@@ -54,4 +55,9 @@ def _shown_fields(kind: type) -> tuple[tuple[str, str], ...]:
     )
 
 
-_SHOWN: Final = {kind: _shown_fields(kind) for kind in Node.__subclasses__()}
+SHOWN: Final = {
+    kind: _shown_fields(kind)
+    for kind in vars(document).values()
+    if isinstance(kind, type) and issubclass(kind, Node)
+}
+"""The fields of each kind of element that are shown, each with its name in JSON."""

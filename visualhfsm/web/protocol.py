@@ -8,13 +8,14 @@ them with examples.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 
 import msgspec
 
 from visualhfsm.editing.commands import AnyCommand
 from visualhfsm.editing.places import Place
+from visualhfsm.editing.problems import Problem
 from visualhfsm.errors import ErrorKind
 from visualhfsm.services import Push, tag
 
@@ -462,7 +463,7 @@ class Problems(Push):
 
     tab: int
     revision: int
-    items: Any
+    items: Sequence[Problem]
 
 
 class Outside(Push):

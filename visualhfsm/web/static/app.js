@@ -2,7 +2,9 @@
  * The page: its layout, and when its parts are loaded.
  *
  * @import {HfsmCanvas} from "./canvas/canvas.js"
- * @import {Automaton, OpenDocument, Place, Target} from "./store.js"
+ * @import {Target} from "./events.js"
+ * @import {Automaton, Place} from "./protocol.js"
+ * @import {OpenDocument} from "./store.js"
  * @import {At} from "./page.js"
  */
 
@@ -515,7 +517,7 @@ function takeDrops(element) {
 /**
  * The shown imports of each tab: the imports that were requested, and the answer.
  *
- * @type {Map<number, {asked: string, content: import("./store.js").Automaton[]}>}
+ * @type {Map<number, {asked: string, content: import("./protocol.js").Automaton[]}>}
  */
 const imported = new Map();
 

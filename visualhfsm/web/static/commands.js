@@ -3,7 +3,8 @@
  *
  * Nothing is drawn before the server has changed the document; refusals are shown.
  *
- * @import {Answers, Automaton, Done, Place, State} from "./store.js"
+ * @import {Answers, Done} from "./messages.js"
+ * @import {Automaton, Place, State} from "./protocol.js"
  */
 
 import {messageOf, notify, notifyError} from "./notices.js";

@@ -4,7 +4,8 @@
  * @import {Context} from "./actions.js"
  * @import {HfsmApp} from "./app.js"
  * @import {PageEvents} from "./page.js"
- * @import {StoreEvents, Target} from "./store.js"
+ * @import {Target} from "./events.js"
+ * @import {StoreEvents} from "./store.js"
  */
 
 /**

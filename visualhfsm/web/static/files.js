@@ -41,7 +41,7 @@ export async function openPath(path) {
 /**
  * Show an opened document, and remarks on what has no equivalent here.
  *
- * @param {import("./store.js").Opened} opened
+ * @param {import("./messages.js").Opened} opened
  * @param {string} name
  */
 function shown({tab, remarks}, name) {
@@ -64,7 +64,7 @@ export async function openFile() {
   if (path) await openPath(path);
 }
 
-/** Whether all states of an automaton have the same position. @param {import("./store.js").Automaton} automaton */
+/** Whether all states of an automaton have the same position. @param {import("./protocol.js").Automaton} automaton */
 const isHeaped = ({imported, states}) =>
   !imported && states.length > 1 && states.every(({x, y}) => x === states[0].x && y === states[0].y);
 

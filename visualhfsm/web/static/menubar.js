@@ -2,7 +2,7 @@
  * The menus of the header, and the drawing tools on the canvas.
  *
  * @import {From} from "./element.js"
- * @import {Target} from "./store.js"
+ * @import {Target} from "./events.js"
  */
 
 import {html, nothing} from "lit";

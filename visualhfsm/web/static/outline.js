@@ -1,7 +1,8 @@
 /**
  * The tree of the automata of a document, and the order of the transitions of a state.
  *
- * @import {Automaton, OpenDocument, State, Transition} from "./store.js"
+ * @import {Automaton, State, Transition} from "./protocol.js"
+ * @import {OpenDocument} from "./store.js"
  */
 
 /**

@@ -22,7 +22,8 @@ const SECTIONS = {
 };
 
 /**
- * @import {Place, Target} from "./store.js"
+ * @import {Target} from "./events.js"
+ * @import {Place} from "./protocol.js"
  * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot
  * @typedef {{line?: number, column?: number}} At position of the cursor in the text at a place
  * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, reveal: null, save: null,
@@ -106,7 +107,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   /**
    * The name of the shown automaton, or of another one of the document.
    *
-   * @param {import("./store.js").Automaton} [automaton]
+   * @param {import("./protocol.js").Automaton} [automaton]
    */
   title(automaton = this.automaton) {
     return automaton ? titleOf(this.shownDocument, automaton, this.component) : "";

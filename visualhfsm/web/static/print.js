@@ -1,7 +1,7 @@
 /**
  * The whole component as pages, which the browser prints or saves as PDF.
  *
- * @import {Automaton, State, Transition} from "./store.js"
+ * @import {Automaton, State, Transition} from "./protocol.js"
  */
 
 import {html, nothing, render} from "lit";
@@ -89,7 +89,7 @@ const code = (title, text) =>
         <pre>${text}</pre>`
     : nothing;
 
-/** @param {string} title @param {string[]} columns @param {Record<string, unknown>[] | undefined} rows */
+/** @param {string} title @param {string[]} columns @param {object[]} [rows] */
 function table(title, columns, rows) {
   if (!rows?.length) return nothing;
   return html`<h3>${title}</h3>
@@ -100,12 +100,12 @@ function table(title, columns, rows) {
         </tr>
       </thead>
       <tbody>
-        ${rows.map(
-          (row) =>
-            html`<tr>
-              ${columns.map((each) => html`<td>${row[each]}</td>`)}
-            </tr>`,
-        )}
+        ${rows.map((row) => {
+          const values = new Map(Object.entries(row));
+          return html`<tr>
+            ${columns.map((each) => html`<td>${values.get(each)}</td>`)}
+          </tr>`;
+        })}
       </tbody>
     </table>`;
 }

@@ -1,7 +1,7 @@
 /**
  * The problems of a document by their elements.
  *
- * @import {Problem} from "./store.js"
+ * @import {Problem} from "./protocol.js"
  */
 
 /** @type {WeakMap<Problem[], Map<string, Problem>>} */

@@ -10,7 +10,7 @@ import {isElsewhere, isReadyFor, needsRobot, robotComes, simulate, simulationFor
 import {store} from "./store.js";
 
 /** @import {HfsmApp} from "./app.js" */
-/** @import {Fields} from "./store.js" */
+/** @import {Fields} from "./messages.js" */
 
 const DANCE = "dance";
 

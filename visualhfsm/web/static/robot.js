@@ -2,7 +2,10 @@
 
 import {store} from "./store.js";
 
-/** @import {Fields, Robot} from "./store.js" */
+/**
+ * @import {Fields} from "./messages.js"
+ * @import {Robot} from "./store.js"
+ */
 
 /** A time of the day without its seconds. @param {number} seconds since 1970 */
 const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString([], {hour: "2-digit", minute: "2-digit"});

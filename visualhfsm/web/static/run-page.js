@@ -1,8 +1,9 @@
 /**
  * A run in one file, without a server: the views of the editor show the content from visualhfsm/run_page.py.
  *
- * @import {Automaton, Fields, Message} from "./store.js"
- * @import {LiveStructure, Timeline} from "./monitor/monitor.js"
+ * @import {Fields, Push} from "./messages.js"
+ * @import {Automaton} from "./protocol.js"
+ * @import {LiveStructure, Timeline} from "./protocol.js"
  * @import {WorldShape} from "./monitor/world-drawing.js"
  * @typedef {{name: string, began: number, complete: boolean, structure: LiveStructure, timeline: Timeline,
  *   document: (Fields & {automata: Automaton[]}) | null, imported: Automaton[], world: WorldShape[], body: object,
@@ -97,11 +98,11 @@ const answers = ({times, pictures}, moments) => {
   };
 };
 
-/** The messages that the server would push about the document. @param {Content} content @returns {Message[]} */
+/** The messages that the server would push about the document. @param {Content} content @returns {Push[]} */
 function pushes({name, document}) {
   const title = `${name}.xml`;
   const named = {tab: TAB, title, component: name, path: "", recording: name};
-  /** @type {Message[]} */
+  /** @type {Push[]} */
   const all = [
     {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], running: []},
   ];

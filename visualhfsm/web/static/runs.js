@@ -10,10 +10,10 @@ import {store} from "./store.js";
 /** @type {(string | undefined)[]} */
 const ALIVE = ["generating", "starting", "running", "stopping"];
 
-/** @import {Place, Run} from "./store.js" */
+/** @import {Place, RunPush} from "./protocol.js" */
 
 class Runs {
-  /** @type {Map<number, Run>} */
+  /** @type {Map<number, RunPush>} */
   #runs = new Map();
   /** Functions that remove the message that the component of a tab has ended. @type {Map<number, () => void>} */
   #notices = new Map();
@@ -26,7 +26,7 @@ class Runs {
   /**
    * The last status of the component of a tab; undefined if it never ran.
    *
-   * @returns {Run | undefined}
+   * @returns {RunPush | undefined}
    * @param {number} tab
    */
   of(tab) {
@@ -44,7 +44,7 @@ class Runs {
     this.#notices.delete(tab);
   }
 
-  /** @param {Run} run */
+  /** @param {RunPush} run */
   #take(run) {
     const former = this.of(run.tab)?.status; // undefined for the first status in a new window
     this.#runs.set(run.tab, run);
@@ -53,7 +53,7 @@ class Runs {
     if (run.status === "ended" && failed && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
   }
 
-  /** @param {Run} run */
+  /** @param {RunPush} run */
   #tellEnd({tab, message, place, line}) {
     const outcome = (message || "it has ended").replace(/^it /, "The component ");
     const text = outputLog.lastError(tab, place);

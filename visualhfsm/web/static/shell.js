@@ -4,7 +4,8 @@
  *
  * @import {HfsmCanvas} from "./canvas/canvas.js"
  * @import {From} from "./element.js"
- * @import {Automaton, TabState, Target} from "./store.js"
+ * @import {Target} from "./events.js"
+ * @import {Automaton, TabState} from "./protocol.js"
  */
 
 import {html, nothing} from "lit";

@@ -3,122 +3,25 @@
  *
  * The server is the truth. The page sends requests, and every change arrives as a push, before the answer to the
  * request that made it. The messages are those of visualhfsm/web/protocol.py.
- *
- * @typedef {{kind: "document" | "automaton" | "state" | "transition", automaton?: number, id?: number, part?: string,
- *   index?: number, name?: string, child?: number}} Place as in visualhfsm/editing/places.py
- * @typedef {{name: string, child: number, value: string}} Argument
- * @typedef {{name: string, type: string, default: string, description: string}} Parameter
- * @typedef {{id: number, name: string, x: number, y: number, initial: boolean, final: boolean, children: number[],
- *   history: string, entry: string, code: string, exit: string, arguments: Argument[]}} State
- * @typedef {{id: number, name: string, x: number, y: number, origin: number, destination: number, type: string,
- *   trigger: string, guard: string, priority: string, code: string}} Transition
- * @typedef {{id: number, father: number, period: string, variables: string, functions: string, inputs: Parameter[],
- *   imported: {file: string, automaton: number} | null, states: State[], transitions: Transition[]}} Automaton
- * @typedef {{name: string, type: string, proxy: string, identity: string}} Interface
- * @typedef {{name: string, kind: string, target: string, type: string, qos: string, stop: string}} RosInterface
- * @typedef {{name: string, kind: string, within: string, expression: string}} Property
- * @typedef {{name: string, description: string, onError: string, onRefused: string, world: string, language: string,
- *   parameters: Parameter[], events: {name: string, description: string}[], properties: Property[],
- *   libraries: {name: string, kind: string}[], interfaces: Interface[], ros: RosInterface[]}} Fields without automata
- * @typedef {{timeMs: number, automaton: number, kind: string, text: string, state: number, origin?: number,
- *   transition?: number}} Step
- * @typedef {{steps: Step[], repeats?: number}} Counterexample
- * @typedef {{code: string, severity: "error" | "warning" | "note", message: string, notes?: string[], place?: Place,
- *   line?: number, column?: number, length?: number, file?: string, counterexample?: Counterexample}} Problem
- * @typedef {{name: string, revision: number}} UndoStep and the revision of the document to which it leads
+ */
+
+import {Resumption} from "./resumption.js";
+
+/**
+ * @import {Target} from "./events.js"
+ * @import {Answer, Answers, Change, DocumentPush, Fields, Greeting, Part, Push, Workspace} from "./messages.js"
+ * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, Requests, RobotPush, RunPush,
+ *   SnapshotPush, StalePush, StructurePush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
  *   is the revision that the problems are those of
- *
- * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, recording: string,
- *   outside: "" | "changed" | "deleted", changed: boolean}} TabState
- * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
- * @typedef {{component: string, recording?: string, since?: number}} Running a component; the file into which it is
- *   recorded, and since when
- * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: Running[]}} Workspace
- * @typedef {{world: string, speed: string, balls: boolean, body: string}} Simulation
- * @typedef {{status: "none" | "starting" | "present" | "lost" | "stopping", simulated: boolean, name: string,
- *   speed: number, since: number, stopped: string, started: "" | "simulation" | "real", simulation: Simulation,
- *   hasBalls: boolean, trouble: string}} Robot
- * @typedef {{tab: number, component: string, status: "generating" | "starting" | "running" | "stopping" | "ended", message: string,
- *   exitCode?: number | null, place?: Place | null, line?: number}} Run
- * @typedef {{text: string, stream: "out" | "err", place: Place | null, line: number}} OutputLine
- * @typedef {{tab: number, lines: OutputLine[], dropped: number, whole: boolean}} Output
- * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean,
- *   full?: Fields & {automata: Automaton[]}, patch?: Patch}} DocumentPush
- * @typedef {{document?: Partial<Fields>, automata?: Automaton[], removed?: number[], order?: number[],
- *   parts?: Part[]}} Patch
- * @typedef {{id: number, fields?: Partial<Automaton>, states?: Change<State>, transitions?: Change<Transition>}} Part
- * @import {Followed, LiveStructure, Snapshot} from "./monitor/monitor.js"
- */
-
-/**
- * @template T
- * @typedef {{changed?: T[], removed?: number[], order?: number[]}} Change of a list of items
- */
-
-/**
- * The answers of the server, by request.
- *
- * @typedef {{root?: string, demo?: boolean, templates?: {name: string, description: string}[],
- *   worlds?: {name: string, description: string, balls: boolean}[], run?: string, key?: string}} Greeting `run` is
- *   another one after a restart of the editor, `key` that of `Resumption`
  * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
- * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[],
- *   conflict?: boolean}} Done a step; `conflict` if somebody else had typed over the same words
- * @typedef {Done & {place: Place | null}} Undone a step that was undone or redone, and where
- * @typedef {{tab: number, remarks?: string[]}} Opened
- * @typedef {{name: string, path: string, kind: "document" | "recording" | "directory", size?: number,
- *   changedAt?: number}} Entry of a directory
- * @typedef {{place: Place, line: number, column: number, length: number, excerpt: string,
- *   start: number}} Hit at `start` of its excerpt
- * @typedef {{kind: "added" | "removed" | "changed" | "moved", place: Place, part?: string, before?: string,
- *   after?: string, lines?: string[]}} Difference with the `lines` of longer texts as `diff -u` has them
- * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
- *   documentation: string, streamed: boolean}[]}} InterfaceDescription
- * @typedef {Followed & {component: string, document: string, complete: boolean, tab: number,
- *   world: import("./monitor/world-drawing.js").WorldShape[], cameras: string[]}} Recording
- * @typedef {{hello: Greeting, do: Done, undo: Undone, redo: Undone, goTo: Undone, copy: {text: string}, cut: Done & {text: string}, paste: Done, extract: Done,
- *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
- *   save: {path: string}, saveAs: {path: string, tab?: number}, resolve: {conflicts?: string[]} | null,
- *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
- *   exportRun: {name: string, text: string},
- *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
- *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
- *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string, recording?: string}, stopRun: null, outputShown: null, simulate: null,
- *   record: {recording: string} | null,
- *   connectRobot: null, moveBalls: null, endRobot: null, attach: Followed,
- *   detach: null, control: unknown, recording: Recording}} Answers `codeHelp` and
- *   `control` answer what is asked for
- */
-
-/**
- * A listener for an event with a detail.
- *
- * @template D
- * @typedef {(event: CustomEvent<D>) => void} Listener
- */
-
-/**
- * An object with events; `M` has what each carries as its detail, by their names.
- *
- * @template M
- * @typedef {Omit<EventTarget, "addEventListener" | "removeEventListener"> & {readonly details?: M,
- *   addEventListener<K extends keyof M & string>(kind: K, heard: Listener<M[K]>, options?: AddEventListenerOptions):
- *   void, removeEventListener<K extends keyof M & string>(kind: K, heard: Listener<M[K]>): void}} Target
- */
-
-/**
+ * @typedef {Required<Omit<RobotPush, "push">>} Robot
  * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null, restarted: null,
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
- *   problems: {tab: number, revision: number, items: Problem[]}, output: Output, run: Run, robot: Robot,
- *   snapshot: {component: string, value: Snapshot}, structure: {component: string, value: LiveStructure},
- *   stale: {component: string, since: number}, outside: {tab: number, state: string, message: string}}} StoreEvents
- * @typedef {Exclude<keyof StoreEvents, "connection" | "request" | "restarted" | "document" | "failure">} Pushed
- * @typedef {{[Kind in Pushed]: StoreEvents[Kind] & {push: Kind}}[Pushed]} Push
- * @typedef {{push?: undefined, re: number, ok?: unknown, error?: string, kind: string}} Answer
- * @typedef {Answer | Push | (DocumentPush & {push: "document"})} Message of the server
+ *   problems: ProblemsPush, output: OutputPush, run: RunPush, robot: RobotPush, snapshot: SnapshotPush,
+ *   structure: StructurePush, stale: StalePush, outside: OutsidePush}} StoreEvents
  */
 
 /** The robot of a realm without one; what a push leaves out is as here. @type {Robot} */
@@ -134,8 +37,6 @@ const NO_ROBOT = {
   hasBalls: false,
   trouble: "",
 };
-import {Resumption} from "./resumption.js";
-
 /** The code with which the server closes the connections of all pages when an address was used twice. */
 const LOCKED_OUT = 4403;
 const FIRST_RETRY = 250; // ms
@@ -217,7 +118,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    * Show what an exported page contains, instead of connecting.
    *
    * @param {NonNullable<Store["exported"]>} exported
-   * @param {Message[]} pushes
+   * @param {Push[]} pushes
    */
   show(exported, pushes) {
     this.exported = exported;
@@ -356,7 +257,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.#emit("connection");
   }
 
-  /** @param {Message} message */
+  /** @param {Answer | Push} message */
   #receive(message) {
     switch (message.push) {
       case undefined:

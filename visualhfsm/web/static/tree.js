@@ -12,7 +12,7 @@ const BLOCK = 50; // rows that are drawn together, and not laid out while none o
 
 /**
  * @import {From} from "./element.js"
- * @import {Automaton, State} from "./store.js"
+ * @import {Automaton, State} from "./protocol.js"
  * @typedef {{key: string, level: number, name: string, kind: string, automaton: number, state?: number, open?: boolean,
  *   child?: number, count: number, index: number}} Row
  */

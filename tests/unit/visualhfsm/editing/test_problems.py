@@ -13,6 +13,7 @@ from typing import Any
 import psutil
 import pytest
 
+from codegen.diagnostics import Severity
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
 from tests.support.editing import large_document, tree
@@ -202,7 +203,7 @@ def test_closing_ends_a_check_that_is_running() -> None:
         try:
             problems.extend(process.check(large_document(2000), None).problems)
         except EditError:
-            problems.append(Problem(code="", severity="warning", message="not checked"))
+            problems.append(Problem(code="", severity=Severity.WARNING, message="not checked"))
 
     thread = threading.Thread(target=check)
     thread.start()

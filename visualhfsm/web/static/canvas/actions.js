@@ -2,7 +2,7 @@
  * The actions on the drawing; part of the table of all actions.
  *
  * @import {Context} from "../actions.js"
- * @import {Automaton} from "../store.js"
+ * @import {Automaton} from "../protocol.js"
  */
 
 import * as commands from "../commands.js";

@@ -1,7 +1,8 @@
 /**
  * The canvas: shows the automaton of the page and lets it be drawn.
  *
- * @import {Automaton, Target} from "../store.js"
+ * @import {Target} from "../events.js"
+ * @import {Automaton} from "../protocol.js"
  * @import {Comparison} from "./comparison.js"
  * @import {Box, Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"

@@ -1,7 +1,8 @@
 /**
  * Show the differences from another version on the canvas: added, removed, changed and moved elements.
  *
- * @import {Automaton, Difference} from "../store.js"
+ * @import {Difference} from "../messages.js"
+ * @import {Automaton} from "../protocol.js"
  */
 
 import {html, nothing, render} from "lit";

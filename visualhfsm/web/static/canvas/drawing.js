@@ -18,7 +18,7 @@ import {TINY, VERY_FAR} from "./viewport.js";
 const LARGE = 1000; // states and transitions; in larger automata only visible details are created
 
 /**
- * @import {Automaton, Problem, State, Transition} from "../store.js"
+ * @import {Automaton, Problem, State, Transition} from "../protocol.js"
  * @import {Box, Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"
  * @typedef {{imported: (state: State) => boolean, problem: (kind: "state" | "transition", id: number) => Problem |

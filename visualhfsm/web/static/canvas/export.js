@@ -1,7 +1,7 @@
 /**
  * Self-contained pictures of automata: every style is written into the SVG.
  *
- * @import {Automaton} from "../store.js"
+ * @import {Automaton} from "../protocol.js"
  */
 
 import {isImporting} from "../outline.js";

@@ -5,7 +5,7 @@
  *
  * @import {HfsmCanvas} from "./canvas.js"
  * @import {Point} from "./geometry.js"
- * @import {State} from "../store.js"
+ * @import {State} from "../protocol.js"
  */
 
 import {moveSelected} from "../commands.js";

@@ -1,7 +1,7 @@
 /**
  * Automatic layout with dagre: ranks from the initial state on, as few crossings as it finds.
  *
- * @import {Automaton, Transition} from "../store.js"
+ * @import {Automaton, Transition} from "../protocol.js"
  * @import {Point} from "./geometry.js"
  * @typedef {[id: number, x: number, y: number]} Placed
  */

@@ -1,7 +1,7 @@
 /**
  * One state in the drawing.
  *
- * @import {Problem, State} from "../store.js"
+ * @import {Problem, State} from "../protocol.js"
  * @import {Point} from "./geometry.js"
  * @typedef {{problem?: Problem, imported: boolean, mark?: string}} More
  */

@@ -1,7 +1,7 @@
 /**
  * The drawing tools: a new state or transition is placed with arrows and Enter, or with clicks, without a held button.
  *
- * @import {State} from "../store.js"
+ * @import {State} from "../protocol.js"
  * @import {HfsmCanvas} from "./canvas.js"
  * @import {Point} from "./geometry.js"
  * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (point: Point) => void,

@@ -1,7 +1,7 @@
 /**
  * One transition in the drawing: its arc, its handle and its name.
  *
- * @import {Problem, Transition} from "../store.js"
+ * @import {Problem, Transition} from "../protocol.js"
  * @import {Arc, Box, Point} from "./geometry.js"
  * @typedef {{from: string, to: string, rank: number, problem?: Problem, mark?: string}} More `rank` is its place among
  *   the transitions out of its state, 0 when it is the only one

@@ -2,7 +2,7 @@
  * Choose a document among those that the server can reach.
  *
  * @import {From} from "../element.js"
- * @import {Entry} from "../store.js"
+ * @import {Entry} from "../messages.js"
  * @typedef {import("./dialog.js").Close<string>} Close
  */
 

@@ -1,7 +1,7 @@
 /**
  * Help: the meaning of the signs of the drawing, and every key.
  *
- * @import {Automaton, State, Transition} from "../store.js"
+ * @import {Automaton, State, Transition} from "../protocol.js"
  */
 
 import {html} from "lit";

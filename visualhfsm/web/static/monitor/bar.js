@@ -2,7 +2,7 @@
  * The line below the header: run, pause, step, stop and reload, what the followed component does, and STOP.
  *
  * @import {From} from "../element.js"
- * @import {Breakpoint} from "./breakpoints.js"
+ * @import {Breakpoint} from "../protocol.js"
  */
 
 import {html, nothing} from "lit";

@@ -5,7 +5,7 @@
 
 import {store} from "../store.js";
 
-/** @typedef {{automaton: number, state: number, transition: number, condition: string}} Breakpoint */
+/** @import {Breakpoint} from "../protocol.js" */
 
 const KEPT = "visualhfsm.breakpoints";
 const MOST_DOCUMENTS = 50;

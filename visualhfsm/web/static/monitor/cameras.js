@@ -2,7 +2,7 @@
  * The pictures of the robot's cameras, with the marks of the component.
  *
  * @import {PropertyValues} from "lit"
- * @import {Mark} from "./monitor.js"
+ * @import {Mark} from "../protocol.js"
  */
 
 import {html, nothing} from "lit";

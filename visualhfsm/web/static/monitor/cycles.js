@@ -37,7 +37,7 @@ class Cycles extends MonitorElement {
     </div>`;
   }
 
-  /** @param {import("./monitor.js").AutomatonNow} now @param {number} time */
+  /** @param {import("../protocol.js").AutomatonSnapshot} now @param {number} time */
   #row({id, state, ghost, finished, enteredAt, overruns, cycles, lastCycle, longestCycle}, time) {
     const {name = `automaton ${id}`, period = 0} = monitor.automaton(id) ?? {};
     const part = period > 0 ? lastCycle / period : 0;

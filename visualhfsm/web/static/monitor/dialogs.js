@@ -2,7 +2,7 @@
  * Dialogs for steering a component.
  *
  * @import {From} from "../element.js"
- * @import {Parameter} from "../store.js"
+ * @import {Parameter} from "../protocol.js"
  */
 
 import {html, nothing} from "lit";

@@ -2,7 +2,7 @@
  * Open what a component runs elsewhere: its document, and recordings of its runs.
  *
  * @import {HfsmCanvas} from "../canvas/canvas.js"
- * @import {Entry} from "../store.js"
+ * @import {Entry} from "../messages.js"
  */
 
 import {ask} from "../commands.js";
@@ -80,7 +80,7 @@ export async function openRecording() {
  */
 export function awaitRecording(tab, path) {
   notify(`The run is recorded into ${path}.`);
-  /** @param {CustomEvent<import("../store.js").Run>} event */
+  /** @param {CustomEvent<import("../protocol.js").RunPush>} event */
   const ended = ({detail}) => {
     if (detail.tab !== tab || detail.status !== "ended") return;
     store.removeEventListener("run", ended);

@@ -65,8 +65,8 @@ class LiveErrors extends MonitorElement {
 /**
  * The newest of each error with how often it came, the latest first.
  *
- * @param {import("./monitor.js").ErrorReport[]} errors
- * @returns {[import("./monitor.js").ErrorReport, number][]}
+ * @param {import("../protocol.js").ErrorReport[]} errors
+ * @returns {[import("../protocol.js").ErrorReport, number][]}
  */
 function grouped(errors) {
   const found = new Map();

@@ -62,7 +62,7 @@ class Joints extends MonitorElement {
     </tr>`;
   }
 
-  /** @param {import("./monitor.js").HealthReport} health */
+  /** @param {import("../protocol.js").HealthReport} health */
   #health({realTimeFactor, lag, torsoTilt, fallen, cameraRates, limitedCommands, velocityTimeouts}) {
     const rates = Object.entries(cameraRates ?? {}).filter(([, rate]) => rate > 0); // cameras that are in use
     const facts = [

@@ -4,50 +4,11 @@
  * One component, or one recording, is followed at a time. `snapshot` is what is shown: the newest moment, or one of the
  * past while looking back.
  *
- * The types are those of interfaces/hfsm.idl and of visualhfsm/monitoring/.
- *
- * @typedef {{id: number, name: string, initial: boolean, final: boolean, children: number[], restart: boolean}}
- *   StateStructure
- * @typedef {{id: number, name: string, origin: number, destination: number, kind: number, seconds: number,
- *   event: string, condition: string, order: number}} TransitionStructure
- * @typedef {{id: number, name: string, parent: number, owner: number, period: number, source: string,
- *   states: StateStructure[], transitions: TransitionStructure[]}} AutomatonStructure
- * @typedef {{name: string, type: string, description: string}} ParameterStructure
- * @typedef {{name: string, document: string, generation: number, parameters: ParameterStructure[],
- *   automata: AutomatonStructure[], events: string[]}} ComponentStructure
- * @typedef {{id: number, state: number, ghost: boolean, finished: boolean, lastTransition: number, enteredAt: number,
- *   timers: {transition: number, remaining: number}[], guards: {transition: number, value: boolean}[],
- *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number,
- *   inCycle: boolean, hangsFor: number, hangsAt: string}} AutomatonNow
- * @typedef {{time: number, automaton: number, state: number, location: string, message: string}} ErrorReport
- * @typedef {{camera: string, u: number, v: number, label: string}} Mark
- * @typedef {{startedAt: number, time: number, status: number, generation: number, automata: AutomatonNow[],
- *   parameters: Record<string, string>, stoppedAt: Breakpoint[], errors: ErrorReport[], marks: Mark[],
- *   refusal: string, speed: number}} ComponentNow
- * @typedef {{realTimeFactor: number, lag: number, torsoTilt: number, fallen: boolean,
- *   cameraRates: Record<string, number>, limitedCommands: number, velocityTimeouts: number,
- *   events: {time: number, level: number, source: string, message: string}[]}} HealthReport
- * @typedef {{joints: Record<string, number>, pan: number | null, tilt: number | null, health: HealthReport | null,
- *   torso: Placement | null, objects: Record<string, Placement>, trouble?: string}} RobotState
- * @typedef {{at: number, component: ComponentNow, robot: RobotState}} Snapshot
- * @typedef {{name: string, lower: number, upper: number}} JointLimits
- * @typedef {{limits: JointLimits[], cameras: string[]}} Facts
- * @typedef {{structure: ComponentStructure, run: number, breakpoints: Breakpoint[], cameras: string[]}} LiveStructure
- * @typedef {{transition: number, order: number, asked: boolean, value: boolean, reason: string}} TransitionExplanation
- * @typedef {{state: number, ghost: boolean, transitions: TransitionExplanation[], summary: string}} Explanation
- * @typedef {{facts: Facts, at: Snapshot | null, explain: Explanation, pause: null, resume: null, step: null,
- *   series: {times: number[], values: Record<string, (number | null)[]>}, setBreakpoints: null, setVariable: null,
- *   forceTransition: null, sendEvent: null, setSpeed: null, stop: null, placeObject: null, pushRobot: null, sayToRobot: string, picture: string | null,
- *   reload: {generation: number, held: number, notKept: string[]},
- *   emergencyStop: {stopped: string[], failed: Record<string, string>}}} Controls what each action answers
- * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],
- *   spans: [number, number, boolean, number, number][], numbers: string[]}} Timeline
- * @typedef {{structure: LiveStructure | null, snapshot: Snapshot | null, timeline: Timeline, since: number | null,
- *   facts?: Facts}} Followed what attaching to a component, or opening a recording, answers
- * @import {Breakpoint} from "./breakpoints.js"
+ * @import {Target} from "../events.js"
+ * @import {Controls, Followed} from "../messages.js"
+ * @import {AutomatonSnapshot, ComponentStructure, LiveSnapshot, LiveStructure} from "../protocol.js"
  * @import {Moment} from "./robot-drawing.js"
- * @import {Placement, WorldShape} from "./world-drawing.js"
- * @import {Target} from "../store.js"
+ * @import {WorldShape} from "./world-drawing.js"
  * @typedef {{mode: null, structure: null, snapshot: null, shown: null, running: null}} MonitorEvents
  */
 
@@ -74,9 +35,9 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   structure = undefined;
   breakpoints = new Breakpoints(this);
   robot = new RobotFacts();
-  /** The newest moment. @type {Snapshot | undefined} */
+  /** The newest moment. @type {LiveSnapshot | undefined} */
   newest = undefined;
-  /** A moment of the past that is shown instead. @type {Snapshot | undefined} */
+  /** A moment of the past that is shown instead. @type {LiveSnapshot | undefined} */
   looking = undefined;
   past = new Past();
   /** Since when it is silent, s since 1970; 0 while it sends. */
@@ -198,7 +159,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return fitting.includes(origin) ? origin : (fitting.at(0) ?? 0);
   }
 
-  /** An automaton as it is shown now. @returns {AutomatonNow | undefined} @param {number} id */
+  /** An automaton as it is shown now. @returns {AutomatonSnapshot | undefined} @param {number} id */
   now(id) {
     return this.snapshot?.component.automata.find((each) => each.id === id);
   }
@@ -279,7 +240,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
    * Show a recording in the same views; `found` is the answer of the server.
    *
    * @param {string} path
-   * @param {import("../store.js").Answers["recording"]} found
+   * @param {import("../messages.js").Answers["recording"]} found
    */
   async lookAtRecording(path, found) {
     await this.detach();
@@ -329,7 +290,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     this.#emit("mode", "shown");
   }
 
-  /** Show a moment of the past, or with undefined what happens now. @param {Snapshot | undefined} snapshot */
+  /** Show a moment of the past, or with undefined what happens now. @param {LiveSnapshot | undefined} snapshot */
   lookAt(snapshot) {
     const differs = Boolean(this.looking) !== Boolean(snapshot);
     this.looking = snapshot;
@@ -409,7 +370,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.#known);
   }
 
-  /** @param {Snapshot} value */
+  /** @param {LiveSnapshot} value */
   #take(value) {
     const restarted = this.newest && value.component.startedAt !== this.newest.component.startedAt;
     if (restarted) {
@@ -441,7 +402,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
       );
   }
 
-  /** A component was started from a tab, or has ended. @param {import("../store.js").Run} run */
+  /** A component was started from a tab, or has ended. @param {import("../protocol.js").RunPush} run */
   #ran({tab, component, status, message}) {
     this.#origins.set(component, tab);
     if (status !== "ended") return;

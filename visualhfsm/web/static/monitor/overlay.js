@@ -2,8 +2,8 @@
  * Draw the state of the followed component on the canvas.
  *
  * @import {Live} from "../canvas/live-marks.js"
- * @import {Breakpoint} from "./breakpoints.js"
- * @import {Snapshot} from "./monitor.js"
+ * @import {Breakpoint} from "../protocol.js"
+ * @import {LiveSnapshot} from "../protocol.js"
  */
 
 import {page} from "../page.js";
@@ -21,7 +21,7 @@ const AFTERGLOW = 0.3;
  * The state of an automaton, by the keys of its states and transitions.
  *
  * @param {number} id
- * @param {Snapshot} snapshot
+ * @param {LiveSnapshot} snapshot
  * @returns {Map<string, Live>}
  */
 function liveOf(id, {component}) {
@@ -127,7 +127,7 @@ export function showOn(canvas) {
   draw();
 }
 
-/** Show the deepest active automaton; of several, the first in the document. @param {Snapshot} now */
+/** Show the deepest active automaton; of several, the first in the document. @param {LiveSnapshot} now */
 function followDeepest({component}) {
   const {automata} = page.shownDocument;
   const active = new Map(component.automata.filter((each) => !each.ghost).map((each) => [each.id, each]));

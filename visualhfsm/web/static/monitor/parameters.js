@@ -1,7 +1,7 @@
 /**
  * The values of parameters of the last run of each document, while the page is open.
  *
- * @import {Parameter} from "../store.js"
+ * @import {Parameter} from "../protocol.js"
  * @typedef {Record<string, string>} Values by the parameter's name; a missing one means the default
  */
 

@@ -1,7 +1,7 @@
 /**
  * The changes of state, from the timeline of the server and from later snapshots.
  *
- * @import {ComponentNow, Timeline} from "./monitor.js"
+ * @import {ComponentSnapshot, Timeline} from "../protocol.js"
  */
 
 const MOST = 20_000; // changes, and spans of all automata together, that are kept
@@ -46,7 +46,7 @@ export class Past {
   #before;
   #count = 0; // of all spans
 
-  /** Take the next moment. @param {ComponentNow} component */
+  /** Take the next moment. @param {ComponentSnapshot} component */
   add({time, automata}) {
     if (time < this.end) return;
     this.start = Math.min(this.start, time);

@@ -7,7 +7,7 @@ const NEAR_NOW = 0.15; // s from the end of the run that count as now
 const FRAME = 80; // ms between two moments while it plays
 
 /** Events: `play` when playing begins or ends. */
-class Scrubbing extends /** @type {new () => import("../store.js").Target<{play: null}>} */ (EventTarget) {
+class Scrubbing extends /** @type {new () => import("../events.js").Target<{play: null}>} */ (EventTarget) {
   /** Whether it plays. */
   plays = false;
   /** The speed of playing, in component seconds per second. */
@@ -15,7 +15,7 @@ class Scrubbing extends /** @type {new () => import("../store.js").Target<{play:
 
   /** The component time to request next. @type {number | undefined} */
   #wanted;
-  /** What was found last. @type {import("./monitor.js").Snapshot | undefined} */
+  /** What was found last. @type {import("../protocol.js").LiveSnapshot | undefined} */
   #found;
   /** The component time for which it was found: it lasts until the next snapshot, perhaps longer than a step. */
   #asked = 0;

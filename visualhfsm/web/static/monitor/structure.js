@@ -1,8 +1,8 @@
 /**
  * The constants: the automata of a component, the limits and cameras of a robot.
  *
- * @import {Breakpoint} from "./breakpoints.js"
- * @import {ComponentStructure, Facts, JointLimits, TransitionStructure} from "./monitor.js"
+ * @import {Breakpoint} from "../protocol.js"
+ * @import {ComponentStructure, JointLimits, RobotFacts as Facts, TransitionStructure} from "../protocol.js"
  */
 
 const FACTS_AGAIN = 2000; // ms after which missing facts are requested again

@@ -1,7 +1,7 @@
 /**
  * Stand-ins for the robot in a trial: the time, the events, and the transitions that conditions would fire.
  *
- * @import {TransitionStructure} from "./monitor.js"
+ * @import {TransitionStructure} from "../protocol.js"
  */
 
 import {html, nothing} from "lit";

@@ -47,7 +47,7 @@ export function valueIn(text) {
 /**
  * All that can be plotted of a moment, by the names that the server has for it.
  *
- * @param {import("./monitor.js").Snapshot} snapshot
+ * @param {import("../protocol.js").LiveSnapshot} snapshot
  */
 export function numbersOf({component, robot}) {
   /** @type {Map<string, number>} */

@@ -2,7 +2,7 @@
  * Variables of the automata and parameters of the component; they can be set while it is steered.
  *
  * @import {From} from "../element.js"
- * @import {ParameterStructure} from "./monitor.js"
+ * @import {ParameterStructure} from "../protocol.js"
  */
 
 import {html, live, nothing} from "lit";

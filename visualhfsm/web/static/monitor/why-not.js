@@ -2,7 +2,7 @@
  * "Why not?": what keeps the transitions out of a state from firing, beside the pointer or the selected thing.
  *
  * @import {HfsmCanvas} from "../canvas/canvas.js"
- * @import {Explanation} from "./monitor.js"
+ * @import {Explanation} from "../protocol.js"
  * @typedef {{canvas: HfsmCanvas, group: SVGElement, pinned: boolean, automaton: number, transition: number}} Shown
  */
 

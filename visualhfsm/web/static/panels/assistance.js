@@ -2,12 +2,8 @@
  * Help from the server while typing Python: completion, parameters of calls, explanations of names, and marks.
  *
  * @import {CompletionContext, Diagnostic, EditorState, Text, Tooltip} from "codemirror"
- * @import {Place, Problem} from "../store.js"
- * @typedef {{name: string, parameters: string[], active: number, result: string, documentation: string}} Signature
- * @typedef {{typed: number, options: {label: string, type?: string, detail?: string, info?: string,
- *   boost?: number}[]}} Completions
- * @typedef {{name: string, detail: string, documentation: string}} Explanation
- * @typedef {{complete: Completions, explain: Explanation, signature: Signature, lint: Problem[]}} Wanted
+ * @import {Completions, NameExplanation, Place, Problem, Signature} from "../protocol.js"
+ * @typedef {{complete: Completions, explain: NameExplanation, signature: Signature, lint: Problem[]}} Wanted
  */
 
 import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";

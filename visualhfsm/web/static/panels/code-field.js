@@ -1,7 +1,7 @@
 /**
  * A piece of code in a panel: a label, and the editor, which is loaded when the first one is shown.
  *
- * @import {Place} from "../store.js"
+ * @import {Place} from "../protocol.js"
  */
 
 import {LitElement, css, html, nothing} from "lit";

@@ -2,7 +2,7 @@
  * The code and the other data of the selected state or transition.
  *
  * @import {At} from "../page.js"
- * @import {Place} from "../store.js"
+ * @import {Place} from "../protocol.js"
  * @import {CodeField} from "./code-field.js"
  * @import {TextField} from "./text-field.js"
  */

@@ -2,7 +2,8 @@
  * A violation of a property, played on the canvas step by step.
  *
  * @import {Live} from "../canvas/live-marks.js"
- * @import {Counterexample, OpenDocument, Step} from "../store.js"
+ * @import {Counterexample, Step} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
  */
 
 import {html, nothing} from "lit";

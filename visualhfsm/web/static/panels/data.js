@@ -2,7 +2,8 @@
  * The data of the shown automaton and of the component, beside the canvas.
  *
  * @import {At} from "../page.js"
- * @import {Automaton, InterfaceDescription, OpenDocument, Place} from "../store.js"
+ * @import {Automaton, InterfaceDescription, Place} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
  * @import {CodeField} from "./code-field.js"
  * @import {Entries} from "./entries.js"
  * @import {TextField} from "./text-field.js"

@@ -175,7 +175,7 @@ const shared = [
 ];
 
 /**
- * @typedef {{text: string, cursor: number, place: import("../store.js").Place, tab: number, label: string, hint:
+ * @typedef {{text: string, cursor: number, place: import("../protocol.js").Place, tab: number, label: string, hint:
  *   string, wraps: boolean, readonly: boolean}} Content `cursor` is its initial position in the text
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known}} Actions callbacks of the editor

@@ -1,7 +1,7 @@
 /**
  * A list of a document, such as its parameters: entries to add, change, move and remove.
  *
- * @import {Problem, Place} from "../store.js"
+ * @import {Place, Problem} from "../protocol.js"
  * @import {EntryList} from "./data.js"
  * @import {TextField} from "./text-field.js"
  * @typedef {Record<string, string>} Entry of a list, such as a parameter

@@ -1,7 +1,7 @@
 /**
  * The interfaces that documents may declare, with the documentation of their operations.
  *
- * @import {InterfaceDescription, RosInterface} from "../store.js"
+ * @import {InterfaceDescription, RosInterface} from "../protocol.js"
  */
 
 import {html, nothing} from "lit";

@@ -13,11 +13,11 @@ const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
 
 /**
  * @typedef {{lines: {tab: number, lines: Line[]}, reset: {tab: number}}} LogEvents
- * @typedef {{text: string, stream: "out" | "err", place?: import("../store.js").Place | null, line?: number}} Line
+ * @typedef {{text: string, stream: "out" | "err", place?: import("../protocol.js").Place | null, line?: number}} Line
  */
 
 /** Events: `lines` {tab, lines}, `reset` {tab}. */
-class OutputLog extends /** @type {new () => import("../store.js").Target<LogEvents>} */ (EventTarget) {
+class OutputLog extends /** @type {new () => import("../events.js").Target<LogEvents>} */ (EventTarget) {
   /** @type {Map<number, Line[]>} */
   #lines = new Map();
   /** Characters of the lines of a tab. @type {Map<number, number>} */
@@ -40,7 +40,7 @@ class OutputLog extends /** @type {new () => import("../store.js").Target<LogEve
    *
    * @returns {string | undefined}
    * @param {number} tab
-   * @param {import("../store.js").Place | null} [at]
+   * @param {import("../protocol.js").Place | null} [at]
    */
   lastError(tab, at) {
     const lines = this.of(tab);
@@ -56,7 +56,7 @@ class OutputLog extends /** @type {new () => import("../store.js").Target<LogEve
     this.#emit("reset", {tab});
   }
 
-  /** @param {import("../store.js").Output} output */
+  /** @param {import("../protocol.js").OutputPush} output */
   #take({tab, lines, dropped = 0, whole = false}) {
     if (whole) this.clear(tab);
     /** @type {Line[]} */

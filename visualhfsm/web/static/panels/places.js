@@ -1,7 +1,8 @@
 /**
  * Places in a document: of a problem, a search result or a field of a panel.
  *
- * @import {Automaton, OpenDocument, Place, Problem} from "../store.js"
+ * @import {Automaton, Place, Problem} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
  */
 
 import {ownerOf, pathTo, titleOf} from "../outline.js";

@@ -1,7 +1,8 @@
 /**
  * The problems of the shown document; each leads to its place.
  *
- * @import {OpenDocument, Place, Problem, Step} from "../store.js"
+ * @import {Place, Problem, Step} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
  * @typedef {{key: string, step: number}} Played the problem whose counterexample is played, and the step
  */
 

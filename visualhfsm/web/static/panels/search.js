@@ -19,8 +19,8 @@ const inCode = ({place: {part = ""}}) => LINES.test(part) || PHRASES.test(part);
 
 /**
  * @import {From} from "../element.js"
- * @import {Place} from "../store.js"
- * @typedef {import("../store.js").Hit & {tab: number}} Hit
+ * @import {Place} from "../protocol.js"
+ * @typedef {import("../protocol.js").Hit & {tab: number}} Hit
  */
 
 class Search extends PageElement {

@@ -2,7 +2,8 @@
  * A state in the panel beside the canvas: its name, its marks, its code and its arguments.
  *
  * @import {From} from "../element.js"
- * @import {Argument, Automaton, OpenDocument, Parameter, Place, State} from "../store.js"
+ * @import {Argument, Automaton, Parameter, Place, State} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
  * @import {Tab} from "./tabs.js"
  * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, state: State, part: string,
  *   choose: (part: string) => void, readonly: boolean}} About

@@ -2,7 +2,7 @@
  * Tabs inside a panel, after the pattern of the WAI.
  *
  * @import {From} from "../element.js"
- * @import {Problem} from "../store.js"
+ * @import {Problem} from "../protocol.js"
  * @typedef {{id: string, label: string, filled?: boolean, problems?: Problem[]}} Tab
  */
 

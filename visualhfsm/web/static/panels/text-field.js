@@ -2,7 +2,8 @@
  * A short text in a panel with its label and its problems.
  *
  * @import {From} from "../element.js"
- * @import {Done, Place, Problem} from "../store.js"
+ * @import {Done} from "../messages.js"
+ * @import {Place, Problem} from "../protocol.js"
  */
 
 import {html, live, nothing} from "lit";

@@ -2,7 +2,8 @@
  * A transition in the panel beside the canvas: its trigger, guard, priority and code.
  *
  * @import {From} from "../element.js"
- * @import {Automaton, OpenDocument, Place, Transition} from "../store.js"
+ * @import {Automaton, Place, Transition} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
  * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, transition: Transition, readonly: boolean}}
  *   About
  * @typedef {{automaton: number, transition: number}} Fields of a command about the transition

@@ -3,7 +3,8 @@
 import {placeOf} from "./places.js";
 
 /**
- * @import {OpenDocument, Problem} from "../store.js"
+ * @import {Problem} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
  * @typedef {{kind: "holds" | "violated" | "undecided" | "invalid" | "unknown", words: string}} Verdict
  */
 

@@ -1,0 +1,251 @@
+"""The types of the page's messages, written from those of Python by `python -m tests.support.protocol_types`.
+
+The page has no build step: its modules are JavaScript whose comments name these types, and TypeScript checks
+them. They are messages, commands and values as msgspec encodes and decodes them, and elements of documents as
+`visualhfsm.editing.views` shows them.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Callable, Iterable, Mapping
+from types import NoneType
+from typing import Any, Final, get_args, get_type_hints
+
+import msgspec
+from msgspec import inspect as shapes
+
+from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
+from interfaces.hfsm import Explanation, ReloadReport
+from visualhfsm.code_help.completion import Completions, Signature
+from visualhfsm.code_help.completion import Explanation as NameExplanation
+from visualhfsm.code_help.worker import InterfaceDescription
+from visualhfsm.editing.commands import COMMANDS
+from visualhfsm.editing.diff import Difference
+from visualhfsm.editing.places import Hit
+from visualhfsm.editing.problems import CounterexampleView, StepView
+from visualhfsm.editing.views import SHOWN
+from visualhfsm.live.stopping import StopReport
+from visualhfsm.monitoring.robot import RobotFacts
+from visualhfsm.monitoring.run_log import Timeline
+from visualhfsm.robots import World
+from visualhfsm.run_page import STATIC
+from visualhfsm.services import Push
+from visualhfsm.web import protocol
+
+__all__ = ["FILE", "protocol_types"]
+
+FILE: Final = STATIC / "protocol.d.ts"
+
+_HEAD: Final = """// Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
+"""
+_ANSWERS: Final[tuple[type[msgspec.Struct], ...]] = (
+    Completions,
+    Difference,
+    Explanation,
+    Hit,
+    InterfaceDescription,
+    NameExplanation,
+    ReloadReport,
+    RobotFacts,
+    Signature,
+    StopReport,
+    Timeline,
+    World,
+)
+"""What requests are answered with, and is no part of a push."""
+_NAMES: Final[Mapping[type, str]] = {
+    CounterexampleView: "Counterexample",
+    Document: "DocumentFields",  # the browser has another Document, and other events
+    Event: "DocumentEvent",
+    NameExplanation: "NameExplanation",
+    StepView: "Step",
+    protocol.Step: "UndoStep",
+}
+"""Types whose names in the page differ, since names of all modules of Python meet there."""
+
+_WIDTH: Final = 120
+
+
+def protocol_types() -> str:
+    """Return the types of everything that passes between page and server, as TypeScript."""
+    writer = _Writer()
+    pushes = sorted(_descendants(Push), key=_name_of_push)
+    writer.alias("Push", "".join(f"\n  | {writer.message(each, _name_of_push(each))}" for each in pushes))
+    requests = sorted(_concrete_requests(), key=lambda each: each.__name__)
+    writer.table("Requests", "The fields of each request.", requests, left_out=("id:",))
+    writer.table("Commands", "The fields of each command.", COMMANDS)
+    writer.alias("Command", "{[Name in keyof Commands]: {command: Name} & Commands[Name]}[keyof Commands]")
+    for answer in _ANSWERS:
+        writer.reference(answer)
+    for element in (Document, Automaton):
+        writer.element(element)
+    return writer.text()
+
+
+def _descendants(base: type[msgspec.Struct]) -> list[type[msgspec.Struct]]:
+    return [each for child in base.__subclasses__() for each in (child, *_descendants(child))]
+
+
+def _concrete_requests() -> list[type[msgspec.Struct]]:
+    """Return the requests that the server decodes."""
+    return [*get_args(protocol.Request)]
+
+
+def _name_of_push(push: type[msgspec.Struct]) -> str:
+    return f"{push.__name__.removesuffix('Push')}Push"
+
+
+class _Writer:
+    """Writes interfaces, each with those that it names."""
+
+    def __init__(self) -> None:
+        self._written: dict[str, str] = {}
+        self._types: dict[str, type] = {}
+
+    def text(self) -> str:
+        """Return all that was written, in alphabetical order."""
+        return "\n".join([_HEAD, *(self._written[name] for name in sorted(self._written))])
+
+    def alias(self, name: str, content: str) -> None:
+        """Write a type that is made of others."""
+        self._written[name] = f"export type {name} = {content};\n".replace("= \n", "=\n")
+
+    def message(self, kind: type[msgspec.Struct], name: str) -> str:
+        """Write a message with its tag, and return its name."""
+        shape = _struct(kind)
+        tag = f'{shape.tag_field}: "{shape.tag}"'
+        self._interface(name, kind, lambda: [tag, *self._fields(shape)])
+        return name
+
+    def table(
+        self, name: str, doc: str, kinds: Iterable[type[msgspec.Struct]], left_out: tuple[str, ...] = ()
+    ) -> None:
+        """Write an interface with the fields of each type below its tag."""
+        lines = [f"/** {doc} */", f"export interface {name} {{"]
+        for kind in kinds:
+            shape = _struct(kind)
+            fields = [field for field in self._fields(shape) if not field.startswith(left_out)]
+            lines += [f"  /** {_first_line(kind)} */", *_member(shape.tag, fields)]
+        self._written[name] = "\n".join([*lines, "}", ""])
+
+    def reference(self, kind: type[msgspec.Struct]) -> str:
+        """Write a type that messages contain, unless it is written, and return its name."""
+        name = _NAMES.get(kind, kind.__name__)
+        if name not in self._written:
+            self._interface(name, kind, lambda: self._fields(_struct(kind)))
+        assert self._types[name] is kind, f"two types are called {name}: add one of them to _NAMES"
+        return name
+
+    def element(self, kind: type[Node]) -> str:
+        """Write an element of a document as the page gets it, and return its name."""
+        name = _NAMES.get(kind, kind.__name__)
+        if name not in self._written:
+            hints = get_type_hints(kind)
+
+            def fields() -> list[str]:
+                found = {shown: self._shown(hints[field]) for field, shown in SHOWN[kind]}
+                if kind is Interface:
+                    found |= {"proxy": "string", "identity": "string"}
+                return [f"{field}: {type_}" for field, type_ in found.items()]
+
+            self._interface(name, kind, fields)
+        return name
+
+    def _interface(self, name: str, kind: type, fields: Callable[[], list[str]]) -> None:
+        self._types[name] = kind
+        self._written[name] = ""  # it may contain itself
+        lines = [f"  {field};" for field in fields()]
+        doc = f"/** {_first_line(kind)} */"
+        self._written[name] = "\n".join([doc, f"export interface {name} {{", *lines, "}", ""])
+
+    def _fields(self, shape: shapes.StructType) -> list[str]:
+        """Return the fields of a struct; those that a message may leave out are optional."""
+        may_lack = shape.forbid_unknown_fields or shape.cls.__struct_config__.omit_defaults
+        found = []
+        for field in shape.fields:
+            is_unset = field.default is field.default_factory is msgspec.NODEFAULT
+            is_optional = not field.required and (may_lack or is_unset)
+            found.append(f"{field.encode_name}{'?' if is_optional else ''}: {self._type(field.type)}")
+        return found
+
+    def _type(self, shape: shapes.Type) -> str:
+        """Return a type of JSON, and write those that it names."""
+        match shape:
+            case shapes.UnionType(types=types):
+                return " | ".join(dict.fromkeys(self._type(each) for each in types))
+            case shapes.StructType(cls=kind, tag="") | shapes.StructType(cls=kind, tag=None):
+                return self.reference(kind)
+            case shapes.StructType():
+                return "Command"
+            case shapes.BoolType():
+                return "boolean"
+            case shapes.EnumType(cls=kind) if issubclass(kind, str):
+                return _either(each.value for each in kind)
+            case shapes.IntType() | shapes.FloatType() | shapes.EnumType():
+                return "number"
+            case shapes.StrType():
+                return "string"
+            case shapes.NoneType():
+                return "null"
+            case shapes.LiteralType(values=values):
+                return _either(values)
+            case shapes.TupleType(item_types=items):
+                return f"[{', '.join(self._type(each) for each in items)}]"
+            case shapes.CollectionType(item_type=item):
+                return _array(self._type(item))
+            case shapes.DictType(value_type=value):
+                return f"Record<string, {self._type(value)}>"
+            case shapes.AnyType() | shapes.RawType():
+                return "unknown"
+        raise NotImplementedError(f"{shape} has no equivalent in TypeScript yet")
+
+    def _shown(self, hint: Any) -> str:
+        """Return the type of a field of an element."""
+        if inspect.isclass(hint) and issubclass(hint, Node):
+            return self.element(hint)
+        plain = {
+            str: "string",
+            Text: "string",
+            bool: "boolean",
+            int: "number",
+            float: "number",
+            NoneType: "null",
+        }
+        if hint in plain:
+            return plain[hint]
+        arguments = get_args(hint)
+        if Ellipsis in arguments:
+            return _array(self._shown(arguments[0]))
+        return " | ".join(self._shown(each) for each in arguments)
+
+
+def _struct(kind: type[msgspec.Struct]) -> shapes.StructType:
+    shape = shapes.type_info(kind)
+    assert isinstance(shape, shapes.StructType)
+    return shape
+
+
+def _member(name: object, fields: Iterable[str]) -> list[str]:
+    """Return the lines of a member that is an object."""
+    line = f"  {name}: {{{'; '.join(fields)}}};"
+    if len(line) <= _WIDTH:
+        return [line]
+    return [f"  {name}: {{", *(f"    {field};" for field in fields), "  };"]
+
+
+def _either(values: Iterable[object]) -> str:
+    return " | ".join(json.dumps(value) for value in values)
+
+
+def _array(item: str) -> str:
+    return f"({item})[]" if " | " in item else f"{item}[]"
+
+
+def _first_line(kind: type) -> str:
+    return inspect.cleandoc(kind.__doc__ or "").partition("\n")[0]
+
+
+if __name__ == "__main__":
+    FILE.write_text(protocol_types(), encoding="utf-8")
