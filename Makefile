@@ -114,8 +114,9 @@ mutation: $(VENV)/mutation.stamp ## Break what must not be wrong, in one place a
 	@TEST_EXAMPLES=0.1 PATH="$(CURDIR)/$(BIN):$$PATH" nice -n 19 $(BIN)/mutmut run --max-children 1 $(MUTANTS)
 	@$(BIN)/mutmut results
 
-codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and of the tests' documents
+codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and of the tests' documents, and the page's types
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
+	$(BIN)/python -m tests.support.protocol_types
 
 constraints: ## Resolve the newest versions into constraints.txt
 	sh tools/setup/resolve_constraints.sh

@@ -3,8 +3,8 @@
  *
  * Nothing is drawn before the server has changed the document; refusals are shown.
  *
- * @import {Answers, Done} from "./messages.js"
- * @import {Automaton, Place, State} from "./protocol.js"
+ * @import {Answers, Done, FieldsOf} from "./messages.js"
+ * @import {Automaton, Command, Commands, Place, Requests, State} from "./protocol.js"
  */
 
 import {messageOf, notify, notifyError} from "./notices.js";
@@ -14,34 +14,49 @@ import {store} from "./store.js";
 /**
  * Send a request of the user; shows why it was refused.
  *
- * @template {keyof Answers} Op
+ * @template {keyof Requests} Op
  * @param {Op} op
- * @param {object} fields
+ * @param {FieldsOf<Requests[Op]>} fields
  * @returns {Promise<Answers[Op] | null | undefined>} its value, undefined when it was refused
  */
-export async function ask(op, fields = {}) {
+export async function ask(op, ...fields) {
   try {
-    return (await store.request(op, fields)) ?? null;
+    return (await store.request(op, ...fields)) ?? null;
   } catch (error) {
     notifyError(error);
     return undefined;
   }
 }
 
-/** Send a request about the shown tab. @template {keyof Answers} Op @param {Op} op @param {object} fields */
-export const askTab = (op, fields = {}) => ask(op, {tab: page.tab, ...fields});
+/**
+ * Send a request about the shown tab.
+ *
+ * @template {keyof Requests} Op
+ * @param {Op} op
+ * @param {FieldsOf<Omit<Requests[Op], "tab">>} fields
+ */
+export const askTab = (op, ...[fields]) =>
+  ask(op, .../** @type {FieldsOf<Requests[Op]>} */ ([{tab: page.tab, ...fields}]));
 
 /**
- * Apply a command to the shown document; `automaton` is the shown one unless another is given.
+ * Apply a command to the shown document.
  *
- * @param {string} command
- * @param {object} fields
+ * @template {keyof Commands} Name
+ * @param {Name} command
+ * @param {FieldsOf<Commands[Name]>} fields
  */
-export const apply = (command, fields = {}) => ask("do", {tab: page.tab, command: {command, ...fields}});
+export const apply = (command, ...[fields]) =>
+  ask("do", {tab: page.tab, command: /** @type {Command} */ ({command, ...fields})});
 
-/** Apply a command to the shown automaton. @param {string} command @param {object} fields */
-export const applyHere = (command, fields = {}) =>
-  ask("do", {tab: page.tab, command: {command, automaton: page.shownAutomaton.id, ...fields}});
+/**
+ * Apply a command to the shown automaton.
+ *
+ * @template {keyof Commands} Name
+ * @param {Name} command
+ * @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
+ */
+export const applyHere = (command, ...[fields]) =>
+  ask("do", {tab: page.tab, command: /** @type {Command} */ ({command, automaton: page.shownAutomaton.id, ...fields})});
 
 /** The selected ids as the fields of a command. */
 export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});

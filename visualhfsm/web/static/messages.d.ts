@@ -17,6 +17,9 @@ import type {
   World,
 } from "./protocol.js";
 
+/** The last parameters of a function that takes the fields of a message, which may have none. */
+export type FieldsOf<Message> = {} extends Message ? [Message?] : [Message];
+
 // Pushes, of which the parts below are made by visualhfsm/web/window.py and workspace.py.
 
 /** A document without its automata. */

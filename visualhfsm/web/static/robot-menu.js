@@ -11,6 +11,7 @@ import {store} from "./store.js";
 
 /** @import {Close} from "./dialogs/dialog.js" */
 /** @import {From} from "./element.js" */
+/** @import {Requests} from "./protocol.js" */
 
 const SPEEDS = ["0.5", "1", "2", "5", "max"];
 /** The bodies of a simulated robot. @type {[string, string][]} */
@@ -196,6 +197,7 @@ const control = (action) => store.request("control", {component: "", action, arg
 /** Ask for the address of a real robot, and whether it may move; then connect to it. */
 export async function connect() {
   let address = localStorage.getItem(ADDRESS) ?? "nao.local";
+  /** @type {Requests["connectRobot"]["start"]} */
   let start = "leave";
   let isSafe = false;
   const agreed = await showDialog({
@@ -223,7 +225,9 @@ export async function connect() {
         /></label>
         <label
           ><span>At first it</span
-          ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (start = target.value)}>
+          ><select
+            @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (start = /** @type {Requests["connectRobot"]["start"]} */ (target.value))}
+          >
             ${STARTS.map(([value, label]) => html`<option value=${value}>${label}</option>`)}
           </select></label
         >

@@ -9,7 +9,7 @@ import {Resumption} from "./resumption.js";
 
 /**
  * @import {Target} from "./events.js"
- * @import {Answer, Answers, Change, DocumentPush, Fields, Greeting, Part, Push, Workspace} from "./messages.js"
+ * @import {Answer, Answers, Change, DocumentPush, Fields, FieldsOf, Greeting, Part, Push, Workspace} from "./messages.js"
  * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, Requests, RobotPush, RunPush,
  *   SnapshotPush, StalePush, StructurePush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
@@ -138,12 +138,12 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /**
    * Send a request to the server.
    *
-   * @template {keyof Answers} Op
+   * @template {keyof Requests} Op
    * @param {Op} op
-   * @param {object} fields
+   * @param {FieldsOf<Requests[Op]>} fields
    * @returns {Promise<Answers[Op]>} its value; rejected with a RequestError
    */
-  request(op, fields = {}) {
+  request(op, ...[fields]) {
     if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
     // Before the greeting, the server's tabs may differ from those that the page shows.
     const isGreeting = op !== "hello" && !this.online && this.#socket?.readyState === WebSocket.OPEN;
@@ -151,9 +151,9 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   }
 
   /**
-   * @template {keyof Answers} Op
+   * @template {keyof Requests} Op
    * @param {Op} op
-   * @param {object} fields
+   * @param {Requests[Op]} [fields]
    * @returns {Promise<Answers[Op]>}
    */
   #send(op, fields) {
@@ -181,7 +181,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    * Change a document by a command.
    *
    * @param {number} tab
-   * @param {{command: string} & Record<string, unknown>} command
+   * @param {Command} command
    * @param {string} [base] the text in which that of the command was typed: changes of others to it are merged
    */
   do(tab, command, base) {

@@ -2,7 +2,7 @@
  * The actions on the drawing; part of the table of all actions.
  *
  * @import {Context} from "../actions.js"
- * @import {Automaton} from "../protocol.js"
+ * @import {Automaton, Commands} from "../protocol.js"
  */
 
 import * as commands from "../commands.js";
@@ -69,8 +69,11 @@ function enter({canvas}) {
 
 /** @param {number} dx @param {number} dy */
 const nudge = (dx, dy) => () => anySelected() && drawable() && commands.moveSelected(dx, dy);
-/** @param {string} to */
-const align = (to) => () => commands.applyHere("alignStates", {states: [...page.states], to});
+/** @param {string} side */
+const align = (side) => () => {
+  const to = /** @type {Commands["alignStates"]["to"]} */ (side.toLowerCase());
+  return commands.applyHere("alignStates", {states: [...page.states], to});
+};
 /** @param {"x" | "y"} along */
 const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
 
@@ -402,7 +405,7 @@ export const canvasActions = [
     label: `Align ${to.toLowerCase()}`,
     icon: `align${to}`,
     enabled: () => drawable() && anyStates(2),
-    run: align(to.toLowerCase()),
+    run: align(to),
   })),
   {
     id: "distributeX",

@@ -2,7 +2,8 @@
  * The canvas: shows the automaton of the page and lets it be drawn.
  *
  * @import {Target} from "../events.js"
- * @import {Automaton} from "../protocol.js"
+ * @import {FieldsOf} from "../messages.js"
+ * @import {Automaton, Commands} from "../protocol.js"
  * @import {Comparison} from "./comparison.js"
  * @import {Box, Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"
@@ -220,13 +221,14 @@ export class HfsmCanvas extends HTMLElement {
    * Add an element to the shown automaton by a command, select it, and edit its name; keys pressed meanwhile go into
    * the name.
    *
+   * @template {keyof Commands} Name
    * @param {"state" | "transition"} kind
+   * @param {Name} command
+   * @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
    * @returns {Promise<number | undefined>} its id
-   * @param {string} command
-   * @param {object} fields
    */
-  add(kind, command, fields) {
-    const done = applyHere(command, fields);
+  add(kind, command, ...fields) {
+    const done = applyHere(command, ...fields);
     return holdKeys(async () => {
       const id = selectAdded(await done, `${kind}s`);
       if (id !== undefined) this.beginRename(kind, id);

@@ -308,7 +308,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
    *
    * @template {keyof Controls} Action
    * @param {Action} action
-   * @param {object} args
+   * @param {Record<string, unknown>} args
    * @returns {Promise<Controls[Action]>} its result; rejected with a RequestError
    */
   control(action, args = {}) {
@@ -322,7 +322,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
    *
    * @template {keyof Controls} Action
    * @param {Action} action
-   * @param {object} args
+   * @param {Record<string, unknown>} args
    * @returns {Promise<Controls[Action] | null | undefined>} undefined then
    */
   async steer(action, args = {}) {

@@ -2,7 +2,7 @@
  * The data of the shown automaton and of the component, beside the canvas.
  *
  * @import {At} from "../page.js"
- * @import {Automaton, InterfaceDescription, Place} from "../protocol.js"
+ * @import {Automaton, Commands, InterfaceDescription, Place} from "../protocol.js"
  * @import {OpenDocument} from "../store.js"
  * @import {CodeField} from "./code-field.js"
  * @import {Entries} from "./entries.js"
@@ -356,7 +356,7 @@ function verdict(document, index, showProblems) {
  * @typedef {[value: string, label: string][]} Options
  * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string, mono?: boolean,
  *   wide?: boolean}} Field `wide` takes a whole line
- * @typedef {{list: string, title: string, noun: string, explain: string, fields: Field[]}} EntryList
+ * @typedef {{list: Commands["addEntry"]["list"], title: string, noun: string, explain: string, fields: Field[]}} EntryList
  */
 
 /** @type {Options} */

@@ -37,7 +37,7 @@ export class Entries extends PageElement {
     this.tab = 0;
     this.automaton = 0;
     /** @type {EntryList} */
-    this.of = {list: "", title: "", noun: "", explain: "", fields: []};
+    this.of = {list: "parameters", title: "", noun: "", explain: "", fields: []};
     /** @type {Entry[]} */
     this.entries = [];
     /** @type {Problem[]} */

@@ -60,7 +60,13 @@ export function problemsAt(problems, place) {
   return problems.filter((problem) => samePlace(placeOf(problem), place));
 }
 
-/** The command that sets the text at a place. @param {Place} place @param {string} text */
+/**
+ * The command that sets the text at a place; the server checks the words of the place.
+ *
+ * @param {Place} place
+ * @param {string} text
+ * @returns {any}
+ */
 export function commandFor(place, text) {
   const {kind, automaton, id, part = "", index, name = "", child = 0} = place;
   switch (kind) {

@@ -2,7 +2,7 @@
  * A state in the panel beside the canvas: its name, its marks, its code and its arguments.
  *
  * @import {From} from "../element.js"
- * @import {Argument, Automaton, Parameter, Place, State} from "../protocol.js"
+ * @import {Argument, Automaton, Commands, Parameter, Place, State} from "../protocol.js"
  * @import {OpenDocument} from "../store.js"
  * @import {Tab} from "./tabs.js"
  * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, state: State, part: string,
@@ -122,14 +122,17 @@ async function markFinal(place, state, target) {
 }
 
 /** @param {Place} place */
-const at = ({automaton, id}) => ({automaton, state: id});
+const at = ({automaton = 0, id = 0}) => ({automaton, state: id});
 /** @param {Place} one @param {Place} place */
 const isAt = (one, place) => one.kind === place.kind && one.automaton === place.automaton && one.id === place.id;
 
 /** @param {Place} place @param {State} state @param {boolean} readonly */
 function history(place, state, readonly) {
   /** @param {From<HTMLSelectElement>} event */
-  const choose = ({target}) => apply("setHistory", {...at(place), history: target.value});
+  const choose = ({target}) => {
+    const chosen = /** @type {Commands["setHistory"]["history"]} */ (target.value);
+    return apply("setHistory", {...at(place), history: chosen});
+  };
   return html`<label class="again"
     >When entered again
     <select ?disabled=${readonly} @change=${choose}>

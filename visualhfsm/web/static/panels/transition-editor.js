@@ -2,7 +2,7 @@
  * A transition in the panel beside the canvas: its trigger, guard, priority and code.
  *
  * @import {From} from "../element.js"
- * @import {Automaton, Place, Transition} from "../protocol.js"
+ * @import {Automaton, Commands, Place, Transition} from "../protocol.js"
  * @import {OpenDocument} from "../store.js"
  * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, transition: Transition, readonly: boolean}}
  *   About
@@ -17,6 +17,7 @@ import {page} from "../page.js";
 import {placeOf} from "./places.js";
 import {problemLines} from "./tabs.js";
 
+/** @type {[type: Commands["setTransitionType"]["type"], label: string, words: string][]} */
 const TYPES = [
   ["condition", "Condition", "when an expression is true"],
   ["time", "Time", "after a time in the state"],
@@ -112,7 +113,7 @@ export function transitionEditor(about) {
 
 /** @param {Transition} transition @param {Fields} fields @param {boolean} readonly */
 function typeChoice(transition, fields, readonly) {
-  /** @param {string} type @param {HTMLElement} radio */
+  /** @param {Commands["setTransitionType"]["type"]} type @param {HTMLElement} radio */
   const choose = async (type, radio) => {
     const goesOn = radio.matches(":focus-visible"); // with the arrows, perhaps to the next type
     if (!(await apply("setTransitionType", {...fields, type})) || goesOn || type === "finished") return;
