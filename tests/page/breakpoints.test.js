@@ -38,3 +38,15 @@ test("breakpoints from before a restart are added to those that are being set", 
   await breakpoints.restore({has: () => true});
   assert.deepEqual(sent.slice(1), [[2], [2, 1]]);
 });
+
+test("a breakpoint that could not be set does not keep the next from being set", async () => {
+  const monitor = new Monitor();
+  const {breakpoints, sent} = monitor;
+  const steer = monitor.steer.bind(monitor);
+  monitor.steer = () => Promise.reject(new Error("internal"));
+  const failed = breakpoints.set(0, 1, "state", 1, "");
+  await assert.rejects(failed, /internal/);
+  monitor.steer = steer;
+  await breakpoints.set(0, 1, "state", 2, "");
+  assert.deepEqual(sent, [[2]]);
+});

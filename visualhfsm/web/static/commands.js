@@ -9,6 +9,7 @@
 
 import {messageOf, notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
+import {Sequence} from "./sequence.js";
 import {store} from "./store.js";
 
 /**
@@ -123,7 +124,7 @@ export const copy = () => take("copy");
 export const cut = () => take("cut");
 
 /** The steps that are being undone or redone, in order. */
-let turn = Promise.resolve();
+const steps = new Sequence();
 let waiting = 0;
 
 /** Whether a step is possible, or may be after pending ones. @param {"undo" | "redo"} op */
@@ -138,13 +139,12 @@ export const canStep = (op) => waiting > 0 || Boolean(page.document?.[op].length
 export function step(op, isHere) {
   const {tab} = page;
   waiting += 1;
-  turn = turn
-    .then(() => takeStep(op, tab, isHere))
+  return steps
+    .add(() => takeStep(op, tab, isHere))
     .finally(() => {
       waiting -= 1;
       page.dispatchEvent(new Event("change")); // the steps that can be undone depend on it
     });
-  return turn;
 }
 
 /** @param {"undo" | "redo"} op @param {number} tab @param {(place: Place) => boolean} [isHere] */

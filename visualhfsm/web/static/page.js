@@ -10,8 +10,7 @@ import {store} from "./store.js";
 
 /** Parts of a place that are edited as code beside the canvas. */
 const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument"]);
-/** The section in which the data of other parts is shown. */
-/** @type {Record<string, string>} */
+/** The section in which the data of other parts is shown. @type {Record<string, string>} */
 const SECTIONS = {
   period: "timing",
   onError: "description",

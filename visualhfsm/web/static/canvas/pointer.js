@@ -271,7 +271,6 @@ export class Pointer {
   #doubleClick(event) {
     const {canvas} = this;
     const target = this.#pressed; // the event's target is the element that captured the pointer
-    /** @param {KeyboardEvent} event */
     const key = groupAt(target)?.dataset.key;
     if (!(target instanceof Element) || !key) {
       const {x, y} = canvas.point(event);

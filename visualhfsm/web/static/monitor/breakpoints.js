@@ -3,6 +3,7 @@
  * run yet.
  */
 
+import {Sequence} from "../sequence.js";
 import {store} from "../store.js";
 
 /** @import {Breakpoint} from "../protocol.js" */
@@ -21,8 +22,8 @@ export class Breakpoints {
   /** @type {Breakpoint[]} */
   #former = [];
   #monitor;
-  /** The newest change: the next one begins with its result. @type {Promise<void>} */
-  #changed = Promise.resolve();
+  /** The changes: each begins with the result of the one before it. */
+  #changes = new Sequence();
 
   /** @param {typeof import("./monitor.js").monitor} monitor */
   constructor(monitor) {
@@ -50,7 +51,7 @@ export class Breakpoints {
    * @param {string | undefined} condition
    */
   set(tab, automaton, kind, id, condition) {
-    this.#changed = this.#changed.then(async () => {
+    return this.#changes.add(async () => {
       const all = withBreakpoint(this.of(tab), automaton, kind, id, condition);
       if (!this.arePlanned(tab)) {
         await this.#replace(all);
@@ -59,7 +60,6 @@ export class Breakpoints {
       planned.set(tab, all);
       this.#notify();
     });
-    return this.#changed;
   }
 
   /** @param {Breakpoint[]} breakpoints */
@@ -88,13 +88,12 @@ export class Breakpoints {
    * @param {{has: (breakpoint: Breakpoint) => boolean}} structure
    */
   restore(structure) {
-    this.#changed = this.#changed.then(async () => {
+    return this.#changes.add(async () => {
       const kept = this.#former.filter(
         (each) => structure.has(each) && !this.all.some((other) => areAtOne(each, other)),
       );
       if (kept.length) await this.#replace([...this.all, ...kept]);
     });
-    return this.#changed;
   }
 }
 
