@@ -15,10 +15,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from websockets.exceptions import ConnectionClosed
 
 from codegen.hfsm.document import Document
+from tests.support.component import snapshot
 from tests.support.editor import DOCUMENT, Editor, NoCodeHelp, NoService, Refused, Window, editor
 from tests.support.editor import services as make_services
 from tests.support.limits import EVENT_LIMIT, FOREVER
@@ -26,6 +28,7 @@ from tests.support.robot_server import eventually
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.serialization import parse_file
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.run_log import LiveSnapshot
 from visualhfsm.services import (
     Components,
     Output,
@@ -557,6 +560,9 @@ class FakeRunning(NoService):
         self.closed = True
 
 
+MOMENT = LiveSnapshot(1.0, snapshot(0.0))
+
+
 class FakeLive(NoService):
     """Knows one component."""
 
@@ -571,7 +577,7 @@ class FakeLive(NoService):
         if component != "dance":
             raise VisualHfsmError(f"{component} does not run")
         self.attached.append(component)
-        self._publish(Snapshot(component=component, value={"state": 1}))
+        self._publish(Snapshot(component=component, value=MOMENT))
         return None
 
     async def detach(self, component: str) -> None:
@@ -701,7 +707,7 @@ def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list
     with served.window() as window, served.window() as other:
         assert window.workspace["running"] == [{"component": "dance"}]
         window.ask("attach", component="dance")
-        window.wait_for_push("snapshot", component="dance", value={"state": 1})
+        window.wait_for_push("snapshot", component="dance", value=msgspec.to_builtins(MOMENT))
         other.ask("listFiles")
         assert not [push for push in other.pushes if push["push"] == "snapshot"]
         other.ask("attach", component="dance")

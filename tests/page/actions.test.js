@@ -5,11 +5,11 @@ import {Socket, STATIC} from "./page.js";
 
 globalThis.addEventListener ??= () => {};
 
-const {actions, findActions, isEnabled, MENUS, perform, RUN_MENU, selectionActions, selectionTitle} = await import(
-  new URL("actions.js", STATIC).href
-);
-const {keyTable, listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC).href);
+const {MENUS, RUN_MENU, selectionActions, selectionTitle} = await import(new URL("actions.js", STATIC).href);
+const {keyTable} = await import(new URL("dialogs/key-table.js", STATIC).href);
+const {listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC).href);
 const {page} = await import(new URL("page.js", STATIC).href);
+const {actions, findActions, isEnabled, perform} = await import(new URL("registry.js", STATIC).href);
 const {store} = await import(new URL("store.js", STATIC).href);
 
 const state = (id, fields = {}) => ({id, name: `s${id}`, initial: false, final: false, children: [], ...fields});

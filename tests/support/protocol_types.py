@@ -18,9 +18,8 @@ from msgspec import inspect as shapes
 
 from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
 from interfaces.hfsm import Explanation, ReloadReport
-from visualhfsm.code_help.completion import Completions, Signature
-from visualhfsm.code_help.completion import Explanation as NameExplanation
-from visualhfsm.code_help.worker import InterfaceDescription
+from visualhfsm.code_help.answers import Completions, InterfaceDescription, Signature
+from visualhfsm.code_help.answers import Explanation as NameExplanation
 from visualhfsm.editing.commands import COMMANDS
 from visualhfsm.editing.diff import Difference
 from visualhfsm.editing.places import Hit

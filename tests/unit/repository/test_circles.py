@@ -1,16 +1,27 @@
-"""Modules import one another in one direction; circles are small and of one idea."""
+"""Modules import one another in one direction, those of the page too; circles are small and of one idea."""
 
 from __future__ import annotations
 
+import posixpath
+import re
 import tomllib
+from collections.abc import Mapping
 from typing import Final
 
 import grimp
 
 from tests.support.places import ROOT
+from visualhfsm.run_page import STATIC
 
 LARGEST_CIRCLE: Final = 3
 """Modules, such as those of the communicator, its proxies and its servants, which name one another."""
+
+PAGE_COMMENT: Final = re.compile(r"/\*.*?\*/|^\s*//.*?$", re.DOTALL | re.MULTILINE)
+PAGE_IMPORT: Final = re.compile(
+    r"""^\s*(?:import|export)\s(?:[^"';]*?\sfrom\s)?\s*["'](\.[^"']+)["'] | \bimport\(\s*["'](\.[^"']+)["']""",
+    re.MULTILINE | re.VERBOSE,
+)
+"""An import of a module of the page, at its beginning or when it is first needed."""
 
 
 def circles(graph: grimp.ImportGraph) -> list[list[str]]:
@@ -26,6 +37,17 @@ def circles(graph: grimp.ImportGraph) -> list[list[str]]:
     return [circle for circle in found if len(circle) > 1]
 
 
+def page_graph(modules: Mapping[str, str]) -> grimp.ImportGraph:
+    """Return who imports whom in modules of the page, whose texts are given by their paths."""
+    graph = grimp.ImportGraph()
+    for name, text in modules.items():
+        graph.add_module(name)
+        for targets in PAGE_IMPORT.findall(PAGE_COMMENT.sub("", text)):
+            target = posixpath.normpath(posixpath.join(posixpath.dirname(name), "".join(targets)))
+            graph.add_import(importer=name, imported=target)
+    return graph
+
+
 def test_circles_of_imports_are_small() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     graph = grimp.build_graph(*project["tool"]["importlinter"]["root_packages"], cache_dir=None)
@@ -37,3 +59,23 @@ def test_a_circle_through_several_modules_is_found() -> None:
     for importer, imported in (("a", "b"), ("b", "c"), ("c", "d"), ("d", "a"), ("e", "a")):
         graph.add_import(importer=importer, imported=imported)
     assert circles(graph) == [["a", "b", "c", "d"]]
+
+
+def test_circles_of_the_page_are_small() -> None:
+    paths = [path for path in STATIC.rglob("*.js") if "vendor" not in path.parts]
+    graph = page_graph({path.relative_to(STATIC).as_posix(): path.read_text("utf-8") for path in paths})
+    assert graph.count_imports() > 400
+    assert [circle for circle in circles(graph) if len(circle) > LARGEST_CIRCLE] == []
+
+
+def test_imports_of_the_page_are_found_where_they_are_needed_too() -> None:
+    modules = {
+        "app.js": 'import {\n  one,\n} from "./a/one.js";\nimport "./two.js";\n/** @import {X} from "./types.js" */',
+        "a/one.js": 'const two = () => import("../two.js");\nexport {three} from "./three.js";',
+        "a/three.js": '/**\n * import "./no.js";\n * @type {import("./no.js").X}\n */\n// import "./no.js";\n',
+        "two.js": 'run(async () => (await import("./app.js")).start());\n',
+    }
+    graph = page_graph(modules)
+    assert graph.modules == {*modules}
+    assert graph.find_modules_directly_imported_by("a/one.js") == {"two.js", "a/three.js"}
+    assert circles(graph) == [["a/one.js", "app.js", "two.js"]]

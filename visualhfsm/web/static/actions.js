@@ -1,14 +1,4 @@
-/**
- * All actions of the user in one table, for buttons, menus, the palette, keys and help.
- *
- * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
- *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, scope?: "canvas" | "typing", hint?: string,
- *   help?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint`
- *   says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch is on.
- * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
- *   point?: {x: number, y: number}, text?: string}} Context `point` is where in the drawing a menu was opened, `text`
- *   what is pasted
- */
+/** All actions of the user in one table, for buttons, menus, the palette, keys and help. */
 
 import {canvasActions, drawnSelection} from "./canvas/actions.js";
 import * as commands from "./commands.js";
@@ -16,7 +6,7 @@ import {holdKeys} from "./holding.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
 import {monitor} from "./monitor/monitor.js";
 import {page} from "./page.js";
-import {required} from "./required.js";
+import {addActions} from "./registry.js";
 import {runs} from "./runs.js";
 
 const hasDocument = () => Boolean(page.document);
@@ -28,8 +18,7 @@ const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab
 
 const files = () => import("./files.js");
 
-/** @type {Action[]} */
-const LIST = [
+addActions([
   {
     id: "up",
     label: "Up",
@@ -306,7 +295,7 @@ const LIST = [
     scope: "canvas",
     run: ({canvas}) => canvas.cancel() || (canvas.comparison ? canvas.comparison.end() : page.select({})),
   },
-];
+]);
 
 /** The menu beside Run. */
 export const RUN_MENU = [
@@ -354,41 +343,6 @@ export const MENUS = [
   },
   {title: "Help", groups: [["help", "tour", "palette"]]},
 ];
-
-/** @type {Map<string, Action>} */
-export const actions = new Map(LIST.map((action) => [action.id, action]));
-
-/** An action by its id. @param {string} id */
-export const actionOf = (id) => required(actions.get(id), `action ${id}`);
-
-/** Whether an action is possible now. @param {Action} action @param {Context} context */
-export const isPossible = (action, context) => action.enabled?.(context) ?? true;
-
-/** Whether an action is possible now. @param {string} id @param {Context} context */
-export const isEnabled = (id, context) => isPossible(actionOf(id), context);
-
-/** Perform an action, if it is possible now. @param {string} id @param {Context} context */
-export function perform(id, context) {
-  return isEnabled(id, context) ? actionOf(id).run(context) : undefined;
-}
-
-/**
- * The actions that are possible now and contain all words of a text; those whose label begins with it come first.
- *
- * @param {string} text
- * @param {Context} context
- */
-export function findActions(text, context) {
-  const sought = text.trim().toLowerCase();
-  const words = sought.split(/\s+/);
-  /** @param {Action} action */
-  const rank = ({label}) =>
-    [label.toLowerCase().startsWith(sought), label.toLowerCase().includes(sought), true].indexOf(true);
-  return LIST.filter(({id, label, hint = "", help = ""}) => {
-    const all = `${label} ${hint} ${help}`.toLowerCase();
-    return id !== "palette" && id !== "cancel" && words.every((word) => all.includes(word)) && isEnabled(id, context);
-  }).sort((one, other) => rank(one) - rank(other));
-}
 
 /** The selection in words. */
 export function selectionTitle() {

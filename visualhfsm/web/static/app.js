@@ -10,11 +10,11 @@
 
 import {html, nothing, render} from "lit";
 
+import "./actions.js";
 import "./canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {perform} from "./actions.js";
 import {askTab} from "./commands.js";
 import {PageElement} from "./element.js";
 import {holdKeys} from "./holding.js";
@@ -28,6 +28,7 @@ import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
 import {countOf} from "./problems.js";
+import {perform} from "./registry.js";
 import {isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, resizer, restoreSizes} from "./shell.js";

@@ -1,7 +1,7 @@
 /**
  * The base of the elements of the page.
  *
- * @import {Context} from "./actions.js"
+ * @import {Context} from "./registry.js"
  * @import {HfsmApp} from "./app.js"
  * @import {PageEvents} from "./page.js"
  * @import {Target} from "./events.js"

@@ -1,13 +1,8 @@
-/** Keys and their actions. The table itself is in actions.js. */
+/** Keys and their actions. The actions are defined in actions.js. */
 
-import {actionOf, actions, perform} from "./actions.js";
 import {isHeld} from "./holding.js";
-import {MONITOR_KEYS} from "./monitor/actions.js";
+import {actionOf, actions, perform} from "./registry.js";
 import {required} from "./required.js";
-
-/** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./actions.js").Action>} */
-const byKey = new Map();
-for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
 
 const isMac = /^(Mac|iP)/.test(navigator.platform);
 
@@ -93,9 +88,12 @@ function isTyping(target) {
 /**
  * Listen for keys.
  *
- * @param {import("./actions.js").Context} context
+ * @param {import("./registry.js").Context} context
  */
 export function listenForKeys(context) {
+  /** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./registry.js").Action>} */
+  const byKey = new Map();
+  for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
   document.addEventListener("keydown", (event) => {
     const [target] = event.composedPath(); // includes elements in the shadow root of the code editor
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
@@ -117,74 +115,4 @@ export function listenForKeys(context) {
     event.preventDefault();
     perform("paste", {...context, text: event.clipboardData?.getData("text/plain")});
   });
-}
-
-/** All keys for the help: groups of [keys, what it does]. */
-export function keyTable() {
-  /** @param {string} id */
-  const row = (id) => {
-    const {label, hint, help, keys = []} = actionOf(id);
-    return {keys: keys.map((key) => spoken(key)), text: help ?? (hint ? `${label}: ${hint}` : label)};
-  };
-  const groups = {
-    Draw: [
-      "select",
-      "newState",
-      "newTransition",
-      "rename",
-      "edit",
-      "editCode",
-      "openChild",
-      "markInitial",
-      "toggleFinal",
-      "delete",
-    ],
-    "Move around": [
-      "up",
-      "moveLeft",
-      "moveRight",
-      "moveUp",
-      "moveDown",
-      "goLeft",
-      "goRight",
-      "goUp",
-      "goDown",
-      "goNext",
-      "goBack",
-      "cancel",
-    ],
-    Edit: [
-      "undo",
-      "redo",
-      "copy",
-      "cut",
-      "paste",
-      "duplicate",
-      "group",
-      "selectAll",
-      "tryEarlier",
-      "tryLater",
-      "resetHandle",
-      "layout",
-      "layoutAll",
-    ],
-    View: [
-      "fit",
-      "fitSelection",
-      "zoomIn",
-      "zoomOut",
-      "palette",
-      "search",
-      "problems",
-      "output",
-      "undoSteps",
-      "robot",
-      "theme",
-      "help",
-    ],
-    Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
-    "Data and run": ["interfaces", "timing", "variables", "functions", "component", "generate", "run", "stopRun"],
-    "Follow and steer": MONITOR_KEYS,
-  };
-  return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));
 }

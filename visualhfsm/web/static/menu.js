@@ -2,9 +2,10 @@
 
 import {html, nothing, render} from "lit";
 
-import {actionOf, isPossible, selectionActions, selectionTitle} from "./actions.js";
+import {selectionActions, selectionTitle} from "./actions.js";
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
+import {actionOf, isPossible} from "./registry.js";
 import {required} from "./required.js";
 
 const GAP = 4; // pixels between a button and the menu below it
@@ -21,7 +22,7 @@ const RARE = new Set(["repairNumbers", "extract", "inline"]);
  * has no `title`.
  *
  * @typedef {{groups?: (string | Action)[][], title?: string, label?: string}} Content
- * @import {Action, Context} from "./actions.js"
+ * @import {Action, Context} from "./registry.js"
  */
 
 /** @type {HTMLElement | undefined} */

@@ -14,6 +14,7 @@
 
 import {html, nothing, render} from "lit";
 
+import "./actions.js";
 import {HfsmCanvas} from "./canvas/canvas.js";
 import "./tree.js";
 import "./monitor/cameras.js";

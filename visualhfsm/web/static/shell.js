@@ -10,7 +10,7 @@
 
 import {html, nothing} from "lit";
 
-import {actionOf, isEnabled, perform, selectionTitle} from "./actions.js";
+import {selectionTitle} from "./actions.js";
 import {ask} from "./commands.js";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
@@ -19,6 +19,7 @@ import {monitor} from "./monitor/monitor.js";
 import {notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {countOf} from "./problems.js";
+import {actionOf, isEnabled, perform} from "./registry.js";
 import {store} from "./store.js";
 import {copyUnsent, unsentBanner} from "./unsent.js";
 
@@ -26,7 +27,7 @@ import {copyUnsent, unsentBanner} from "./unsent.js";
  * A button for an action.
  *
  * @param {string} id
- * @param {import("./actions.js").Context} context
+ * @param {import("./registry.js").Context} context
  * @param {{label?: boolean | "short", kind?: string, words?: string, image?: string}} options a `short` label leaves
  *   out the key; `words` and `image` replace those of the action
  */
@@ -299,7 +300,7 @@ class Status extends PageElement {
  * Banners above everything until their cause is resolved: the server is offline, the robot is stopped, another program
  * changed a file, changes were not saved, or typed text was not sent.
  *
- * @param {import("./actions.js").Context} context
+ * @param {import("./registry.js").Context} context
  */
 export function banner({app, canvas}) {
   if (!store.online && store.offlineSince) {

@@ -13,7 +13,7 @@ import {notify} from "./notices.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
 
-/** @import {Context} from "./actions.js" */
+/** @import {Context} from "./registry.js" */
 
 /**
  * An element of the page, and its explanation. `enter` is performed there; with `types` the user types there, so the
@@ -111,7 +111,7 @@ async function editExample({app}) {
   page.edit({kind: "transition", automaton: root.id, id: timed.id, part: "trigger"});
 }
 
-/** @param {import("./actions.js").Context} context */
+/** @param {import("./registry.js").Context} context */
 export async function startTour(context) {
   if (page.tabState?.title !== EXAMPLE) await openNew(EXAMPLE);
   const bubble = document.createElement("div");

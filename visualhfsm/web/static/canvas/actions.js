@@ -1,7 +1,7 @@
 /**
  * The actions on the drawing; part of the table of all actions.
  *
- * @import {Context} from "../actions.js"
+ * @import {Context} from "../registry.js"
  * @import {Automaton, Commands} from "../protocol.js"
  */
 
@@ -77,7 +77,7 @@ const align = (side) => () => {
 /** @param {"x" | "y"} along */
 const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
 
-/** @type {import("../actions.js").Action[]} */
+/** @type {import("../registry.js").Action[]} */
 export const canvasActions = [
   {
     id: "select",

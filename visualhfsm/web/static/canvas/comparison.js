@@ -17,7 +17,7 @@ import {store} from "../store.js";
 /** @type {Record<string, number>} */
 const RANK = {added: 4, removed: 4, changed: 3, inside: 2, moved: 1};
 
-/** Ask for the version to compare with, and show the differences. @param {import("../actions.js").Context} context */
+/** Ask for the version to compare with, and show the differences. @param {import("../registry.js").Context} context */
 export async function compare({canvas}) {
   if (canvas.comparison) {
     canvas.comparison.end();

@@ -7,9 +7,9 @@
 import {html} from "lit";
 
 import {picture} from "../canvas/export.js";
-import {keyTable} from "../keys.js";
 import {currentTheme} from "../theme.js";
 import {showDialog} from "./dialog.js";
+import {keyTable} from "./key-table.js";
 
 /** @type {State} */
 const plain = {
@@ -58,7 +58,7 @@ const TRIGGERS = [
   ["When all below have finished", "finished"],
 ];
 
-/** @param {import("../actions.js").Context} context */
+/** @param {import("../registry.js").Context} context */
 export async function showHelp(context) {
   const tour = await showDialog({
     title: "Help",

@@ -2,16 +2,16 @@
 
 import {html, nothing} from "lit";
 
-import {findActions, perform} from "../actions.js";
 import {icon} from "../icons.js";
 import {spoken} from "../keys.js";
+import {findActions, perform} from "../registry.js";
 import {showDialog} from "./dialog.js";
 
 /**
  * Let the user choose an action, and perform it.
  *
  * @import {From} from "../element.js"
- * @param {import("../actions.js").Context} context
+ * @param {import("../registry.js").Context} context
  */
 export async function showPalette(context) {
   let text = "";

@@ -50,7 +50,7 @@ function force() {
   return undefined;
 }
 
-/** Generate the component and reload it. @param {import("../actions.js").Context} context */
+/** Generate the component and reload it. @param {import("../registry.js").Context} context */
 async function reload(context) {
   if (!(await context.app.generate({quiet: true}))) return;
   const report = await monitor.steer("reload");
@@ -64,14 +64,14 @@ async function reload(context) {
     );
 }
 
-/** Run with values of the parameters that the user is asked for. @param {import("../actions.js").Context} context */
+/** Run with values of the parameters that the user is asked for. @param {import("../registry.js").Context} context */
 async function runWith({app}) {
   const {tab} = page;
   const options = await (await dialogs()).askParameters(tab, page.shownDocument.fields.parameters);
   if (options && page.tab === tab) await app.run(options);
 }
 
-/** @type {import("../actions.js").Action[]} */
+/** @type {import("../registry.js").Action[]} */
 export const monitorActions = [
   {
     id: "attach",

@@ -7,10 +7,11 @@
 
 import {html, nothing} from "lit";
 
-import {isEnabled, perform, RUN_MENU} from "../actions.js";
+import {RUN_MENU} from "../actions.js";
 import {icon} from "../icons.js";
 import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
+import {isEnabled, perform} from "../registry.js";
 import {needsRobot} from "../robot.js";
 import {runs} from "../runs.js";
 import {actionButton, menuButton} from "../shell.js";
