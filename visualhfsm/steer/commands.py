@@ -36,7 +36,7 @@ _Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 _PANEL: Final = "Steer a running component"
 _PYTHON: Final = {"True": "true", "False": "false", "None": "null"}
 _OPENING: Final = ("{", "[", '"')
-_PATIENCE: Final = 1.0
+_ANSWER_LIMIT: Final = 1.0  # s
 _PLACES: Final = (Path(), Path("behaviors"))
 _shared = with_settings(defaults={"clock": "wall"})
 
@@ -227,7 +227,7 @@ def _wait_for_stop(target: Target, seconds: float) -> None:
         if left <= 0:
             raise VisualHfsmError(f"{target.name} reached no breakpoint within {seconds:g} s")
         with suppress(TimeoutException):
-            snapshot = stream.wait(after=stream.latest(), timeout=min(left, _PATIENCE)).value
+            snapshot = stream.wait(after=stream.latest(), timeout=min(left, _ANSWER_LIMIT)).value
 
 
 def force(

@@ -26,7 +26,7 @@ from visualhfsm.monitoring.realm import MONITOR_PREFIX, did_you_mean, missing_co
 from zenoh_ice import Communicator, ObjectNotExistException, Settings, initialize
 from zenoh_ice.text import printable
 
-_SETTLING: Final = 1.0
+_DISCOVERY_TIME: Final = 1.0
 """Seconds in which other components are discovered, for suggestions."""
 _SHOWN: Final = 12
 """Addresses that an error names at most."""
@@ -63,7 +63,7 @@ def steered(settings: Settings, name: str) -> Iterator[Target]:
         try:
             monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
         except ObjectNotExistException as error:
-            raise missing_component(communicator, name, _SETTLING) or error from error
+            raise missing_component(communicator, name, _DISCOVERY_TIME) or error from error
         with refusals(name):
             yield Target(name, monitor, monitor.getStructure(), communicator)
 

@@ -17,7 +17,7 @@ from visualhfsm.run_page import Figure
 from visualhfsm.watch.telemetry import CAMERA, IMAGE_SIZE
 from zenoh_ice.text import printable
 
-SETTLING = 2.0
+SETTLING_TIME = 2.0
 """Seconds after a mark appears that do not count: the head is still turning."""
 _GAP = 0.6
 """Seconds without a mark after which it counts as lost."""
@@ -49,7 +49,7 @@ class Summary:
 def summarize(log: RunLog, camera: str = CAMERA, size: tuple[int, int] = IMAGE_SIZE) -> Summary:
     """Compute the figures of a run; `size` is that of the image of `camera` in pixels.
 
-    A mark counts from `SETTLING` seconds after it appeared, and again after a gap of 0.6 s without it.
+    A mark counts from `SETTLING_TIME` seconds after it appeared, and again after a gap of 0.6 s without it.
     """
     images = f"images.{camera}"
     names = ("robot.lag", images, "robot.torsoTilt", "robot.realTimeFactor")
@@ -81,7 +81,7 @@ def _centered(log: RunLog, camera: str, size: tuple[int, int]) -> dict[str, tupl
         for time, u, v in points:
             since = time if time - before > _GAP else since
             before = time
-            if time - since >= SETTLING:
+            if time - since >= SETTLING_TIME:
                 settled.append(in_middle_third(u, v, size))
         if settled:
             shares[label] = sum(settled) / len(settled), len(settled)
@@ -98,7 +98,7 @@ def figures_of(summary: Summary) -> Iterator[Figure]:
     """Yield the figures as people read them."""
     yield Figure("watched", f"{summary.duration:.1f} s", "of the component's time")
     for label, (share, count) in summary.centered.items():
-        note = f"of {count} moments from {SETTLING:g} s after it was first seen"
+        note = f"of {count} moments from {SETTLING_TIME:g} s after it was first seen"
         name = f"{printable(label)} in the middle third".strip()
         yield Figure(name, f"{100 * share:.1f} %", note)
     if summary.torso_tilt is not None:

@@ -23,7 +23,7 @@ from tempfile import TemporaryDirectory, gettempdir
 from typing import Final
 
 _PREFIX: Final = "visualhfsm-launch-"
-_PATIENCE: Final = 20.0
+_OPENING_LIMIT: Final = 20.0
 """Seconds after which a browser has opened the page, or cannot read it."""
 _YOUNGEST: Final = 60.0
 """Seconds after which a directory that nobody holds was left behind, and not just made."""
@@ -100,7 +100,7 @@ def open_browser(page: LaunchPage) -> None:
 
     # Some browsers run until they are closed.
     threading.Thread(target=launch, name="launch of the browser", daemon=True).start()
-    asyncio.get_running_loop().call_later(_PATIENCE, expect)
+    asyncio.get_running_loop().call_later(_OPENING_LIMIT, expect)
 
 
 def _base() -> Path:

@@ -22,7 +22,7 @@ from typing import Final
 
 _KEY_BYTES: Final = 32
 _CHALLENGES: Final = 64
-_LONGEST: Final = 128  # characters of the nonce of a page
+_LONGEST_NONCE: Final = 128  # characters of the nonce of a page
 
 _logger = logging.getLogger(__name__)
 
@@ -38,7 +38,7 @@ class Resumption:
         """Return the proof for a page's nonce, and the challenge that the page has to answer."""
         challenge = secrets.token_hex(_KEY_BYTES)
         self._challenges.append(challenge)
-        return {"challenge": challenge, "proof": self._signed("server", nonce[:_LONGEST], challenge)}
+        return {"challenge": challenge, "proof": self._signed("server", nonce[:_LONGEST_NONCE], challenge)}
 
     def accepts(self, challenge: str, proof: str) -> bool:
         """Whether a page has answered a challenge, which is used up by that."""
