@@ -83,9 +83,9 @@ def _is_installed(backend: str) -> bool:
     return False
 
 
-_FRAME_TIMEOUT: Final = 1.0
-_SETUP_TIMEOUT: Final = 10.0
-_VIRTUAL_TIMEOUT: Final = 60.0
+_FRAME_TIMEOUT: Final = 1.0  # s
+_SETUP_TIMEOUT: Final = 10.0  # s
+_VIRTUAL_TIMEOUT: Final = 60.0  # s
 _QUEUE_LENGTH: Final = 16
 _MOST_GEOMS: Final = 400
 _SMALL: Final = (32, 24)

@@ -22,8 +22,8 @@ from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
 _WIDEST_IMAGE: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
-_SETTLING_TIME: Final = 1.0
-_GAP: Final = 0.0002
+_SETTLING_TIME: Final = 1.0  # s
+_GAP: Final = 0.0002  # m
 """Height in m from which the soles are lowered to the floor."""
 
 

@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 STEPS_PER_TICK = 4
 """Physics steps in a control tick: 2.5 ms each, 10 ms in all, the cycle of the robot's motor boards."""
 _MOST_TICKS_AT_ONCE = 10
-_JOIN_TIMEOUT = 5.0
+_JOIN_TIMEOUT = 5.0  # s
 _ROUNDING = 1e-6
 _REMEMBERED: Final = 16
 """Snapshots that are kept: those of 0.15 s."""
@@ -267,8 +267,8 @@ class VirtualSimulator(Simulator):
         self._detach()
 
 
-_SHORTEST_SLEEP: Final = 0.0005
-_LONGEST_SLEEP: Final = 0.05
+_SHORTEST_SLEEP: Final = 0.0005  # s
+_LONGEST_SLEEP: Final = 0.05  # s
 
 
 class SimulationClock:
@@ -305,7 +305,7 @@ class SimulationClock:
 
 WINDOW = 1.0
 """Wall seconds over which the real-time factor and the lag are measured."""
-SAMPLE_INTERVAL = 0.05
+SAMPLE_INTERVAL = 0.05  # s
 MAX_LAG = 0.25
 """Wall seconds of lag after which the schedule is shifted: lost time is not made up for in a burst."""
 SHORTEST_WAIT = 0.001

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import shutil
 import subprocess
 import sys
@@ -28,10 +29,13 @@ def project(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+def run(
+    project: Path, *arguments: str, environment: dict[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, *arguments],
         cwd=project,
+        env={**os.environ, **(environment or {})},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -75,6 +79,17 @@ def test_it_is_named_by_pytest(project: Path, test: str) -> None:
         f"{project / 'interfaces.py'} hides the package interfaces of VisualHFSM: rename it\n" in done.stdout
     )
     assert "it was executed" not in done.stdout
+
+
+@pytest.mark.parametrize("module", ["ballmover", "naoserver.naoqi", "visualhfsm"])
+def test_it_is_found_wherever_python_looks(project: Path, tmp_path: Path, module: str) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    done = run(elsewhere, "-P", "-m", module, environment={"PYTHONPATH": str(project)})
+    name = module.rpartition(".")[2]
+    hiding = project / "interfaces.py"
+    expected = f"{name}: error: {hiding} hides the package interfaces of VisualHFSM: rename it\n"
+    assert (done.returncode, done.stdout) == (1, expected)
 
 
 def test_a_robot_is_stopped_beside_it_all_the_same(project: Path) -> None:

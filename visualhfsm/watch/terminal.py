@@ -27,7 +27,7 @@ from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.text import printable
 
 _PERIOD: Final = 0.1
-_LINE_PERIOD: Final = 1.0
+_LINE_PERIOD: Final = 1.0  # s
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,8 +68,8 @@ def _finite(value: float, written: str) -> float:
     return number
 
 
-_LARGEST_TIME: Final = 1e12
-_SHORTEST_TIME: Final = 0.000_001
+_LARGEST_TIME: Final = 1e12  # ms
+_SHORTEST_TIME: Final = 0.000_001  # ms
 _UNKNOWN: Final = object()
 
 
