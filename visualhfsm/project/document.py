@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
@@ -59,8 +59,13 @@ class Owner(Protocol):
     def notify(self, event: Event) -> None:
         """Notify the listeners of the project of an event."""
 
-    def target(self, document: OpenDocument, path: str | Path, *, overwrite: bool) -> Path:
-        """Return the file below the root to which a document may be saved. Raises VisualHfsmError."""
+    def saving(
+        self, document: OpenDocument, path: str | Path, *, overwrite: bool
+    ) -> AbstractContextManager[Path]:
+        """Return the file below the root to which a document is saved; nobody opens it meanwhile.
+
+        Raises VisualHfsmError when it may not be saved there.
+        """
 
     def file(self, path: str | Path) -> Path:
         """Return the path of a document below the root. Raises ForbiddenPathError."""
@@ -108,6 +113,10 @@ class OpenDocument:
     def path(self) -> Path | None:
         """The file, None as long as there is none."""
         return self._version.path
+
+    def has(self, file: Path) -> bool:
+        """Return whether this is the document of a file, also one to which it is just being saved."""
+        return self._session.path == file
 
     @property
     def saved(self) -> Document | None:
@@ -211,17 +220,20 @@ class OpenDocument:
         `overwrite` saves over another file, over one in an older format, and over what another program wrote
         there meanwhile. Without it, these raise WouldOverwriteError, OldFormatError and ChangedOutsideError.
         """
-        target = None if path is None else self._owner.target(self, path, overwrite=overwrite)
         with self.together():
-            saved = self._session.save(target, overwrite=overwrite)
+            if path is None:
+                saved = self._session.save(overwrite=overwrite)
+            else:
+                with self._owner.saving(self, path, overwrite=overwrite) as target:
+                    saved = self._session.save(target, overwrite=overwrite)
             self._file = "same"
             return saved
 
     def save_copy(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the document to another file, which does not become its own; return its path."""
-        target = self._owner.target(self, path, overwrite=overwrite)
-        write_file(target, self.text().encode())
-        return target
+        with self._owner.saving(self, path, overwrite=overwrite) as target:
+            write_file(target, self.text().encode())
+            return target
 
     def refresh(self) -> FileState:
         """See what other programs did to the file, and return it; listeners are notified of what is new.

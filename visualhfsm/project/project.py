@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import stat
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -71,7 +72,10 @@ class Project:
         self._most = most
         self._listeners = Listeners()
         self._opening = threading.RLock()
-        """Held while a document is opened, so that two threads do not open it twice."""
+        """Held while a document is opened or gets a file, so that no two documents have the same one.
+
+        It may be taken while a document is locked; nobody locks a document while holding it.
+        """
         self._documents: list[OpenDocument] = []
         self._closed = False
         self._abandoned: dict[str, Abandoned] = {}
@@ -110,7 +114,7 @@ class Project:
 
     def find(self, path: Path) -> OpenDocument | None:
         """Return the open document of a file."""
-        return next((each for each in self.documents if each.path == path), None)
+        return next((each for each in self.documents if each.has(path)), None)
 
     def require_room(self) -> None:
         """Raise TooManyError when no more documents can be opened."""
@@ -233,19 +237,21 @@ class Project:
         """Return the path of a document below the root."""
         return self.root.document(str(path))
 
-    def target(self, document: OpenDocument, path: str | Path, *, overwrite: bool) -> Path:
-        """Return the file to which a document may be saved; its folder is made."""
+    @contextmanager
+    def saving(self, document: OpenDocument, path: str | Path, *, overwrite: bool) -> Iterator[Path]:
+        """Return the file to which a document is saved; its folder is made, and nobody opens it meanwhile."""
         file = self.file(path)
-        if self.find(file) not in {None, document}:
-            raise WouldOverwriteError(f"{path} is open, too; close that document first")
-        if file.exists() and file != document.path and not overwrite:
-            raise WouldOverwriteError(f"{path} already exists")
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            what = f"Cannot create the folder {file.parent.name}"
-            raise EditError(what, error.strerror or str(error), "choose another name") from error
-        return file
+        with self._opening:
+            if self.find(file) not in {None, document}:
+                raise WouldOverwriteError(f"{path} is open, too; close that document first")
+            if file.exists() and file != document.path and not overwrite:
+                raise WouldOverwriteError(f"{path} already exists")
+            try:
+                file.parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                what = f"Cannot create the folder {file.parent.name}"
+                raise EditError(what, error.strerror or str(error), "choose another name") from error
+            yield file
 
     def forget(self, document: OpenDocument) -> None:
         """Forget a document that is closed."""

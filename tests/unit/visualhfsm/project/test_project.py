@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import sys
 import threading
@@ -13,7 +14,7 @@ import pytest
 
 from codegen.hfsm import write_document
 from tests.support.codegen_command import codegen
-from tests.support.editing import tree
+from tests.support.editing import large_document, tree
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from visualhfsm import (
     AddEntry,
@@ -55,17 +56,31 @@ def test_a_document_is_opened_once(project: Project, root: Path) -> None:
     assert project.open("waver.xml") is not document
 
 
-def test_threads_that_open_a_file_get_one_document(project: Project) -> None:
+def test_threads_that_open_a_file_get_one_document(project: Project, root: Path) -> None:
+    (root / "large.xml").write_text(write_document(large_document(500)))  # others come while it is read
     together = threading.Barrier(4)
 
     def open_it(_: int) -> object:
         together.wait(EVENT_LIMIT)
-        return project.open("waver.xml")
+        return project.open("large.xml")
 
     with ThreadPoolExecutor(4) as threads:
         found = [*threads.map(open_it, range(4))]
     assert project.documents == [found[0]]
     assert len({*map(id, found)}) == 1
+
+
+def test_a_file_that_is_being_saved_is_opened_as_the_same_document(project: Project) -> None:
+    with ThreadPoolExecutor(2) as threads:
+        for number in range(20):
+            document, name = project.new(), f"new{number}.xml"
+            saving = threads.submit(document.save, name)
+            found = None
+            while found is None:
+                with contextlib.suppress(MissingError):  # the file is not there yet
+                    found = project.open(name)
+            assert saving.result(EVENT_LIMIT) == document.path
+            assert found is document
 
 
 def test_no_more_documents_than_wanted_are_open(root: Path) -> None:
@@ -130,6 +145,10 @@ def test_unsaved_changes_of_a_project_that_ended_can_be_recovered(root: Path) ->
         project.open("waver.xml").apply(AddState(automaton=1, x=0, y=0, name="kept"))
         project.new().apply(AddState(automaton=1, x=0, y=0, name="dropped"))
         project.new()
+    elsewhere = root.with_name("elsewhere")
+    elsewhere.mkdir()
+    with Project(elsewhere, journals=journals) as project:
+        assert [each.name for each in project.recoverable()] == ["untitled"]
     with Project(root, journals=journals) as project:
         names = {each.name: each.file.name for each in project.recoverable()}
         assert {*names} == {"waver", "untitled"}
@@ -142,10 +161,6 @@ def test_unsaved_changes_of_a_project_that_ended_can_be_recovered(root: Path) ->
             with pytest.raises(MissingError, match="cannot be recovered any more"):
                 again(names["waver"])
         document.undo()
-    elsewhere = root.with_name("elsewhere")
-    elsewhere.mkdir()
-    with Project(elsewhere, journals=journals) as project:
-        assert project.recoverable() == []
 
 
 def test_directories_come_first_and_hidden_files_not_at_all(project: Project, root: Path) -> None:
