@@ -387,6 +387,10 @@ class OpenDocument:
             automaton = root.id
         return svg(document, automaton, component=version.component)
 
+    def _repr_svg_(self) -> str:
+        """Show the root in a notebook."""
+        return self.svg()
+
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _ask(self, wanted: Wanted, place: Place, code: str | None, line: int, column: int) -> Any:  # noqa: ANN401

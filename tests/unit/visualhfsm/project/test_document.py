@@ -320,6 +320,6 @@ def test_a_document_is_simulated_as_it_is(blinker: OpenDocument) -> None:
 
 def test_an_automaton_is_drawn_with_unsaved_changes(blinker: OpenDocument) -> None:
     assert ">off<" in blinker.svg()
-    assert blinker.svg(1) == blinker.svg()
+    assert blinker.svg(1) == blinker.svg() == blinker._repr_svg_()
     with pytest.raises(MissingError, match="no automaton 7"):
         blinker.svg(7)
