@@ -23,6 +23,7 @@ from zenoh_ice.application import cli
 from zenoh_ice.application.last_cycle import CycleFile
 
 from .component import Component, Parameter, parameters_of, ros_of
+from .component_run import ComponentRun
 from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
 from .ending import CycleNotes
@@ -168,7 +169,7 @@ class World:
 
     communicator: Communicator
     connect: Callable[[Component], None]
-    runtime: Callable[..., Runtime] = Runtime
+    runtime: Callable[..., ComponentRun] = Runtime
 
 
 def make_app(
@@ -288,7 +289,12 @@ def _breakpoint(text: str) -> Breakpoint:
 
 
 def _run(
-    runtime: Runtime, seconds: float | None, stop: threading.Event, safety: SafetyPrx, *, stay_halted: bool
+    runtime: ComponentRun,
+    seconds: float | None,
+    stop: threading.Event,
+    safety: SafetyPrx,
+    *,
+    stay_halted: bool,
 ) -> None:
     try:
         runtime.start()
@@ -302,7 +308,7 @@ def _run(
         _end(runtime)
 
 
-def _end(runtime: Runtime) -> None:
+def _end(runtime: ComponentRun) -> None:
     """End the automata and stop the robot: at once, and again when the last cycle has ended."""
     runtime.request_stop()
     if runtime.in_cycle:
@@ -311,20 +317,18 @@ def _end(runtime: Runtime) -> None:
     stop_robot(runtime.component)
 
 
-def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
+def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
     """Wait for the component's end, its time or a signal, and resume it after refused commands."""
     end = None if seconds is None else round(seconds * 1e9)
-    permission = Permission(safety)
+    permission, time = Permission(safety), runtime.component_time
     while not (runtime.ended.is_set() or stop.is_set()):
         if runtime.refusal is None:
             permission.forget()
         runtime.retry(permission.is_given)
         if end is None:
             runtime.ended.wait(_CHECK_PERIOD)
-        elif runtime.timeline.now() < end:
-            runtime.timeline.wait_until(
-                min(end, runtime.timeline.now() + round(_CHECK_PERIOD * 1e9)), runtime.ended
-            )
+        elif time.now() < end:
+            time.wait_until(min(end, time.now() + round(_CHECK_PERIOD * 1e9)), runtime.ended)
         else:
             return
 

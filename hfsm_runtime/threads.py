@@ -89,21 +89,6 @@ class Threads(Observer):
                 thread.join(max(0.0, deadline - time.monotonic()))
         return [run for run, worker in self._workers.items() if worker.thread.is_alive()]
 
-    def pause(self) -> None:
-        """Let running cycles end and start none; component time stands still."""
-        with self._tree.lock:
-            self._tree.held = True
-            self._timeline.pause()
-        self.wake()  # code that sleeps
-
-    def resume(self) -> None:
-        """Resume after a pause."""
-        with self._tree.lock:
-            self._timeline.resume()
-            self._tree.held = self._stopping
-        self._alarm.look()
-        self.wake()
-
     def step(self, runs: tuple[Run, ...]) -> None:
         """Run one cycle of each automaton that is no ghost, in this order, while paused.
 
@@ -185,7 +170,8 @@ class Threads(Observer):
                 worker.thread.join(_STEP)
 
     def wake(self) -> None:
-        """Wake every thread to check for changes."""
+        """Wake every thread to check for changes, such as the end of a pause."""
+        self._alarm.look()
         for worker in self._workers.values():
             worker.wake.set()
 

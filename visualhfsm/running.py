@@ -40,7 +40,7 @@ _PATIENCE: Final = (5.0, 3.0)
 
 _CLOSE_PATIENCE: Final = (3.0, 2.0)
 
-_TRIAL: Final = "visualhfsm.testing.trial"
+_TRIAL: Final = "visualhfsm.simulation.trial"
 """The module that runs a component without a robot."""
 
 

@@ -9,9 +9,9 @@ from interfaces.hfsm import Breakpoint
 
 from ..automaton import Transition
 from ..component import parameter_values, parameters_of
+from ..component_run import ComponentRun
 from ..errors import UnknownElementError, ValueTypeError
 from ..observer import Observer
-from ..runtime import Runtime
 from ..tree import Run
 from ..variables import cells_of, did_you_mean, values_of
 from .expressions import Expression, ExpressionError, Members
@@ -25,7 +25,7 @@ _SELF: Final = "self"
 class Breakpoints(Observer):
     """The breakpoints of a component, and those at which it has paused; create it before the start."""
 
-    def __init__(self, runtime: Runtime) -> None:
+    def __init__(self, runtime: ComponentRun) -> None:
         self._runtime = runtime
         self._lock = runtime.tree.lock
         self._all: tuple[tuple[Breakpoint, Expression | None], ...] = ()

@@ -16,10 +16,10 @@ from interfaces import hfsm
 from zenoh_ice import Communicator, Current
 
 from ..component import Component, require_declared
+from ..component_run import ComponentRun
 from ..errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
 from ..observer import Observer
 from ..robot import connect
-from ..runtime import Runtime
 from ..tree import ChangeKind, Run
 from ..variables import check_kind
 from .breakpoints import Breakpoints
@@ -46,7 +46,7 @@ class _Servant(hfsm.HfsmMonitor):
     ice_concurrent = True  # a step may take long, and must not block other clients
 
     def __init__(
-        self, runtime: Runtime, breakpoints: Breakpoints, connect: Callable[[Component], None]
+        self, runtime: ComponentRun, breakpoints: Breakpoints, connect: Callable[[Component], None]
     ) -> None:
         self._runtime = runtime
         self._breakpoints = breakpoints
@@ -103,7 +103,7 @@ class _Servant(hfsm.HfsmMonitor):
 
     def explain(self, automaton: int, current: Current) -> hfsm.Explanation:  # noqa: ARG002
         with _translated_errors():
-            return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.timeline)
+            return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.component_time)
 
     def reload(self, current: Current | None = None) -> hfsm.ReloadReport:  # noqa: ARG002
         with _translated_errors():
@@ -156,7 +156,7 @@ class Monitor(Observer):
 
     def __init__(
         self,
-        runtime: Runtime,
+        runtime: ComponentRun,
         communicator: Communicator,
         breakpoints: Iterable[hfsm.Breakpoint] = (),
         connect_proxies: Callable[[Component], None] | None = None,

@@ -9,8 +9,8 @@ from __future__ import annotations
 import linecache
 import sys
 import threading
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -28,9 +28,9 @@ from ..component import (
     proxies_of,
     source_of,
 )
+from ..component_run import ComponentRun
 from ..errors import ComponentError, ReloadRefusedError
 from ..loading import load_module
-from ..runtime import Runtime
 from ..source_map import locate
 from ..tree import Replaced, Run, Tree, grow
 from ..variables import cells_of, values_of
@@ -38,59 +38,71 @@ from .expressions import plain
 
 
 class Reloading:
-    """Reload one component, any number of times; create it before the component starts.
+    """Exchange one component for other versions of it, any number of times; create it before it has run.
 
     `connect` connects the proxies of a component that are not connected yet.
     """
 
-    def __init__(self, runtime: Runtime, connect: Callable[[Component], None]) -> None:
-        self._runtime = runtime
+    def __init__(self, run: ComponentRun, connect: Callable[[Component], None]) -> None:
+        self._run = run
         self._connect = connect
         self._busy = threading.Lock()
-        self._first = first_values_of(runtime.tree.runs)
+        self._first = first_values_of(run.tree.runs)
 
     def reload(self) -> ReloadReport:
         """Continue with the present file of the component; keep the states, timers and variables it has.
 
         Raises ReloadRefusedError; the component then continues unchanged.
         """
+        with self._alone():
+            run = self._run
+            if run.tree.root.entered is None or run.ended.is_set():
+                raise ReloadRefusedError("the component does not run")
+            former = type(run.component)
+            loaded = _load_again(former, Path(source_of(run.component)))
+            try:
+                report = self._exchange(self._make(loaded))
+            except ReloadRefusedError:
+                _forget(loaded)
+                raise
+            _forget(former)
+            return report
+
+    def exchange(self, component: Component) -> ReloadReport:
+        """Continue with another version of the component; raises what making its automata raises."""
+        with self._alone():
+            return self._exchange(Replacement(self._run.component, component, self._connect))
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
         if not self._busy.acquire(blocking=False):
             raise ReloadRefusedError("another reload is under way")
         try:
-            return self._reload()
+            yield
         finally:
             self._busy.release()
 
-    def _reload(self) -> ReloadReport:
-        runtime = self._runtime
-        if runtime.tree.root.entered is None or runtime.ended.is_set():
-            raise ReloadRefusedError("the component does not run")
-        former = type(runtime.component)
-        loaded = _load_again(former, Path(source_of(runtime.component)))
-        try:
-            replacement = self._make(loaded)
-            name = replacement.runs[0].automaton.name
-            if name != runtime.name:
-                raise ReloadRefusedError(f"the file now defines {name}, not {runtime.name}")
-            apply = partial(replacement.apply, runtime.tree, self._first)
-            held = runtime.replace(replacement.component, replacement.runs, apply)
-        except ReloadRefusedError:
-            _forget(loaded)
-            raise
-        _forget(former)
+    def _exchange(self, replacement: Replacement) -> ReloadReport:
+        run = self._run
+        apply = partial(replacement.apply, run.tree, self._first)
+        held = run.replace(replacement.component, replacement.runs, apply)
         self._first = replacement.first
-        return ReloadReport(runtime.reloads, held, replacement.not_kept)
+        return ReloadReport(run.reloads, held, replacement.not_kept)
 
     def _make(self, loaded: type[Component]) -> Replacement:
-        former = self._runtime.component
+        run = self._run
         try:
-            return Replacement(former, loaded(), self._connect)
+            made = Replacement(run.component, loaded(), self._connect)
         except (ComponentError, ZenohIceError) as error:
             raise ReloadRefusedError(str(error)) from error
         except (Exception, SystemExit) as error:  # a document may define what makes its component
             raise ReloadRefusedError(
                 f"the component cannot be created: {type(error).__name__}: {error}"
             ) from error
+        name = made.runs[0].automaton.name
+        if name != run.name:
+            raise ReloadRefusedError(f"the file now defines {name}, not {run.name}")
+        return made
 
 
 FirstValues = Mapping[str, object]

@@ -6,13 +6,13 @@ from interfaces import hfsm
 
 from ..automaton import Transition
 from ..component import parameter_values, parameters_of
-from ..runtime import Runtime
+from ..component_run import ComponentRun
 from ..tree import Run
 from ..variables import short_repr, variables_of
 from .breakpoints import Breakpoints
 
 
-def structure_of(runtime: Runtime) -> hfsm.ComponentStructure:
+def structure_of(runtime: ComponentRun) -> hfsm.ComponentStructure:
     """Return the automata of a component, the root first, each before its children."""
     return hfsm.ComponentStructure(
         name=runtime.name,
@@ -27,10 +27,10 @@ def structure_of(runtime: Runtime) -> hfsm.ComponentStructure:
     )
 
 
-def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> hfsm.ComponentSnapshot:
+def take_snapshot(runtime: ComponentRun, points: Breakpoints, started_at: float) -> hfsm.ComponentSnapshot:
     """Return a snapshot of a component; `started_at` is its start as a wall time in s since the epoch."""
     with runtime.tree.lock:
-        now, reloads = runtime.timeline.now(), runtime.reloads
+        now, reloads = runtime.component_time.now(), runtime.reloads
         automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
         for run, (_, snapshot) in zip(runtime.tree.runs, automata, strict=True):
             snapshot.hangsFor, snapshot.hangsAt = runtime.hanging(run)

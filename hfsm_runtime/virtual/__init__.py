@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .journal import Fired as Fired
     from .journal import Journal as Journal
     from .network import VirtualNetwork as VirtualNetwork
+    from .paced import PacedClock as PacedClock
+    from .paced import PacedExecution as PacedExecution
     from .ros import FakeRos as FakeRos
     from .stubs import make_stub as make_stub
     from .world import VirtualWorld as VirtualWorld
@@ -34,6 +36,8 @@ _MODULES: Final = {
     "FakeRos": "ros",
     "Fired": "journal",
     "Journal": "journal",
+    "PacedClock": "paced",
+    "PacedExecution": "paced",
     "TaskClock": "clock",
     "UnknownName": "errors",
     "VirtualNetwork": "network",

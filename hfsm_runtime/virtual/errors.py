@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from ..errors import UnknownElementError
+
 
 class ExecutionError(Exception):
     """The base class of these errors, whose texts say it all."""
 
 
-class UnknownName(ExecutionError, LookupError):
+class UnknownName(ExecutionError, UnknownElementError, LookupError):
     """A name of an automaton, a transition or a ball that does not exist; the text lists those that do."""
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from interfaces.jderobot import CommandRefusedException
@@ -13,13 +12,13 @@ from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
 from ..component import Component, parameters_of, source_of
-from ..debugger.reload import Replacement, first_values_of
+from ..debugger.reload import Reloading
 from ..errors import OnRefused
 from ..robot import Permission, stop_robot
 from ..source_map import locate
 from ..supervision import UNAVAILABLE
-from ..tree import Run
-from ..variables import assign, values_of
+from ..tree import Replaced, Run
+from ..variables import values_of
 from .errors import BehaviorFailed, UnknownName, says_it_all
 from .guards import GuardTable, path_of
 from .journal import Call, Fired
@@ -68,6 +67,8 @@ class Execution(VirtualRun):
         parameters: Mapping[str, object] | None = None,
         stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
         on_error: str | None = None,
+        on_refused: str | None = None,
+        starts: bool = True,
     ) -> None:
         self.world: Final = world or VirtualWorld()
         """The clock, the servants and the ROS that surround the component."""
@@ -85,11 +86,14 @@ class Execution(VirtualRun):
                     component,
                     clock=self.world.clock,
                     on_error=on_error,
+                    on_refused=on_refused,
                     on_halt=lambda: stop_robot(self.component),
                     commands_accepted=Permission(safety).is_given,
                     observers=[self._journal],
+                    kept=self.world.kept,
+                    starts=starts,
                 )
-            self._first = first_values_of(self.tree.runs)
+            self._reloading = Reloading(self, self.world.connect)
         except BaseException:
             self.close()
             raise
@@ -104,8 +108,7 @@ class Execution(VirtualRun):
         calls `sys.exit`.
         """
         try:
-            with self._time_module.shown_to(self.component):
-                super().advance(seconds)
+            self._run_cycles(seconds)
         except SystemExit as end:
             location = locate(end, source_of(self.component))
             raise BehaviorFailed(
@@ -199,7 +202,7 @@ class Execution(VirtualRun):
     def set(self, automaton: str | int, **variables: object) -> None:
         """Set variables of an automaton."""
         for name, value in variables.items():
-            assign(self.automaton(automaton).automaton, name, value)
+            self.set_variable(self.automaton(automaton).automaton.id, name, value)
             self._journal.note(f"sets {name} of {automaton} to {value!r}")
 
     def force(self, automaton: str | int, transition: str | int) -> None:
@@ -210,7 +213,7 @@ class Execution(VirtualRun):
         if not found:
             known = ", ".join(each.name or str(each.id) for each in leaving) or "none"
             raise UnknownName(f"no transition {transition!r} leaves {run.current.name}; there are {known}")
-        run.forced = found[0]
+        super().force(run.automaton.id, found[0].id)
         self._journal.note(f"forces {found[0].name or found[0].id} of {run.automaton.name}")
 
     @property
@@ -252,11 +255,13 @@ class Execution(VirtualRun):
         Returns what could not be kept.
         """
         with self._time_module.shown_to(component):
-            replacement = Replacement(self.component, component, self.world.connect)
-            self.replace(component, partial(replacement.apply, self.tree, self._first))
-        self._first = replacement.first
+            return tuple(self._reloading.exchange(component).notKept)
+
+    def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
+        """Replace the component with another version of it, see `ComponentRun`."""
+        held = super().replace(component, runs, apply)
         self._name_parts()
-        return tuple(replacement.not_kept)
+        return held
 
     def close(self) -> None:
         """End the world: servants, proxies and streams."""
@@ -271,6 +276,11 @@ class Execution(VirtualRun):
     def _name_parts(self) -> None:
         self._guards = GuardTable(self.tree)
         self._paths = {run: path_of(run) for run in self.tree.runs}
+
+    def _run_cycles(self, seconds: float) -> None:
+        """Advance, while the code of the component sees virtual time; raises what ends the component."""
+        with self._time_module.shown_to(self.component):
+            super().advance(seconds)
 
     def _check(self) -> None:
         pauses = self.component._hfsm_on_refused is OnRefused.PAUSE

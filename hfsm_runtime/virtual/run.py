@@ -7,25 +7,25 @@ ancestors run first.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable
+from collections import deque
+from collections.abc import Callable, Iterable, MutableSequence
 from typing import Final, NamedTuple, Protocol
 
-from interfaces.hfsm import ErrorReport
 from zenoh_ice.clock import Clock, VirtualClock
 
 from ..automaton import Automaton
-from ..automaton_run import make_event
-from ..component import Component, equip, make_automata
+from ..component import Component
+from ..component_run import ComponentRun
 from ..cycle import run_cycle
 from ..errors import OnError, OnRefused
 from ..observer import Observer
-from ..supervision import Refusal, Supervision
+from ..supervision import Refusal
 from ..timeline import Timeline, slot_after, slot_at
-from ..tree import ChangeKind, Run, Tree
+from ..tree import ChangeKind, Replaced, Run, Tree
 
 _SECOND: Final = 1_000_000_000
-_RETRY: Final = _SECOND
-"""ns of the clock from a refused command until the automata try again."""
+_RETRY_DELAY: Final = 1.0
+"""s of the clock from a refused command until the automata try again."""
 
 
 class Change(NamedTuple):
@@ -45,26 +45,29 @@ class AdvancedClock(Clock, Protocol):
 
 
 class _Tracer(Observer):
-    def __init__(self) -> None:
-        self.changes: list[Change] = []
+    def __init__(self, kept: int | None) -> None:
+        self.changes: MutableSequence[Change] = [] if kept is None else deque(maxlen=kept)
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
         self.changes.append(Change(now / _SECOND, run.automaton.name, run.current.name, kind))
 
 
-class VirtualRun:
+class VirtualRun(ComponentRun):
     """A component that runs while `advance` is called.
 
     Proxies are not connected: assign stand-ins to the component's attributes. `trace` has every change since
-    the start, including the entry into the initial states. `self.sleep` advances the time; the cycles that
-    fall due in the meantime run after it. When the root has finished, nothing runs any more.
-    `on_halt` is called once when an error has ended the run, before the time advances further.
+    the start, including the entry into the initial states, or the newest `kept`. `self.sleep` advances the
+    time; the cycles that fall due in the meantime run after it. When the root has finished, nothing runs any
+    more. `on_halt` is called once when an error has ended the run, before the time advances further.
     While `refusal` is set, a refused command pauses the component: `time` stands still, and after each second
     of the clock the automata try again if `commands_accepted` returns true; its argument is the reported
-    holder of the robot.
+    holder of the robot. A pause by a client lets the clock stand still, too.
+    With `starts` the initial states are entered at once, otherwise by `start`.
     User code sees the `clock`; `timeline`, by default on that clock, is component time, and `tree` makes the
     automata's tree. A replay has its own ones, and says which cycle is next by `run_cycle`.
     """
+
+    clock: AdvancedClock
 
     def __init__(
         self,
@@ -78,41 +81,33 @@ class VirtualRun:
         on_halt: Callable[[], None] | None = None,
         commands_accepted: Callable[[str], bool] = lambda _holder: True,
         observers: Iterable[Observer] = (),
+        kept: int | None = None,
+        starts: bool = True,
     ) -> None:
-        self.component = component
-        self.clock: AdvancedClock = clock or VirtualClock()
-        equip(component, self.clock, self._sleep, self.send)
-        self.halted = False
         self._on_halt = on_halt
-        self.refusal: Refusal | None = None
         self._commands_accepted = commands_accepted
-        self._until_retry = 0
-        self.tree = tree(make_automata(component))
-        tracer = _Tracer()
-        self.tree.observers += [tracer, *observers]
-        self.trace = tracer.changes
-        self._timeline = timeline or Timeline(self.clock)
-        self._supervision = Supervision(
-            self.tree,
-            self._timeline,
+        self._retry_at = 0.0
+        self._running: Run | None = None
+        """The automaton whose cycle runs, or has ended the component."""
+        super().__init__(
             component,
+            clock or VirtualClock(),
             None if on_error is None else OnError(on_error),
             None if on_refused is None else OnRefused(on_refused),
-            halt=self._halt,
-            refused=self._refused,
+            timeline=timeline,
+            tree=tree,
         )
-        self._due = [(0, index) for index in range(len(self.tree.runs))]
-        self.tree.start(0)
+        tracer = _Tracer(kept)
+        self.tree.observers += [tracer, *observers]
+        self.trace = tracer.changes
+        self._due: list[tuple[int, int, Run]] = [(0, index, run) for index, run in enumerate(self.tree.runs)]
+        if starts:
+            self.start()
 
     @property
     def time(self) -> float:
         """The component time in s."""
-        return self._timeline.now() / _SECOND
-
-    @property
-    def errors(self) -> tuple[ErrorReport, ...]:
-        """The newest errors, oldest first."""
-        return self._supervision.records
+        return self.component_time.now() / _SECOND
 
     @property
     def active(self) -> str:
@@ -132,48 +127,61 @@ class VirtualRun:
         """Whether the root has finished, and with it the component."""
         return self.tree.root.finished
 
+    @property
+    def halted(self) -> bool:
+        """Whether an error has ended the run."""
+        return self.failed and self.ended.is_set()
+
+    def start(self) -> None:
+        """Enter the initial states, at the time 0."""
+        self.component_time.restart()
+        self.tree.start(0)
+
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included; none once it has ended.
 
         The seconds are those of the clock, which runs while a refused command pauses the component.
         """
-        end = self._timeline.now() + round(seconds * _SECOND)
+        end = self.component_time.now() + round(seconds * _SECOND)
         was_halted = self.halted
-        while not (self.halted or self.finished):
+        while not self.ended.is_set():
             if self.refusal is not None:
-                end -= self._sit_out(end - self._timeline.now())
+                end -= self._sit_out(end - self.component_time.now())
                 if self.refusal is not None:
                     return
-            if not self._due or self._due[0][0] > end:
-                break
-            due, index = heapq.heappop(self._due)
-            run = self.tree.runs[index]
+            elif self.component_time.paused:
+                return
+            with self.tree.lock:
+                if not self._due or self._due[0][0] > end:
+                    break
+                due, index, run = heapq.heappop(self._due)
             at = max(due, slot_at(self._move_to(due), run.automaton.interval))
             self.run_cycle(run, at)
-            heapq.heappush(self._due, (max(run.next_slot, slot_after(at, run.automaton.interval)), index))
+            with self.tree.lock:
+                if self.tree.run(run.automaton.id) is run:
+                    heapq.heappush(self._due, (self._next(run, due, at), index, run))
         if self.halted and not was_halted and self._on_halt is not None:
             self._on_halt()
         self._move_to(end)
 
     def run_cycle(self, run: Run, at: int) -> None:
         """Run one cycle of an automaton, which belongs to a component time in ns; a ghost runs none."""
+        self._running = run
         run_cycle(self.tree, run, at, self._supervision)
+        self._running = None
 
-    def send(self, name: str, data: object = None) -> None:
-        """Send an event to every automaton that is active; raises EventError."""
-        self.tree.send(make_event(name, data), self._timeline.now())
+    def retry(self, commands_accepted: Callable[[str], bool]) -> None:
+        """Do nothing: the automata try again as time passes."""
 
-    def replace(self, component: Component, apply: Callable[[int], object]) -> None:
-        """Continue with another version of the component; `apply` puts its automata into the tree."""
-        now = self._timeline.now()
-        with self.tree.lock:
-            apply(now)
-        self.component = component
-        self._supervision.turn_to(component)
-        self._due = [
-            (slot_after(now, run.automaton.interval), index) for index, run in enumerate(self.tree.runs)
-        ]
-        heapq.heapify(self._due)
+    def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
+        """Replace the component with another version of it, see `ComponentRun`."""
+
+        def apply_it(now: int) -> Replaced:
+            replaced = apply(now)
+            self._schedule(now)
+            return replaced
+
+        return super().replace(component, runs, apply_it)
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return the states that an automaton has entered, the initial one included, each with its time."""
@@ -183,43 +191,63 @@ class VirtualRun:
             if change.automaton == automaton and change.kind is ChangeKind.ENTERED
         ]
 
+    def _next(self, run: Run, due: int, at: int) -> int:
+        """Return when an automaton is due again; at once if a pause came before its cycle."""
+        if self.tree.held and run.active and not run.finished and run.last_slot < at:
+            return due
+        return max(run.next_slot, slot_after(at, run.automaton.interval))
+
+    def _schedule(self, now: int) -> None:
+        """Let the next cycle of each automaton be the first after a time."""
+        runs = self.tree.runs
+        self._due = [(slot_after(now, run.automaton.interval), index, run) for index, run in enumerate(runs)]
+        heapq.heapify(self._due)
+
+    def _step(self, runs: tuple[Run, ...]) -> None:
+        active = [run for run in runs if run.active and not run.finished]
+        if not self.component_time.paused or not active:
+            return
+        duration = min(run.automaton.interval for run in active)
+        self.component_time.step(duration)
+        self.clock.advance(duration / _SECOND)
+        now = self.component_time.now()
+        for run in active:
+            run.stepping = True
+            self.run_cycle(run, now)
+        with self.tree.lock:
+            self._schedule(now)
+
     def _sleep(self, seconds: float) -> None:
         self.clock.advance(max(0.0, seconds))
 
     def _move_to(self, when: int) -> int:
         """Advance the time to `when`; return the new time, which may be later."""
-        now = self._timeline.now()
+        now = self.component_time.now()
         if now < when:
             self.clock.advance((when - now) / _SECOND)
-            now = self._timeline.now()
+            now = self.component_time.now()
         return now
 
     def _refused(self, refusal: Refusal) -> None:
-        self.refusal, self._until_retry = refusal, _RETRY
-        self.tree.held = True
-        self._timeline.pause()
+        super()._refused(refusal)
+        self._retry_at = self.clock.now() + _RETRY_DELAY
 
     def _sit_out(self, longest: int) -> int:
         """Let the clock run until the automata may try again; return how long that took in ns."""
-        assert self.refusal is not None
         taken = 0
-        while taken < longest:
-            wait = min(longest - taken, self._until_retry)
+        while (refusal := self.refusal) is not None:
+            left = round((self._retry_at - self.clock.now()) * _SECOND)
+            if left <= 0:
+                self._retry_at = self.clock.now() + _RETRY_DELAY
+                if self._commands_accepted(refusal.holder):
+                    self.resume(refusal)
+                continue
+            if taken >= longest:
+                break
+            wait = min(longest - taken, left)
             self.clock.advance(wait / _SECOND)
             taken += wait
-            self._until_retry -= wait
-            if self._until_retry > 0:
-                break
-            self._until_retry = _RETRY
-            if self._commands_accepted(self.refusal.holder):
-                self.refusal = None
-                self.tree.held = False
-                self._timeline.resume()
-                break
         return taken
-
-    def _halt(self) -> None:
-        self.halted = True
 
 
 def run(component: Component, seconds: float) -> VirtualRun:

@@ -36,6 +36,7 @@ class VirtualWorld:
         self, clock: TaskClock | None = None, *, stand_ins: bool = False, kept: int | None = None
     ) -> None:
         self.clock: Final = clock or TaskClock()
+        self.kept: Final = kept
         self.network: Final = VirtualNetwork(self.clock, kept)
         self.journal: Final = self.network.journal
         self.communicator: Final = self.network.communicator

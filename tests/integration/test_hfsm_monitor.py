@@ -176,7 +176,7 @@ def test_snapshots_report_states_timers_guards_variables_and_cycles(pair: Pair) 
 def test_a_cycle_that_does_not_end_is_reported_with_its_line_and_one_that_sleeps_is_not(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.runtime._CYCLE_LIMIT", 0.2)
+    monkeypatch.setattr("hfsm_runtime.component_run._CYCLE_LIMIT", 0.2)
     release, asleep = threading.Event(), threading.Event()
 
     class Walker(Component, document="walker.xml"):

@@ -381,7 +381,7 @@ def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, 
     with running(Watcher, world, path) as (runtime, clock):
         breakpoints = Breakpoints(runtime)
         breakpoints.set([Breakpoint(1, 2, 0, "")])
-        eventually(lambda: runtime.timeline.paused)
+        eventually(lambda: runtime.component_time.paused)
         clock.sleep(0.5)
         runtime.step(0)
         breakpoints.set([])

@@ -75,7 +75,7 @@ class LivePlayer(ScriptedDocument):
             if at > max(self._expected.get(run, 0), slot_from(run.activated, interval)):
                 self._end_at(len(self._happened))
             self._expected[run] = at + interval
-            self._began[run] = self.runtime.timeline.now(), len(self._happened)
+            self._began[run] = self.runtime.component_time.now(), len(self._happened)
 
     def fired(self, run: Run, transition: Transition, at: int) -> None:
         self._happened.append(("transition", run.automaton.id, transition.id))
@@ -83,7 +83,7 @@ class LivePlayer(ScriptedDocument):
     def cycle_ended(self, run: Run, at: int) -> None:
         with self._tree.lock:
             began, length = self._began[run]
-            if self.runtime.timeline.now() - began >= self._shortest:
+            if self.runtime.component_time.now() - began >= self._shortest:
                 self._end_at(length)
             found = [("state", each.automaton.id, each.current.id) for each in self._tree.runs if each.active]
             self._happened += found

@@ -25,8 +25,8 @@ class Behavior(Execution):
     """An execution of a behavior, perhaps with a robot; `simulate` and the fixture `behavior` make it.
 
     `robot` is `fake`, without physics, `sim` for the simulation, or None; `camera` and `settings` are those
-    of `RobotUnderTest`. `document` is the file of the document, if it is known. With `unload` the module of
-    the component is forgotten at the end.
+    of `RobotUnderTest`. With `stand_ins`, calls that nobody serves return blank values. `document` is the
+    file of the document, if it is known. With `unload` the module of the component is forgotten at the end.
     """
 
     def __init__(
@@ -37,6 +37,7 @@ class Behavior(Execution):
         parameters: Mapping[str, object] | None = None,
         stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
         on_error: str | None = None,
+        stand_ins: bool = False,
         camera: CameraKind = "auto",
         document: Path | None = None,
         unload: bool = False,
@@ -46,7 +47,7 @@ class Behavior(Execution):
         """The file of the document, if it is known."""
         self._unload = unload
         self._robot: RobotUnderTest | None = None
-        world = VirtualWorld()
+        world = VirtualWorld(stand_ins=stand_ins)
         if robot is not None:
             from .robot import RobotUnderTest  # only behaviors with a robot need its libraries
 
@@ -106,9 +107,9 @@ def simulate(
 
     The document is compiled in memory; `content` is its parsed content if that has not been saved yet, and
     `include` are directories with packages of interfaces that are neither beside it nor in the project's
-    folder `interfaces`. `robot` is `fake`, `sim` or None, and `settings` are
-    the robot's, such as `seed`, `world` or `body`. `stubs` answer interfaces by hand. Raises DocumentInvalid,
-    UnknownName, and what the component's code raises.
+    folder `interfaces`. `robot` is `fake`, `sim` or None, and `settings` are the robot's, such as `seed`,
+    `world` or `body`. `stubs` answer interfaces by hand, and with `stand_ins` all others answer with blank
+    values. Raises DocumentInvalid, UnknownName, and what the component's code raises.
     """
     if isinstance(document, type):
         return Behavior(document(), document=document_of(document), **options)

@@ -189,12 +189,12 @@ def test_on_threads_it_is_paused_until_commands_are_taken_and_asked_at_most_once
         gate.stopped = True
         eventually(lambda: runtime.refusal is not None)
         assert runtime.status is ComponentStatus.Paused
-        at = runtime.timeline.now()
+        at = runtime.component_time.now()
         runtime.retry(taken)
         runtime.retry(taken)
         assert asked == [""], f"once at the refusal, and not again within {RETRY_DELAY} s"
         tried_until(lambda: len(asked) == 2)
-        assert (runtime.timeline.now(), runtime.status, gate.refused) == (at, ComponentStatus.Paused, 1)
+        assert (runtime.component_time.now(), runtime.status, gate.refused) == (at, ComponentStatus.Paused, 1)
         gate.stopped = False
         count = len(gate.taken)
         tried_until(lambda: len(gate.taken) > count)

@@ -12,12 +12,11 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
-from hfsm_runtime import VirtualRun
 from tests.support.codegen_command import ROOT
 from tests.support.documents import load
 from visualhfsm.conversion import convert_document
+from visualhfsm.simulation import Behavior
 from visualhfsm.testing import MakeBehavior
-from visualhfsm.testing.trial import trial
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"
@@ -84,9 +83,7 @@ def test_all_but_cpp_and_words_generate_and_run_for_ten_seconds_with_stand_ins(
 def assert_runs(name: str, file: Path) -> None:
     """Assert that the component of a document starts with stand-ins for all that it uses, and runs for 10 s."""
     component = load(file)
-    with trial() as world:
-        world.connect(component)
-        virtual = VirtualRun(component)
+    with Behavior(component, robot="fake", stand_ins=True, on_error="stop") as virtual:
         virtual.advance(10)
     if name in ERRORS_OF_THEIR_AUTHORS:
         assert ERRORS_OF_THEIR_AUTHORS[name] in virtual.errors[0].message, name

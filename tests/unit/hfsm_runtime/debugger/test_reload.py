@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
+import pytest
+
 from hfsm_runtime import Automaton, Component, Input, Parameter, Proxy, State, Transition
+from hfsm_runtime.errors import ReloadRefusedError
 from hfsm_runtime.tree import ChangeKind
 from hfsm_runtime.virtual import Execution
 from tests.support.gripper import GripperPrx
@@ -360,16 +363,24 @@ def test_inputs_and_events_on_their_way_are_kept() -> None:
 
 def test_a_finished_automaton_stays_finished_while_its_state_is_final() -> None:
     def version(*, final: bool) -> Automaton:
-        return timed("a", "b", seconds=1.0, b={"final": final})
+        inner = timed("a", "b", id=2, name="inner", seconds=1.0, b={"final": final})
+        return timed("here", children={"here": inner})
 
     run = running(version(final=True), 2.0)
-    assert run.finished
+    assert run.automaton("inner").finished
     reload(run, version(final=True))
-    assert run.finished
+    assert run.automaton("inner").finished
     reload(run, version(final=False))
-    assert not run.finished
+    assert not run.automaton("inner").finished
     run.advance(0.1)
-    assert run.active == "a"
+    assert run.state("inner") == "a"
+
+
+def test_a_component_that_has_ended_does_not_continue_in_another_version() -> None:
+    run = running(timed("a", "b", seconds=1.0, b={"final": True}), 2.0)
+    assert run.finished
+    with pytest.raises(ReloadRefusedError, match="the component has ended"):
+        reload(run, timed("a", "b"))
 
 
 def test_a_state_that_gets_an_automaton_wakes_it() -> None:

@@ -1,0 +1,302 @@
+"""An execution whose time passes by itself: as fast as wall time, times a speed."""
+
+from __future__ import annotations
+
+import logging
+import math
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any, Final
+
+from zenoh_ice import CommunicatorDestroyedException
+
+from ..component import Component
+from ..errors import ComponentStoppedError, CycleCutError, ValueTypeError
+from ..supervision import Refusal
+from ..tree import Run
+from .clock import TaskClock
+from .execution import Execution
+from .world import VirtualWorld
+
+_SECOND: Final = 1_000_000_000
+_FASTEST: Final = 100.0
+_SLICE: Final = 0.02
+"""Wall seconds in which the clock moves at once: a reader sees it jump by no more."""
+_LATE: Final = 0.1
+"""Wall seconds that the clock makes up for at most, when the computer was too slow."""
+_IDLE: Final = 1.0
+"""The longest wait in wall seconds; any change ends it."""
+_MOVES: Final = 0.5
+"""The longest wait in wall seconds for the tasks of one moment to end."""
+_STEP: Final = 2.0
+"""The longest wait in wall seconds for a step."""
+_STOP: Final = 2.0
+"""The longest wait in wall seconds for the running cycle when the component ends."""
+_RESOLUTION: Final = 1e-9
+
+_logger = logging.getLogger(__name__)
+
+
+class PacedClock(TaskClock):
+    """A clock with tasks that waits in wall time before it moves: `rate` seconds pass in a second.
+
+    One thread drives it: all tasks run there. Others, which wait by it, wait until it has moved; after `end`
+    they get CommunicatorDestroyedException, and the thread that drives it waits for nothing any more.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._speed = self.rate = 1.0
+        self._driver: int | None = None
+        self._changed = threading.Condition()
+        self._paused = self._moving = self._interrupted = self._ended = False
+        self._since = time.monotonic(), self._now
+        """A moment of wall time, and the time of this clock then."""
+
+    def drive(self) -> None:
+        """Let this thread drive the clock from now on."""
+        with self._changed:
+            self._driver = threading.get_ident()
+            self._restart()
+
+    def set_speed(self, speed: float) -> None:
+        """Change the speed; in a pause, the change takes effect at its end."""
+        with self._changed:
+            self._speed = speed
+            self._restart()
+
+    def pause(self) -> None:
+        """Let time stand still, once the tasks of this moment have ended."""
+        with self._changed:
+            self._paused = True
+            self._restart()
+            if threading.get_ident() != self._driver:
+                self._changed.wait_for(lambda: not self._moving, _MOVES)
+
+    def resume(self) -> None:
+        """Let time continue."""
+        with self._changed:
+            self._paused = False
+            self._restart()
+
+    def end(self) -> None:
+        """Wait for nothing any more."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def interrupt(self) -> None:
+        """End a wait in `move`, or the next one."""
+        with self._changed:
+            self._interrupted = True
+            self._changed.notify_all()
+
+    def move(self, seconds: float) -> bool:
+        """Wait until a duration may pass, and let it pass; false, without moving, after `interrupt`."""
+        end = self._now + round(seconds * _SECOND)
+        with self._changed:
+            while not self._interrupted and (left := self._left(end)) > 0:
+                self._changed.wait(min(left, _IDLE))
+            interrupted, self._interrupted = self._interrupted, False
+        if not interrupted:
+            with self.unpaced():
+                super().advance(seconds)
+        return not interrupted
+
+    @contextmanager
+    def unpaced(self) -> Iterator[None]:
+        """Let time pass without waiting, in a `with` block."""
+        with self._changed:
+            before, self._moving = self._moving, True
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._moving = before
+                self._changed.notify_all()
+
+    def advance(self, seconds: float) -> None:
+        """Let a duration pass: move, or wait for the thread that does."""
+        if self._driver in (None, threading.get_ident()):
+            super().advance(seconds)
+            return
+        with self._changed:
+            end = self._now + round(seconds * _SECOND)
+            while self._now < end:
+                if self._ended:
+                    raise CommunicatorDestroyedException("the execution has ended, and its time stands still")
+                self._changed.wait(_IDLE)
+
+    def _move_to(self, end: int) -> None:
+        while self._now < end:
+            following = end if self._moving else min(end, self._now + round(_SLICE * self._speed * _SECOND))
+            with self._changed:
+                while (left := self._left(following)) > 0:
+                    self._changed.wait(min(left, _IDLE))
+            super()._move_to(following)
+
+    def _left(self, when: int) -> float:
+        """Return the wall seconds until it may be a time of this clock, infinite in a pause."""
+        if self._ended or self._moving:
+            return 0.0
+        if self._paused:
+            return math.inf
+        began, was = self._since
+        left = (when - was) / _SECOND / self._speed - (time.monotonic() - began)
+        if left < -_LATE:
+            self._restart()
+        return left
+
+    def _restart(self) -> None:
+        """Count wall time from now on; with the lock."""
+        self._since = time.monotonic(), self._now
+        self.rate = 0.0 if self._paused else self._speed
+        self._changed.notify_all()
+
+
+class PacedExecution(Execution):
+    """An execution whose time passes by itself, `speed` seconds in a wall second; the clock is a PacedClock.
+
+    Life: `start` enters the initial states and starts a thread, which runs all cycles, and the tasks of the
+    world; `stop` ends it. It may be paused, stepped and reloaded meanwhile, by any thread, so that a monitor
+    may be served. In a pause all time stands still, and a step moves it by a period. What the code of one
+    automaton takes long for, holds the others up: a sleep, or code that hangs, which `stop` abandons.
+
+    Errors: without `on_error` the policy of the document applies, and `advance` raises BehaviorFailed.
+    """
+
+    clock: PacedClock
+
+    def __init__(self, component: Component, world: VirtualWorld, **options: Any) -> None:  # noqa: ANN401 - of Execution
+        self._thread: Final = threading.Thread(target=self._drive, name="virtual time", daemon=True)
+        self._asleep = False
+        self._one_step: Final = threading.Lock()
+        self._steps: Final = deque[tuple[tuple[Run, ...], threading.Event]]()
+        super().__init__(component, world, starts=False, **options)
+        self.speed = 1.0
+
+    def start(self) -> None:
+        """Enter the initial states, and let time pass."""
+        super().start()
+        self._thread.start()
+
+    def advance(self, seconds: float) -> None:
+        """Wait until a duration has passed, or the component has ended or is paused; see `Execution`."""
+        end = self.clock.now() + seconds
+        while not self.component_time.paused and (left := end - self.clock.now()) > 0:
+            if self.ended.wait(min(left / self.speed, _SLICE)):
+                break
+        self._check()
+
+    def pause(self) -> None:
+        """Let all time stand still, and start no cycle until `resume`."""
+        super().pause()
+        self.clock.pause()
+
+    def resume(self, after: Refusal | None = None) -> None:
+        """Resume after a pause, or only after the pause for one refused command."""
+        super().resume(after)
+        if not self.component_time.paused:
+            self.clock.resume()
+
+    def set_speed(self, speed: float) -> None:
+        """Set the speed of time, in s per wall second. Raises ValueTypeError for an invalid speed."""
+        if not (math.isfinite(speed) and 0.0 < speed <= _FASTEST):
+            raise ValueTypeError(f"the speed is more than 0 and at most {_FASTEST:g}, not {speed:g}")
+        self.speed = speed
+        self.clock.set_speed(speed)
+
+    def request_stop(self) -> None:
+        """Let no further cycle begin, and set `ended`; returns at once."""
+        super().request_stop()
+        self.clock.end()
+
+    def stop(self) -> None:
+        """End the thread: a running cycle ends, or is logged as an error after 2 s."""
+        self.request_stop()
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join(_STOP)
+            if self._thread.is_alive() and (run := self._running) is not None:
+                self._abandon(run, _STOP)
+
+    def close(self) -> None:
+        """End the thread and the world."""
+        self.stop()
+        super().close()
+
+    def _drive(self) -> None:
+        """Let time pass, and run the cycles that fall due, until the end; the body of the thread."""
+        self._time_module.take_over()
+        self.clock.drive()
+        try:
+            while not self.ended.is_set():
+                if self._steps:
+                    self._take_step()
+                elif self.clock.move(self._until_next()) and self._is_due():
+                    self._run_cycles(0.0)
+        except ComponentStoppedError:
+            pass
+        except BaseException as error:  # noqa: BLE001 - nothing may end the thread without being reported
+            self._crashed(self._running or self.tree.root, error)
+        finally:
+            while self._steps:
+                self._steps.popleft()[1].set()
+
+    def _until_next(self) -> float:
+        """Return the seconds until a cycle is due, or until the clock is to be seen moving."""
+        longest = _SLICE * self.speed
+        if self.component_time.paused:
+            return longest
+        with self.tree.lock:
+            return min(longest, max(0, self._due[0][0] - self.component_time.now()) / _SECOND)
+
+    def _is_due(self) -> bool:
+        with self.tree.lock:
+            return self.refusal is not None or self._due[0][0] <= self.component_time.now()
+
+    def _step(self, runs: tuple[Run, ...]) -> None:
+        with self._one_step:
+            done = threading.Event()
+            self._steps.append((runs, done))
+            self._wake()
+            if not done.wait(_STEP):
+                _logger.warning("the step takes longer than %g s", _STEP)
+
+    def _take_step(self) -> None:
+        runs, done = self._steps.popleft()
+        try:
+            with self.clock.unpaced(), self._time_module.shown_to(self.component):
+                super()._step(runs)
+        finally:
+            done.set()
+
+    def _sleep(self, seconds: float) -> None:
+        if threading.current_thread() is not self._thread:
+            self.clock.advance(max(0.0, seconds))
+            return
+        end = self.clock.now() + seconds
+        self._asleep = True
+        try:
+            while not self.ended.is_set():
+                if (run := self._running) is not None and not self.tree.may_go_on(run):
+                    raise CycleCutError
+                left = end - self.clock.now()
+                if left < _RESOLUTION:  # a clock of whole ns would not move by less, and so never end
+                    return
+                self.clock.move(min(left, _SLICE * self.speed))
+        finally:
+            self._asleep = False
+        raise ComponentStoppedError
+
+    def _frame(self, run: Run) -> FrameType | None:
+        if self._asleep or run is not self._running:
+            return None
+        return sys._current_frames().get(self._thread.ident or 0)
+
+    def _wake(self) -> None:
+        self.clock.interrupt()
