@@ -98,7 +98,7 @@ def test_in_a_pause_all_time_stands_still_and_a_step_moves_it_by_a_period() -> N
         assert (run.time, run.clock.now(), run.tree.root.cycles) == (now, clock, cycles)
         run.step(0)
         assert run.tree.root.cycles == cycles + 1
-        assert (run.time, run.clock.now()) == (pytest.approx(now + 0.1), pytest.approx(clock + 0.1))
+        assert [run.time, run.clock.now()] == pytest.approx([now + 0.1, clock + 0.1])
         run.resume()
         assert run.clock.rate == 100.0
         eventually(lambda: run.tree.root.cycles > cycles + 10)
@@ -183,7 +183,7 @@ def test_sys_exit_ends_it_with_its_code() -> None:
         assert "sys.exit(3)" in run.errors[-1].message
 
 
-def test_an_error_ends_it_and_whoever_waits_for_its_time_gets_it() -> None:
+def test_an_error_ends_it_and_is_raised_where_its_time_is_waited_for() -> None:
     def fail() -> None:
         raise ValueError("no luck")
 
