@@ -24,18 +24,18 @@ from .execution import Execution
 from .world import VirtualWorld
 
 _SECOND: Final = 1_000_000_000
-_FASTEST: Final = 100.0
-_SLICE: Final = 0.02
+_HIGHEST_SPEED: Final = 100.0
+_MOVE_PERIOD: Final = 0.02
 """Wall seconds in which the clock moves at once: a reader sees it jump by no more."""
-_LATE: Final = 0.1
+_LATENESS_LIMIT: Final = 0.1
 """Wall seconds that the clock makes up for at most, when the computer was too slow."""
-_IDLE: Final = 1.0
+_CHECK_PERIOD: Final = 1.0
 """The longest wait in wall seconds; any change ends it."""
-_MOVES: Final = 0.5
+_TASKS_LIMIT: Final = 0.5
 """The longest wait in wall seconds for the tasks of one moment to end."""
-_STEP: Final = 2.0
+_STEP_LIMIT: Final = 2.0
 """The longest wait in wall seconds for a step."""
-_STOP: Final = 2.0
+_STOP_LIMIT: Final = 2.0
 """The longest wait in wall seconds for the running cycle when the component ends."""
 _RESOLUTION: Final = 1e-9
 
@@ -76,7 +76,7 @@ class PacedClock(TaskClock):
             self._paused = True
             self._restart()
             if threading.get_ident() != self._driver:
-                self._changed.wait_for(lambda: not self._moving, _MOVES)
+                self._changed.wait_for(lambda: not self._moving, _TASKS_LIMIT)
 
     def resume(self) -> None:
         """Let time continue."""
@@ -101,7 +101,7 @@ class PacedClock(TaskClock):
         end = self._now + round(seconds * _SECOND)
         with self._changed:
             while not self._interrupted and (left := self._left(end)) > 0:
-                self._changed.wait(min(left, _IDLE))
+                self._changed.wait(min(left, _CHECK_PERIOD))
             interrupted, self._interrupted = self._interrupted, False
         if not interrupted:
             with self.unpaced():
@@ -130,14 +130,16 @@ class PacedClock(TaskClock):
             while self._now < end:
                 if self._ended:
                     raise CommunicatorDestroyedException("the execution has ended, and its time stands still")
-                self._changed.wait(_IDLE)
+                self._changed.wait(_CHECK_PERIOD)
 
     def _move_to(self, end: int) -> None:
         while self._now < end:
-            following = end if self._moving else min(end, self._now + round(_SLICE * self._speed * _SECOND))
+            following = (
+                end if self._moving else min(end, self._now + round(_MOVE_PERIOD * self._speed * _SECOND))
+            )
             with self._changed:
                 while (left := self._left(following)) > 0:
-                    self._changed.wait(min(left, _IDLE))
+                    self._changed.wait(min(left, _CHECK_PERIOD))
             super()._move_to(following)
 
     def _left(self, when: int) -> float:
@@ -148,7 +150,7 @@ class PacedClock(TaskClock):
             return math.inf
         began, was = self._since
         left = (when - was) / _SECOND / self._speed - (time.monotonic() - began)
-        if left < -_LATE:
+        if left < -_LATENESS_LIMIT:
             self._restart()
         return left
 
@@ -189,7 +191,7 @@ class PacedExecution(Execution):
         """Wait until a duration has passed, or the component has ended or is paused; see `Execution`."""
         end = self.clock.now() + seconds
         while not self.component_time.paused and (left := end - self.clock.now()) > 0:
-            if self.ended.wait(min(left / self.speed, _SLICE)):
+            if self.ended.wait(min(left / self.speed, _MOVE_PERIOD)):
                 break
         self._check()
 
@@ -206,8 +208,8 @@ class PacedExecution(Execution):
 
     def set_speed(self, speed: float) -> None:
         """Set the speed of time, in s per wall second. Raises ValueTypeError for an invalid speed."""
-        if not (math.isfinite(speed) and 0.0 < speed <= _FASTEST):
-            raise ValueTypeError(f"the speed is more than 0 and at most {_FASTEST:g}, not {speed:g}")
+        if not (math.isfinite(speed) and 0.0 < speed <= _HIGHEST_SPEED):
+            raise ValueTypeError(f"the speed is more than 0 and at most {_HIGHEST_SPEED:g}, not {speed:g}")
         self.speed = speed
         self.clock.set_speed(speed)
 
@@ -220,9 +222,9 @@ class PacedExecution(Execution):
         """End the thread: a running cycle ends, or is logged as an error after 2 s."""
         self.request_stop()
         if self._thread.is_alive() and self._thread is not threading.current_thread():
-            self._thread.join(_STOP)
+            self._thread.join(_STOP_LIMIT)
             if self._thread.is_alive() and (run := self._running) is not None:
-                self._abandon(run, _STOP)
+                self._abandon(run, _STOP_LIMIT)
 
     def close(self) -> None:
         """End the thread and the world."""
@@ -249,7 +251,7 @@ class PacedExecution(Execution):
 
     def _until_next(self) -> float:
         """Return the seconds until a cycle is due, or until the clock is to be seen moving."""
-        longest = _SLICE * self.speed
+        longest = _MOVE_PERIOD * self.speed
         if self.component_time.paused:
             return longest
         with self.tree.lock:
@@ -264,8 +266,8 @@ class PacedExecution(Execution):
             done = threading.Event()
             self._steps.append((runs, done))
             self._wake()
-            if not done.wait(_STEP):
-                _logger.warning("the step takes longer than %g s", _STEP)
+            if not done.wait(_STEP_LIMIT):
+                _logger.warning("the step takes longer than %g s", _STEP_LIMIT)
 
     def _take_step(self) -> None:
         runs, done = self._steps.popleft()
@@ -288,7 +290,7 @@ class PacedExecution(Execution):
                 left = end - self.clock.now()
                 if left < _RESOLUTION:  # a clock of whole ns would not move by less, and so never end
                     return
-                self.clock.move(min(left, _SLICE * self.speed))
+                self.clock.move(min(left, _MOVE_PERIOD * self.speed))
         finally:
             self._asleep = False
         raise ComponentStoppedError
