@@ -207,7 +207,9 @@ class Replay(Observer):
             virtual = self.virtual
             replacement = Replacement(virtual.component, make(), self._equip)
             virtual.replace(
-                replacement.component, lambda _now: replacement.apply(virtual.tree, self._first, at)
+                replacement.component,
+                replacement.runs,
+                lambda _now: replacement.apply(virtual.tree, self._first, at),
             )
             not_kept.extend(replacement.not_kept)
 
@@ -251,7 +253,7 @@ class Replay(Observer):
             self.notes.append(
                 f"the code of {code.context} ended the component at {self.now() / _SECOND:.3f} s"
             )
-            self.virtual.halted = True
+            self.virtual.request_stop()
         except BaseException as error:
             problem = f"{type(error).__name__}: {error}"
             if not isinstance(error, Exception) or code.context.startswith("automaton "):
@@ -403,7 +405,7 @@ class Replay(Observer):
     @property
     def _ended(self) -> bool:
         """Whether the component has ended."""
-        return self.virtual.halted or self.virtual.finished
+        return self.virtual.ended.is_set()
 
     def _is_unrecorded(self, run: Run) -> bool:
         """Return whether an automaton runs cycles that the recording does not have."""

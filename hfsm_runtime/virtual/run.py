@@ -86,7 +86,8 @@ class VirtualRun(ComponentRun):
     ) -> None:
         self._on_halt = on_halt
         self._commands_accepted = commands_accepted
-        self._retry_at = 0.0
+        self._retry_at: float | None = None
+        """When the automata try again after a refused command, by the clock."""
         self._running: Run | None = None
         """The automaton whose cycle runs, or has ended the component."""
         super().__init__(
@@ -230,15 +231,17 @@ class VirtualRun(ComponentRun):
 
     def _refused(self, refusal: Refusal) -> None:
         super()._refused(refusal)
-        self._retry_at = self.clock.now() + _RETRY_DELAY
+        self._retry_at = None
 
     def _sit_out(self, longest: int) -> int:
         """Let the clock run until the automata may try again; return how long that took in ns."""
         taken = 0
         while (refusal := self.refusal) is not None:
+            if self._retry_at is None:
+                self._retry_at = self.clock.now() + _RETRY_DELAY
             left = round((self._retry_at - self.clock.now()) * _SECOND)
             if left <= 0:
-                self._retry_at = self.clock.now() + _RETRY_DELAY
+                self._retry_at = None
                 if self._commands_accepted(refusal.holder):
                     self.resume(refusal)
                 continue

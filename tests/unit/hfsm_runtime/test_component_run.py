@@ -86,6 +86,7 @@ def test_an_event_a_variable_and_a_forced_transition(run: ComponentRun) -> None:
     eventually(lambda: state(run) == "rests")
     run.set_variable(1, "count", -5)
     eventually(lambda: state(run) == "counts")
+    run.set_variable(1, "count", 0)
     run.set_variable(0, "step", 2)
     assert run.component.step == 2  # type: ignore[attr-defined]
     run.send("rest")
