@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import re
 import threading
@@ -23,11 +24,12 @@ from hfsm_runtime import Automaton, Component, Proxy, State, Transition
 from hfsm_runtime.debugger.breakpoints import Breakpoints
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.recording_file import writer
-from hfsm_runtime.recording_file.messages import Cycle, Result
+from hfsm_runtime.recording_file.messages import Action, Cycle, Result
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.run import Replay
 from hfsm_runtime.replay.script import Recording, ReplayError
 from hfsm_runtime.robot import connect
+from hfsm_runtime.tree import Run
 from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
@@ -391,6 +393,79 @@ def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, 
     assert [step.state for step in comparison.replayed_steps][:3] == ["a", "b", "a"]
 
 
+class Gate(HeadI):
+    """A head that answers when it may."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.entered = threading.Semaphore(0)
+        self.leave = threading.Semaphore(0)
+
+    def getPose(self, current: Current) -> HeadPose:
+        self.entered.release()
+        assert self.leave.acquire(timeout=CALL_LIMIT)
+        return self.pose()
+
+
+class Sharing(Component, document="sharing.xml"):
+    """Two automata that change one attribute before and after a call."""
+
+    upper = Proxy("Upper", PoseHeadPrx)
+    lower = Proxy("Lower", PoseHeadPrx)
+
+    def automaton(self) -> Automaton:
+        self.shared = 1
+        seen_above = seen_below = 0
+
+        def above() -> None:
+            nonlocal seen_above
+            self.shared = 3 * self.shared + 1
+            self.upper.getPose()
+            seen_above = self.shared = self.shared * 5 % 1009
+
+        def below() -> None:
+            nonlocal seen_below
+            self.shared = 7 * self.shared + 2
+            self.lower.getPose()
+            seen_below = self.shared = self.shared * 2 % 1013
+
+        child = Automaton(id=2, name="child", states=(State(id=1, name="c", initial=True, code=below),))
+        state = State(id=1, name="a", initial=True, code=above, children=(child,))
+        return Automaton(id=1, name="root", states=(state,))
+
+
+def end_cycle(run: Run, gate: Gate) -> None:
+    """Let the call through for which a cycle waits, and wait for its end."""
+    cycles = run.cycles
+    gate.leave.release()
+    eventually(lambda: run.cycles > cycles)
+
+
+def test_code_that_waits_goes_on_where_it_did_between_the_cycles_of_others(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    gates = Gate(), Gate()
+    ends: list[int] = []
+    with initialize(connect=[], clock="wall", timeout=CALL_LIMIT) as communicator:
+        adapter = communicator.createObjectAdapter("Test")
+        for name, gate in zip(("Upper", "Lower"), gates, strict=True):
+            adapter.add(gate, name)
+        adapter.activate()
+        with running(Sharing, (communicator, HeadI()), path) as (runtime, _):
+            for first in (0, 1, 1, 0, 1):
+                for gate in gates:
+                    assert gate.entered.acquire(timeout=EVENT_LIMIT)  # both wait
+                for each in (first, 1 - first):
+                    end_cycle(runtime.tree.runs[each], gates[each])
+                    ends.append(each + 1)
+            runtime.request_stop()
+            for gate in gates:
+                gate.leave.release(2)
+    recorded = [record.message for record in Recording(path)]
+    ended = [each.automaton for each in recorded if isinstance(each, Cycle) and not each.begins]
+    assert ended[: len(ends)] == ends
+    identical(path, Sharing)
+
+
 # Edited documents.
 
 
@@ -467,6 +542,27 @@ def test_what_was_never_recorded_is_an_error_of_the_edited_document(tmp_path: Pa
     assert "nobody had read self.head.setSpeed (call)" in found.replayed.errors[0]
 
 
+def test_cycles_that_the_recording_lacks_last_as_long_as_their_code_waits(
+    tmp_path: Path, world: World
+) -> None:
+    class Slow(Watcher, document="watcher.xml"):
+        def automaton(self) -> Automaton:
+            return replace(super().automaton(), period=0.2)
+
+        def look(self, count: int) -> list[Any]:
+            self.sleep(0.3)
+            return [count]
+
+        def decide(self) -> bool:
+            return False
+
+    path = tmp_path / "run.mcap"
+    record_watcher(Watcher, world, path)
+    run, comparison = replayed(path, Slow)
+    assert comparison.cycles == math.ceil(Recording(path).duration / 0.4e9)  # every other slot is missed
+    assert not run.guesses
+
+
 def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variables(
     tmp_path: Path, world: World
 ) -> None:
@@ -501,6 +597,20 @@ def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(
     assert gap is not None, note
     assert comparison.divergences == []
     assert max(step.time for step in comparison.replayed_steps) <= float(gap[1]) + 0.001
+
+
+def test_a_recording_of_more_automata_than_any_component_has_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hfsm_runtime.replay.run._MOST_CONTEXTS", 100)
+    path = tmp_path / "run.mcap"
+    recorded = writer.RecordingWriter(path, {"name": "many", "start": "0"}, {}, 0)
+    recorded.put(writer.Entry("/actions", 0, Action("start")))
+    for number in range(101):
+        recorded.put(writer.Entry("/cycles/x", number, Cycle(number, "x", True, number)))
+    recorded.close()
+    with pytest.raises(ReplayError, match="runs more than 100 automata at a time"):
+        replayed(path, Watcher)
 
 
 # What passes the transport.
