@@ -162,3 +162,8 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    """Return the names that completion in a shell or a notebook offers."""
+    return sorted({*globals(), *_MODULES})

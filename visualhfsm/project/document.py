@@ -13,7 +13,7 @@ import msgspec
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, resolve
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document
 from visualhfsm.code_help.answers import Completions, Explanation, Signature
 from visualhfsm.code_help.question import Wanted
 from visualhfsm.code_help.service import CodeHelp
@@ -105,9 +105,9 @@ class OpenDocument:
         return self._version
 
     @property
-    def document(self) -> Document:
-        """The automata at this moment, as a value."""
-        return self._version.document
+    def automata(self) -> tuple[Automaton, ...]:
+        """The automata at this moment, as values."""
+        return self._version.document.automata
 
     @property
     def path(self) -> Path | None:
@@ -192,7 +192,7 @@ class OpenDocument:
 
     def copy(self, automaton: int, states: Sequence[int]) -> str:
         """Return states, with the transitions among them and all below, as text for `PasteStates`."""
-        return copy_states(self.document, automaton, states)
+        return copy_states(self._version.document, automaton, states)
 
     def cut(self, automaton: int, states: Sequence[int]) -> tuple[str, Change]:
         """Copy states, and delete them."""

@@ -31,6 +31,10 @@ def test_all_commands_can_be_imported() -> None:
     assert [getattr(visualhfsm, command.__name__) for command in COMMANDS] == [*COMMANDS]
 
 
+def test_shells_can_complete_the_names() -> None:
+    assert {"AddState", "Project"} <= {*dir(visualhfsm)}
+
+
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="module 'visualhfsm' has no attribute 'Projekt'"):
         getattr(visualhfsm, "Projekt")  # noqa: B009

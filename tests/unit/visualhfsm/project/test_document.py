@@ -81,7 +81,7 @@ def heard_by(document: OpenDocument) -> list[Any]:
 
 
 def states(document: OpenDocument) -> list[str]:
-    return [each.name for each in document.document.automata[0].states]
+    return [each.name for each in document.automata[0].states]
 
 
 # -- changes -----------------------------------------------------------------------------------------------
