@@ -18,7 +18,7 @@ from . import problems
 from .problems import UNTITLED, Findings, Problem, Question
 from .serialization import written
 
-_PATIENCE: Final = 20.0
+_CHECK_LIMIT: Final = 20.0
 """Limit of a check in seconds, and again without the model checker."""
 
 
@@ -29,7 +29,7 @@ class CheckProcess:
     Thread-safe: callers wait for their turn.
     """
 
-    def __init__(self, *, patience: float = _PATIENCE, folder: Path | None = None) -> None:
+    def __init__(self, *, patience: float = _CHECK_LIMIT, folder: Path | None = None) -> None:
         self._patience = patience
         self._folder = folder or Path.cwd()
         self._process = LineProcess(problems.__name__)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from codegen.hfsm.model_checker import ModelReport  # the editor leaves it to its process for checks
     from codegen.hfsm.model_checker.properties import PropertyResult
 
-_MOST: Final = 1000
+_MOST_PROBLEMS: Final = 1000
 """Limit of the reported problems; more are usually repetitions of one."""
 _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
@@ -122,7 +122,7 @@ def check(
     importers = dict(_importers(document, file)) if document is not None else {}
     order = {"error": 0, "warning": 1, "note": 2}
     reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
-    found = sorted(reported, key=lambda each: order[each.severity])[:_MOST]
+    found = sorted(reported, key=lambda each: order[each.severity])[:_MOST_PROBLEMS]
     return Findings(
         problems=tuple(_with_steps(_problem(each, file, locator, importers), report) for each in found),
         proofs=None if report is None else tuple(map(_proof, report.properties)),
