@@ -93,7 +93,7 @@ test("the times below the lanes are round", () => {
 });
 
 test("a moment of the past is asked for, the latest only, and the end of a run is what happens now", async () => {
-  monitor.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
+  monitor.followed.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
   const at = (time) => ({component: {time}});
   scrubbing.to(3);
   scrubbing.to(5);
@@ -118,7 +118,7 @@ test("a moment of the past is asked for, the latest only, and the end of a run i
 });
 
 test("a step within what one moment lasts is a step, too", async () => {
-  monitor.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
+  monitor.followed.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
   const show = async (/** @type {number} */ time, /** @type {number} */ found) => {
     scrubbing.to(time);
     socket.push({re: socket.sent.at(-1).id, ok: {component: {time: found}}});
@@ -142,7 +142,7 @@ test("the robot of the past is that of the moment that is looked at, and none wh
     objects: {Ball: [1, yaw, 0, 0, 0, 0, 1]},
   });
   const then = [1, 2, 0.3, 0, 0, 0, 1];
-  monitor.newest = {at: 9, component: {time: 9, automata: []}, robot: robot(0.9, null)};
+  monitor.followed.newest = {at: 9, component: {time: 9, automata: []}, robot: robot(0.9, null)};
   assert.equal(monitor.body, undefined);
   monitor.lookAt({at: 1, component: {time: 1, automata: []}, robot: robot(0.1, then)});
   assert.deepEqual(monitor.body, {
@@ -153,14 +153,14 @@ test("the robot of the past is that of the moment that is looked at, and none wh
   });
   monitor.lookAt(undefined);
   assert.equal(monitor.body, undefined);
-  monitor.newest = undefined;
+  monitor.followed.newest = undefined;
 });
 
 test("the robot of a trial is that of the trial, also now", () => {
   const robot = {joints: {HeadYaw: 0.5}, pan: 0.5, tilt: 0, health: null, torso: null, objects: {}};
-  monitor.newest = {at: 9, component: {time: 9, speed: 1, automata: []}, robot};
+  monitor.followed.newest = {at: 9, component: {time: 9, speed: 1, automata: []}, robot};
   assert.ok(monitor.isTrial);
   assert.deepEqual(monitor.body, {joints: {HeadYaw: 0.5}, tilt: null, torso: null, objects: {}});
-  monitor.newest = undefined;
+  monitor.followed.newest = undefined;
   assert.ok(!monitor.isTrial);
 });

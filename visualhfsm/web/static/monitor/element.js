@@ -1,7 +1,7 @@
 /**
  * The base of the elements of the monitor.
  *
- * @import {MonitorEvents} from "./monitor.js"
+ * @import {MonitorEvents} from "./shown.js"
  */
 
 import {PageElement} from "../element.js";
