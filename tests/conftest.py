@@ -55,6 +55,8 @@ DECISIVE = frozenset(
 """Environment variables that change the tested code."""
 ONE_BY_ONE = "tests/e2e/"
 """The folder of the longest tests; they are also collected first."""
+APART = "@checkout]"
+"""The end of the names of long tests that another worker may take than that of their file's other tests."""
 UNIT = "tests/unit/"
 """The folder of the tests that are distributed last."""
 TEST_LIMIT = 300.0
@@ -86,8 +88,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
 
     class Scheduling(LoadGroupScheduling):  # type: ignore[misc]
         def _split_scope(self, nodeid: str) -> str:
-            scope: str = super()._split_scope(nodeid)
-            return scope if scope.startswith(ONE_BY_ONE) else scope.partition("::")[0]
+            if nodeid.startswith(ONE_BY_ONE):
+                return nodeid
+            file = nodeid.partition("::")[0]
+            return f"{file}::{APART}" if nodeid.endswith(APART) else file
 
         def _assign_work_unit(self, node: Any) -> None:
             # Pages and unit tests keep processors busy, while others wait for robots that move in real time: one of

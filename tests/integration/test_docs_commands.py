@@ -58,11 +58,6 @@ PAGES: Final = sorted(
 )
 CHECKOUT: Final = ("tutorial/", "how-to/editor.md", "how-to/recording.md", "how-to/several-robots.md")
 """Pages whose reader is in the checkout, in which `make demo` has made `.venv`."""
-BY_PLACE: Final = {
-    True: pytest.mark.xdist_group("the commands of docs in the checkout"),
-    False: pytest.mark.xdist_group("the commands of docs in environments"),
-}
-"""Two workers take the pages: those with the checkout, and those that make environments."""
 PICTURES: Final = ("tutorial/football.md", "how-to/troubleshooting.md", "how-to/virtual-nao.md")
 """Pages whose robot needs cameras."""
 
@@ -198,7 +193,8 @@ def look_around(page: str) -> str:
     [
         pytest.param(
             page,
-            marks=[BY_PLACE[page.startswith(CHECKOUT)], *([pytest.mark.gl] if page in PICTURES else [])],
+            id=f"{page}@checkout" if page.startswith(CHECKOUT) else page,
+            marks=[pytest.mark.gl] if page in PICTURES else [],
         )
         for page in PAGES
         if commands(page)
@@ -229,7 +225,6 @@ def test_the_commands_run(
                     reader.type(command, code=CODES.get(command.text, 0))
 
 
-@BY_PLACE[False]
 def test_nothing_of_the_checkout_is_in_the_environment(
     tmp_path: Path, environment: Callable[[frozenset[str]], Path]
 ) -> None:
@@ -251,7 +246,6 @@ def run(programs: Path, code: str, folder: Path) -> str:
     ).stdout
 
 
-@BY_PLACE[True]
 def test_tests_that_people_write_below_a_checkout_follow_their_own_rules(checkout: Path) -> None:
     mine = checkout / "mine"
     shutil.rmtree(mine, ignore_errors=True)

@@ -31,8 +31,6 @@ from visualhfsm.nao.completion import complete_call, complete_camera, complete_s
 from visualhfsm.nao.doctor import Finding, Level, check_network, installed_version
 from zenoh_ice import Current, Object, initialize, load_settings
 
-pytestmark = pytest.mark.xdist_group("nao command")
-
 
 @pytest.fixture(scope="module")
 def robot() -> Iterator[ServedRobot]:
