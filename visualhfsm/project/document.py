@@ -11,25 +11,19 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import msgspec
 
-from codegen.diagnostics import Diagnostics
-from codegen.hfsm import parse_document, resolve
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm.code_help.answers import Completions, Explanation, Signature
-from visualhfsm.code_help.question import Wanted
-from visualhfsm.code_help.service import CodeHelp
-from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.commands import Command, decode_command
-from visualhfsm.editing.places import Place, spots
+from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import Findings, Problem, Proof
-from visualhfsm.editing.serialization import copy_states, written
-from visualhfsm.errors import EditError, MissingError, UnsavedError, VisualHfsmError
-from visualhfsm.generate import generate_component, summary
+from visualhfsm.editing.serialization import copy_states
+from visualhfsm.errors import EditError, UnsavedError
 from visualhfsm.sessions import imports
 from visualhfsm.sessions.files import write_file
 from visualhfsm.sessions.session import Change, Choice, DocumentSession, Resolution
 
+from .analyses import Analyses, Tools
 from .events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
-from .root import Root
 from .version import FileState, Version
 
 if TYPE_CHECKING:
@@ -37,24 +31,8 @@ if TYPE_CHECKING:
     from visualhfsm.simulation.robot import RobotKind
 
 
-class Owner(Protocol):
+class Owner(Tools, Protocol):
     """What an open document needs of its project."""
-
-    @property
-    def root(self) -> Root:
-        """The folder of the project."""
-
-    @property
-    def include(self) -> Sequence[Path]:
-        """Directories with packages of interfaces."""
-
-    @property
-    def checks(self) -> CheckProcess:
-        """The process that checks documents."""
-
-    @property
-    def code_help(self) -> CodeHelp:
-        """The processes that read code."""
 
     def notify(self, event: Event) -> None:
         """Notify the listeners of the project of an event."""
@@ -94,8 +72,7 @@ class OpenDocument:
         self._file: FileState = "same"
         self._closed = False
         self._version = Version.of(session, self._file)
-        self._checking = threading.RLock()
-        self._findings: tuple[Version, Findings] | None = None
+        self._analyses = Analyses(owner, self._checked)
 
     # -- state ---------------------------------------------------------------------------------------------
 
@@ -281,16 +258,7 @@ class OpenDocument:
         It is computed once for each version: `again` is for other files that have changed, such as imported
         ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
         """
-        version = self._version
-        with self._checking:
-            kept = self._findings
-            if not again and kept is not None and _same(kept[0], version):
-                return kept[1]
-            owner = self._owner
-            findings = owner.checks.check(version.document, version.path, owner.include)
-            self._findings = version, findings
-        self._notify(Checked(self, version, findings))
-        return findings
+        return self._analyses.check(self._version, again=again)
 
     def problems(self) -> list[Problem]:
         """Return what is wrong, doubtful or worth knowing, errors first; see `check`."""
@@ -301,13 +269,7 @@ class OpenDocument:
 
         Raises EditError when the document has errors, or the model checker takes too long.
         """
-        findings = self.check()
-        if findings.proofs is None:
-            what = f"Cannot prove the properties of {self._version.title}"
-            errors = [each.message for each in findings.problems if each.severity == "error"]
-            why = errors[0] if errors else findings.problems[-1].message
-            raise EditError(what, why, "fix the errors first" if errors else "make the document smaller")
-        return [*findings.proofs]
+        return self._analyses.prove(self._version)
 
     # -- code ----------------------------------------------------------------------------------------------
 
@@ -319,20 +281,22 @@ class OpenDocument:
         `code` is the code as it is being typed, by default that of the document. It is read in another
         process, and never run.
         """
-        found = self._ask("complete", place, code, line, column)
+        found = self._analyses.help_with_code("complete", self._version, place, code, (line, column))
         return Completions(0, []) if found is None else msgspec.convert(found, Completions)
 
     def explain(
         self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
     ) -> Explanation | None:
         """Return what the name at a position of the code stands for; see `complete`."""
-        return msgspec.convert(self._ask("explain", place, code, line, column), Explanation | None)
+        found = self._analyses.help_with_code("explain", self._version, place, code, (line, column))
+        return msgspec.convert(found, Explanation | None)
 
     def signature(
         self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
     ) -> Signature | None:
         """Return the parameters of the call around a position of the code; see `complete`."""
-        return msgspec.convert(self._ask("signature", place, code, line, column), Signature | None)
+        found = self._analyses.help_with_code("signature", self._version, place, code, (line, column))
+        return msgspec.convert(found, Signature | None)
 
     def generate(self, directory: str | Path | None = None) -> Path:
         """Write the component of the document as it is now, with unsaved changes, and return its file.
@@ -340,18 +304,7 @@ class OpenDocument:
         It is written beside the document, or into a directory. Raises VisualHfsmError, which names the first
         error and counts the others.
         """
-        version = self._version
-        if version.path is None and directory is None:
-            hint = "save it first, or name a directory"
-            raise EditError("Cannot generate the component", "the document has no file yet", hint)
-        output = None if directory is None else Path(directory)
-        file = version.path or (output or Path()) / f"{version.component}.xml"
-        diagnostics = Diagnostics()
-        content = _unsaved(version, file, diagnostics)
-        found = generate_component(file, output, diagnostics, self._owner.include, document=content)
-        if found is None:
-            raise VisualHfsmError(summary(diagnostics))
-        return found
+        return self._analyses.generate(self._version, None if directory is None else Path(directory))
 
     def simulate(self, robot: RobotKind | None = None, **options: Any) -> Behavior:  # noqa: ANN401 - of Behavior
         """Return a run of the component in virtual time, in this process, with a robot or without one.
@@ -359,47 +312,17 @@ class OpenDocument:
         `robot` is `fake` or `sim`; the options are those of `visualhfsm.simulation.simulate`. Close it at the
         end, or use a `with` block. This runs the code of the document.
         """
-        # Only who simulates waits for the runtime and the robots.
-        from visualhfsm.simulation.behavior import simulate
-        from visualhfsm.simulation.loading import DocumentInvalid
-
-        version = self._version
-        file = version.path or self._owner.root.directory / f"{version.component}.xml"
-        content = _unsaved(version, file, Diagnostics())
-        try:
-            return simulate(file, content=content, include=self._owner.include, robot=robot, **options)
-        except DocumentInvalid as error:
-            raise VisualHfsmError(str(error)) from error
+        return self._analyses.simulate(self._version, robot=robot, **options)
 
     def svg(self, automaton: int | None = None) -> str:
         """Return a picture of an automaton, by default of the root, as SVG; imported ones are drawn, too."""
-        # Only who draws waits for what places labels and arcs.
-        from visualhfsm.svg import svg
-
-        version = self._version
-        document = version.document
-        if version.path is not None:
-            document = resolve(document, version.path, Diagnostics(), self._owner.include)
-        if automaton is None:
-            root = document.root
-            if root is None:
-                raise MissingError(f"{version.title} has no automaton to draw")
-            automaton = root.id
-        return svg(document, automaton, component=version.component)
+        return self._analyses.svg(self._version, automaton)
 
     def _repr_svg_(self) -> str:
         """Show the root in a notebook."""
         return self.svg()
 
     # -- parts ---------------------------------------------------------------------------------------------
-
-    def _ask(self, wanted: Wanted, place: Place, code: str | None, line: int, column: int) -> Any:  # noqa: ANN401
-        version = self._version
-        if code is None:
-            code = next((spot.text for spot in spots(version.document) if spot.place == place), None)
-        return self._owner.code_help.ask(
-            wanted, version.document, version.path, place, code or "", line=line, column=column
-        )
 
     def _compare_with_file(self) -> FileChanged:
         session = self._session
@@ -426,6 +349,9 @@ class OpenDocument:
             finally:
                 self._notifying = False
 
+    def _checked(self, version: Version, findings: Findings) -> None:
+        self._notify(Checked(self, version, findings))
+
     def _end(self) -> None:
         self._closed = True
         self._owner.forget(self)
@@ -442,13 +368,3 @@ def _validated(command: Command) -> Command:
         return decode_command(msgspec.json.encode(command))
     except TypeError as error:
         raise EditError("Cannot understand the command", str(error)) from error
-
-
-def _unsaved(version: Version, file: Path, diagnostics: Diagnostics) -> Document | None:
-    """Return a document that its file does not hold, with the places that it has when it is written."""
-    return parse_document(written(version.document), file, diagnostics) if version.dirty else None
-
-
-def _same(one: Version, other: Version) -> bool:
-    """Return whether two versions are checked alike."""
-    return one.document is other.document and one.path == other.path

@@ -23,7 +23,7 @@ from visualhfsm.sessions.templates import EMPTY, make_template
 
 from .document import OpenDocument
 from .events import Event, Listener, Listeners, Opened
-from .root import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX, Root, find_documents
+from .root import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX, Root
 from .titles import free_title, stem
 
 _MOST_ENTRIES: Final = 2000  # of a directory
@@ -197,10 +197,6 @@ class Project:
         self._abandoned.pop(journal, None)
 
     # -- files ---------------------------------------------------------------------------------------------
-
-    def files(self) -> list[Path]:
-        """Return all documents below the root, open or not."""
-        return [file for file in find_documents(self.root.directory) if self.root.contains(file)]
 
     def entries(self, directory: str | Path = "") -> list[Entry]:
         """Return the directories, documents and recordings in a directory, without hidden ones."""

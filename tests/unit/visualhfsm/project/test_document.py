@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -14,64 +13,17 @@ from codegen.hfsm import write_document
 from tests.support.editing import tree
 from tests.support.limits import EVENT_LIMIT
 from visualhfsm import (
-    AddEntry,
     AddState,
-    AddTransition,
     ChangedOutsideError,
     EditError,
-    MissingError,
-    MoveItems,
     OpenDocument,
     Place,
     Project,
     RenameState,
-    SetPeriod,
-    SetStateCode,
-    SetTransitionCode,
     UnsavedError,
-    VisualHfsmError,
 )
 
 CODE = Place(kind="state", automaton=1, id=1, part="code")
-
-
-@pytest.fixture(scope="module")
-def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("root")
-
-
-@pytest.fixture(scope="module")
-def project(root: Path) -> Iterator[Project]:
-    """Have one project for all tests, whose processes are started before them."""
-    with Project(root, journals=root / ".journals") as opened:
-        document = opened.new()
-        document.apply(AddState(automaton=1, x=0, y=0))
-        document.check()
-        document.complete(CODE)
-        document.close(discard=True)
-        yield opened
-
-
-@pytest.fixture
-def document(project: Project, root: Path) -> Iterator[OpenDocument]:
-    """Open a document of one automaton with the states `wait` and `go`."""
-    (root / "waver.xml").write_text(write_document(tree()))
-    opened = project.open("waver.xml")
-    yield opened
-    opened.close(discard=True)
-
-
-@pytest.fixture
-def blinker(project: Project) -> Iterator[OpenDocument]:
-    """Make a document whose automaton goes from `off` to `on` after a second."""
-    made = project.new()
-    made.apply(
-        [AddState(automaton=1, x=100, y=100, name="off"), AddState(automaton=1, x=300, y=100, name="on")]
-    )
-    made.apply(AddTransition(automaton=1, origin=1, destination=2, type="time", name="wait"))
-    made.apply(SetTransitionCode(automaton=1, transition=1, part="trigger", text="1000"))
-    yield made
-    made.close(discard=True)
 
 
 def heard_by(document: OpenDocument) -> list[Any]:
@@ -231,95 +183,3 @@ def test_a_file_that_is_no_document_is_reported_until_it_is_one_again(
     file.write_text(whole)
     assert document.refresh() == "same"
     assert [each.state for each in heard if hasattr(each, "state")] == ["changed", "deleted", "same"]
-
-
-# -- checks ------------------------------------------------------------------------------------------------
-
-
-def test_problems_have_places_and_are_found_once_a_version(document: OpenDocument) -> None:
-    heard = heard_by(document)
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="undefined_name + 1"))
-    problems = document.problems()
-    assert [each.place for each in problems if "undefined_name" in each.message] == [CODE]
-    assert document.problems() == problems
-    checked = [each for each in heard if type(each).__name__ == "Checked"]
-    assert [each.version for each in checked] == [document.version]
-    assert document.check(again=True) == checked[0].findings
-    document.undo()
-    assert not any("undefined_name" in each.message for each in document.problems())
-    assert len([each for each in heard if type(each).__name__ == "Checked"]) == 3
-
-
-def test_properties_are_proved_or_have_a_counterexample(blinker: OpenDocument) -> None:
-    assert blinker.prove() == []
-    for name, kind, expression in (("lights", "eventually", "on"), ("dark", "never", "on")):
-        fields = {"name": name, "kind": kind, "expression": expression}
-        blinker.apply(AddEntry(list="properties", fields=fields))
-    lights, dark = blinker.prove()
-    assert (lights.name, lights.verdict, lights.counterexample) == ("lights", "holds", None)
-    assert (dark.kind, dark.verdict) == ("never", "violated")
-    assert dark.counterexample is not None
-    assert dark.counterexample.steps[-1].state == 2
-    blinker.apply(SetPeriod(automaton=1, period="soon"))
-    with pytest.raises(EditError, match="fix the errors first"):
-        blinker.prove()
-
-
-# -- code --------------------------------------------------------------------------------------------------
-
-
-def test_code_is_completed_and_explained(document: OpenDocument) -> None:
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="self.sl"))
-    found = document.complete(CODE, column=len("self.sl"))
-    assert (found.typed, [each.label for each in found.options]) == (2, ["sleep"])
-    typed = document.complete(CODE, code="self.clock.", column=len("self.clock."))
-    assert "now" in [each.label for each in typed.options]
-    explanation = document.explain(CODE, code="self.sleep(1)", column=6)
-    assert explanation is not None
-    assert explanation.name == "sleep"
-    signature = document.signature(CODE, code="self.sleep(", column=11)
-    assert signature is not None
-    assert len(signature.parameters) == 1
-    assert document.signature(CODE, code="1", column=1) is None
-    with pytest.raises(VisualHfsmError, match="there is no code"):
-        document.complete(Place(kind="document", part="world"))
-
-
-def test_a_component_is_generated_with_unsaved_changes(document: OpenDocument, root: Path) -> None:
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="marker = 1"))
-    file = document.generate()
-    assert file == root / "waver.py"
-    assert "marker = 1" in file.read_text()
-    assert "marker" not in (root / "waver.xml").read_text()
-    document.apply(SetStateCode(automaton=1, state=1, part="code", text="1 +"))
-    with pytest.raises(VisualHfsmError, match="nothing was generated"):
-        document.generate()
-    assert "marker = 1" in file.read_text()
-
-
-def test_a_document_without_a_file_is_generated_into_a_directory(
-    blinker: OpenDocument, tmp_path: Path
-) -> None:
-    with pytest.raises(EditError, match="save it first, or name a directory"):
-        blinker.generate()
-    assert blinker.generate(tmp_path) == tmp_path / "untitled.py"
-    assert [*tmp_path.iterdir()] == [tmp_path / "untitled.py"]
-
-
-def test_a_document_is_simulated_as_it_is(blinker: OpenDocument) -> None:
-    with blinker.simulate() as run:
-        run.advance(0.9)
-        assert run.is_active("off")
-        blinker.apply(MoveItems(automaton=1, states=(1,), dx=10, dy=0))
-        run.advance(0.2)
-        assert run.is_active("on")
-    blinker.apply(SetStateCode(automaton=1, state=1, part="code", text="1 +"))
-    with pytest.raises(VisualHfsmError, match="cannot be run"):
-        blinker.simulate()
-
-
-def test_an_automaton_is_drawn_with_unsaved_changes(blinker: OpenDocument) -> None:
-    assert ">off<" in blinker.svg()
-    assert blinker.svg(1) == blinker.svg() == blinker._repr_svg_()
-    with pytest.raises(MissingError, match="no automaton 7"):
-        blinker.svg(7)

@@ -173,15 +173,6 @@ def test_directories_come_first_and_hidden_files_not_at_all(project: Project, ro
         project.entries("..")
 
 
-def test_all_documents_below_the_folder_are_found(project: Project, root: Path) -> None:
-    (root / "more").mkdir()
-    (root / "more" / "dance.xml").write_text(write_document(tree()))
-    (root / "notes.xml").write_text("<notes/>")
-    (root.parent / "outside.xml").write_text(write_document(tree()))
-    (root / "link.xml").symlink_to(root.parent / "outside.xml")
-    assert project.files() == [root / "more" / "dance.xml", root / "waver.xml"]
-
-
 def test_a_document_without_a_file_finds_the_interfaces_of_the_folder(project: Project, root: Path) -> None:
     (root / "interfaces").mkdir()
     (root / "interfaces" / "lamp.idl").write_text("module home { interface Lamp { void on(); }; };")
