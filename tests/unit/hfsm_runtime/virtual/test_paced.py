@@ -17,7 +17,7 @@ from hfsm_runtime.errors import ReloadRefusedError, ValueTypeError
 from hfsm_runtime.virtual import BehaviorFailed, PacedClock, PacedExecution, VirtualWorld
 from interfaces.hfsm import ComponentStatus
 from tests.support.automata import after, automaton, component, when
-from tests.support.limits import EVENT_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually, running
 from zenoh_ice import CommunicatorDestroyedException
 
@@ -50,7 +50,7 @@ class Hanging:
 
     def __call__(self) -> None:
         self.began.set()
-        self.released.wait(60.0)
+        self.released.wait(FOREVER)
 
 
 @pytest.fixture
