@@ -44,10 +44,9 @@ def test_it_goes_into_every_posture_and_is_in_it(rig):
         assert rig.posture == posture
 
 
-def test_it_sits_down_and_stands_up_coolly_enough_for_twenty_times_in_a_row(rig):
-    """Ten times are enough to know: a motor warms the more slowly the hotter it is."""
-    warmth = []
-    for _ in range(10):
+@pytest.mark.timeout(900)
+def test_it_sits_down_and_stands_up_twenty_times_in_a_row(rig):
+    for _ in range(20):
         for posture in ("Sit", "Stand"):
             rig.begin_posture(posture)
             while rig.player.busy:
@@ -55,9 +54,7 @@ def test_it_sits_down_and_stands_up_coolly_enough_for_twenty_times_in_a_row(rig)
                 assert situation_of(rig.robot).up[2] > math.cos(FALLEN_TILT), "it rolls over to get up"
             assert rig.player.progress("posture").status is ActionStatus.Done
             assert rig.posture == posture
-        warmth.append(rig.robot.read().temperatures)
-    before, now = warmth[-2:]
-    assert max(last + 10 * (last - former) for former, last in zip(before, now, strict=True)) < HOT
+    assert max(rig.robot.read().temperatures) < HOT
 
 
 @pytest.mark.parametrize("posture", ["Sit", "SitRelax"])
