@@ -12,6 +12,7 @@ from codegen.hfsm.document import Automaton, Document
 from visualhfsm.drawing.arcs import RADIUS, Box, arc, handles, place
 from visualhfsm.drawing.elements import element, pixels, written
 from visualhfsm.drawing.labels import place_labels
+from visualhfsm.drawing.placement import spread
 from visualhfsm.drawing.states import draw_state
 from visualhfsm.drawing.symbols import PAPER
 from visualhfsm.drawing.text import FAMILY
@@ -26,14 +27,16 @@ def svg(document: Document, automaton_id: int, *, component: str = "root") -> st
     """Draw one automaton of a document as an SVG picture, and return its text.
 
     It shows states with their names and signs, and transitions with what fires them, in light colours;
-    lengths are in pixels. The text is a whole file, which needs no style sheet, no script and no font.
-    Its title is the name of the state that owns the automaton, for the root `component`. Raises MissingError
-    when the document has no automaton with this id.
+    lengths are in pixels. States that all have the same position stand on a circle. The text is a whole
+    file, which needs no style sheet, no script and no font. Its title is the name of the state that owns the
+    automaton, for the root `component`. Raises MissingError when the document has no automaton with this id.
     """
     automaton = document.automaton(automaton_id)
     if automaton is None:
         known = ", ".join(str(each.id) for each in document.automata) or "none"
         raise MissingError(f"the document has no automaton {automaton_id}: its automata are {known}")
+    title = _title(document, automaton, component)
+    automaton = spread(automaton)
     transitions = list(_transitions(automaton))
     labels = [each.label() for each in transitions]
     middles = [place(state) for state in automaton.states]
@@ -54,7 +57,7 @@ def svg(document: Document, automaton_id: int, *, component: str = "root") -> st
         ),
         element("g", *_states(document, automaton, transitions), text_anchor="middle"),
     )
-    return written(_sheet(_title(document, automaton, component), boxes, layers))
+    return written(_sheet(title, boxes, layers))
 
 
 def _transitions(automaton: Automaton) -> Iterator[DrawnTransition]:

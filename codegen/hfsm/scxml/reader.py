@@ -9,7 +9,6 @@ of one automaton, and an automaton that is entered starts in its initial state, 
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,6 +22,7 @@ from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
+from ..positions import on_circle
 from .script import ScriptReader, decode_event, descendants, inside_all, is_name, take_timers
 from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
@@ -39,8 +39,6 @@ _PARTS: Final = {
     "final": ("onentry", "onexit", "transition"),
 }
 _STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
-_APART: Final = 260.0
-"""Pixels between states that are next to each other."""
 _RETURN: Final = "200"
 """Time in ms in a state that waits before it returns: two cycles, in which the state above is left."""
 
@@ -427,7 +425,7 @@ class _Reader:
     def _state(self, state: _State) -> State:
         element = state.element
         restarts = state.history is None and any(each.states for each in state.automata)
-        x, y = _position(state.number, len(state.automaton.states))
+        x, y = on_circle(state.number, len(state.automaton.states))
         return State(
             id=state.number,
             name=state.name,
@@ -463,18 +461,6 @@ def _join(origin: _State, destination: _State, transition: Transition, place: in
     joined = replace(transition, origin=origin.number, destination=destination.number)
     transitions = origin.automaton.transitions
     transitions.insert(len(transitions) if place is None else place, joined)
-
-
-def _position(number: int, count: int) -> tuple[float, float]:
-    """Return the position of a state on the canvas in pixels: on a circle, so that arcs pass no other state.
-
-    With an odd number of corners, the arcs between different states have different middles.
-    """
-    corners = max(3, count | 1)
-    radius = _APART / (2 * math.sin(math.pi / corners))
-    angle = (2 * number - 3) * math.pi / corners - math.pi / 2  # the first two are beside each other
-    x, y = radius * (1 + math.cos(angle)), radius * (1 + math.sin(angle))
-    return round(120 + x, 1), round(160 + y, 1)
 
 
 def _side_by_side(source: _State, goal: _State) -> tuple[_State, _State]:

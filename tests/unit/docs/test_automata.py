@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import compile_document
+from codegen.hfsm import compile_document, read_document
 from hfsm_runtime import VirtualRun
 from hfsm_runtime.tree import ChangeKind
 from tests.support.documents import load
 from tests.support.pages import DOCS, blocks_of
+from visualhfsm.svg import svg
 
 PAGE = (DOCS / "reference/automata.md").read_text("utf-8")
 BLOCKS = blocks_of(PAGE)
@@ -44,6 +45,13 @@ def test_every_block_of_xml_is_a_document_with_a_name_or_marked_as_a_fragment() 
         if block.language == "xml" and not block.name and "fragment" not in block.info
     ] == []
     assert {f"{name}.xml" for name in TIMELINES} <= set(DOCUMENTS)
+
+
+def test_the_picture_of_the_first_document_is_what_python_draws(directory: Path) -> None:
+    document = read_document(directory / "blink.xml", Diagnostics())
+    assert document is not None
+    shown = (DOCS / "pictures/automata/blink.svg").read_text("utf-8")
+    assert shown == svg(document, 1, component="blink"), "draw it again: visualhfsm draw --force"
 
 
 @pytest.mark.parametrize("name", TIMELINES)
