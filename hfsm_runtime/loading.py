@@ -185,10 +185,21 @@ def _load_once(path: Path) -> ModuleType:
     return load_module(path.stem, path)
 
 
-def load_module(name: str, path: Path, package: str = "") -> ModuleType:
-    """Run the present version of a file as a new module; raises the exceptions of its code."""
+def has_own_builtins(module: ModuleType) -> bool:
+    """Return whether a module was loaded with its own builtins."""
+    own = vars(module).get("__builtins__")
+    return isinstance(own, dict) and own is not vars(builtins)
+
+
+def load_module(name: str, path: Path, package: str = "", *, own_builtins: bool = False) -> ModuleType:
+    """Run the present version of a file as a new module; raises the exceptions of its code.
+
+    With its `own_builtins` imports within its functions can be given another module `time`.
+    """
     module = ModuleType(name)
     module.__file__, module.__package__ = str(path), package
+    if own_builtins:
+        vars(module)["__builtins__"] = dict(vars(builtins))
     sys.modules[name] = module  # Python looks up the module of its classes and functions there
     linecache.checkcache(str(path))
     try:

@@ -14,7 +14,7 @@ from naoserver.jobs import JobThreads
 from naoserver.latch import Latch
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
-from zenoh_ice import BusyException, Clock, Communicator, ObjectAdapter, SystemException, WallClock
+from zenoh_ice import BusyException, Communicator, ObjectAdapter, SystemException, WallClock
 
 _CAP = (
     "Cap every joint's speed at a fraction of its full speed."
@@ -30,19 +30,17 @@ def serve(
     robot: Robot,
     adapter: ObjectAdapter,
     options: ServerOptions | None = None,
-    wall: Clock | None = None,
     *,
     latch: Latch | None = None,
 ) -> Iterator[Assembly]:
     """Serve a started robot on an adapter in a `with` block, whose end stops motion and threads.
 
     Yields the assembly between the robot and its clients: other interfaces use its guards too. The
-    caller activates the adapter, and closes the robot afterwards. Only if the robot is not a real one may the
-    safety deadlines follow a `wall` clock other than steady wall time. With a `latch`, which is open, the
-    robot is stopped at first if it was when the former server ended, or if that one ended without warning.
+    caller activates the adapter, and closes the robot afterwards. With a `latch`, which is open, the robot is
+    stopped at first if it was when the former server ended, or if that one ended without warning.
     Raises RobotError for options that the robot does not support.
     """
-    assembly = Assembly(robot, options or ServerOptions(), wall or WallClock(), latch)
+    assembly = Assembly(robot, options or ServerOptions(), WallClock(), latch)
     threads = JobThreads(assembly.jobs)
     assembly.on_wake, assembly.hanging = threads.wake, threads.hanging
     served: list[str] = []

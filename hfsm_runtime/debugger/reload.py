@@ -30,7 +30,7 @@ from ..component import (
 )
 from ..component_run import ComponentRun
 from ..errors import ComponentError, ReloadRefusedError
-from ..loading import load_module
+from ..loading import has_own_builtins, load_module
 from ..source_map import locate
 from ..tree import Replaced, Run, Tree, grow
 from ..variables import cells_of, values_of
@@ -262,12 +262,15 @@ def _load_again(former: type[Component], path: Path) -> type[Component]:
     """Return the class that a component's file defines now, in a new module; raises ReloadRefusedError."""
     if not path.is_file():
         raise ReloadRefusedError(f"the component was not loaded from a file that is there: {path}")
-    package = getattr(sys.modules.get(former.__module__), "__package__", "") or ""
+    before = sys.modules.get(former.__module__)
+    package = getattr(before, "__package__", "") or ""
+    own = before is not None and has_own_builtins(before)
     above = f"{package}." if package else ""
     extension = f"{above}{path.stem}_ext"
     former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
     try:
-        module = load_module(f"{above}{path.stem}{_MARK}{next(_numbers)}", path, package)
+        name = f"{above}{path.stem}{_MARK}{next(_numbers)}"
+        module = load_module(name, path, package, own_builtins=own)
     except (Exception, SystemExit) as error:
         if former_extension is not None:
             sys.modules[extension] = former_extension

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from .run import Change, VirtualRun
 
 if TYPE_CHECKING:
+    from .clock import PacedClock as PacedClock
     from .clock import TaskClock as TaskClock
     from .errors import BehaviorFailed as BehaviorFailed
     from .errors import ExecutionError as ExecutionError
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from .journal import Fired as Fired
     from .journal import Journal as Journal
     from .network import VirtualNetwork as VirtualNetwork
-    from .paced import PacedClock as PacedClock
     from .paced import PacedExecution as PacedExecution
     from .ros import FakeRos as FakeRos
     from .stubs import make_stub as make_stub
@@ -36,7 +36,7 @@ _MODULES: Final = {
     "FakeRos": "ros",
     "Fired": "journal",
     "Journal": "journal",
-    "PacedClock": "paced",
+    "PacedClock": "clock",
     "PacedExecution": "paced",
     "TaskClock": "clock",
     "UnknownName": "errors",

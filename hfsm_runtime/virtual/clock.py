@@ -1,18 +1,29 @@
-"""Virtual time for one thread: a clock that runs tasks when they fall due as it advances."""
+"""Virtual time for one thread: a clock that runs tasks as it advances, and one that passes by itself."""
 
 from __future__ import annotations
 
 import heapq
 import itertools
+import math
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Final
 
-from zenoh_ice import VirtualClock
+from zenoh_ice import CommunicatorDestroyedException, VirtualClock
 
 _NANOSECONDS: Final = 1_000_000_000
 _POLL: Final = 10_000_000
 """Interval in ns at which a wait for an event checks again."""
+MOVE_PERIOD: Final = 0.02
+"""Wall seconds in which a paced clock moves at once: a reader sees it jump by no more."""
+_LATENESS_LIMIT: Final = 0.1
+"""Wall seconds that a paced clock makes up for at most, when the computer was too slow."""
+_CHECK_PERIOD: Final = 1.0
+"""The longest wait in wall seconds; any change ends it."""
+_TASKS_LIMIT: Final = 0.5
+"""The longest wait in wall seconds for the tasks of one moment to end."""
 
 
 class TaskClock(VirtualClock):
@@ -56,3 +67,122 @@ class TaskClock(VirtualClock):
             following = self._tasks[0][0] if self._tasks else end
             self.advance(max(0, min(following, now + _POLL, end) - now) / _NANOSECONDS)
         return True
+
+
+class PacedClock(TaskClock):
+    """A clock with tasks that waits in wall time before it moves: `rate` seconds pass in a second.
+
+    One thread drives it: all tasks run there. Others, which wait by it, wait until it has moved; after `end`
+    they get CommunicatorDestroyedException, and the thread that drives it waits for nothing any more.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._speed = self.rate = 1.0
+        self._driver: int | None = None
+        self._changed = threading.Condition()
+        self._paused = self._moving = self._interrupted = self._ended = False
+        self._since = time.monotonic(), self._now
+        """A moment of wall time, and the time of this clock then."""
+
+    def drive(self) -> None:
+        """Let this thread drive the clock from now on."""
+        with self._changed:
+            self._driver = threading.get_ident()
+            self._restart()
+
+    def set_speed(self, speed: float) -> None:
+        """Change the speed; in a pause, the change takes effect at its end."""
+        with self._changed:
+            self._speed = speed
+            self._restart()
+
+    def pause(self) -> None:
+        """Let time stand still, once the tasks of this moment have ended."""
+        with self._changed:
+            self._paused = True
+            self._restart()
+            if threading.get_ident() != self._driver:
+                self._changed.wait_for(lambda: not self._moving, _TASKS_LIMIT)
+
+    def resume(self) -> None:
+        """Let time continue."""
+        with self._changed:
+            self._paused = False
+            self._restart()
+
+    def end(self) -> None:
+        """Wait for nothing any more."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def interrupt(self) -> None:
+        """End a wait in `move`, or the next one."""
+        with self._changed:
+            self._interrupted = True
+            self._changed.notify_all()
+
+    def move(self, seconds: float) -> bool:
+        """Wait until a duration may pass, and let it pass; false, without moving, after `interrupt`."""
+        end = self._now + round(seconds * _NANOSECONDS)
+        with self._changed:
+            while not self._interrupted and (left := self._left(end)) > 0:
+                self._changed.wait(min(left, _CHECK_PERIOD))
+            interrupted, self._interrupted = self._interrupted, False
+        if not interrupted:
+            with self.unpaced():
+                super().advance(seconds)
+        return not interrupted
+
+    @contextmanager
+    def unpaced(self) -> Iterator[None]:
+        """Let time pass without waiting, in a `with` block."""
+        with self._changed:
+            before, self._moving = self._moving, True
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._moving = before
+                self._changed.notify_all()
+
+    def advance(self, seconds: float) -> None:
+        """Let a duration pass: move, or wait for the thread that does."""
+        if self._driver in (None, threading.get_ident()):
+            super().advance(seconds)
+            return
+        with self._changed:
+            end = self._now + round(seconds * _NANOSECONDS)
+            while self._now < end:
+                if self._ended:
+                    raise CommunicatorDestroyedException("the execution has ended, and its time stands still")
+                self._changed.wait(_CHECK_PERIOD)
+
+    def _move_to(self, end: int) -> None:
+        while self._now < end:
+            following = (
+                end if self._moving else min(end, self._now + round(MOVE_PERIOD * self._speed * _NANOSECONDS))
+            )
+            with self._changed:
+                while (left := self._left(following)) > 0:
+                    self._changed.wait(min(left, _CHECK_PERIOD))
+            super()._move_to(following)
+
+    def _left(self, when: int) -> float:
+        """Return the wall seconds until it may be a time of this clock, infinite in a pause."""
+        if self._ended or self._moving:
+            return 0.0
+        if self._paused:
+            return math.inf
+        began, was = self._since
+        left = (when - was) / _NANOSECONDS / self._speed - (time.monotonic() - began)
+        if left < -_LATENESS_LIMIT:
+            self._restart()
+        return left
+
+    def _restart(self) -> None:
+        """Count wall time from now on; with the lock."""
+        self._since = time.monotonic(), self._now
+        self.rate = 0.0 if self._paused else self._speed
+        self._changed.notify_all()

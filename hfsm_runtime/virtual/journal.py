@@ -120,8 +120,8 @@ class Journal(Observer):
 
     def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:
         """Write down a call of the code that runs."""
-        run = self._running[-1] if self._running else None
-        place = (run.automaton.name, run.current.name) if run else ("", "")
+        running = self._running[-1:]  # a call may come from another thread, while a cycle ends
+        place = (running[0].automaton.name, running[0].current.name) if running else ("", "")
         self._calls.append(Call(self._now(), target, arguments, result, error, *place))
 
     def calls(self, target: str = "") -> list[Call]:

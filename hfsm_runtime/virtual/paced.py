@@ -6,33 +6,20 @@ import logging
 import math
 import sys
 import threading
-import time
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Final
-
-from zenoh_ice import CommunicatorDestroyedException
 
 from ..component import Component
 from ..errors import ComponentStoppedError, CycleCutError, ValueTypeError
 from ..supervision import Refusal
 from ..tree import Run
-from .clock import TaskClock
+from .clock import MOVE_PERIOD, PacedClock
 from .execution import Execution
 from .world import VirtualWorld
 
 _SECOND: Final = 1_000_000_000
 _HIGHEST_SPEED: Final = 100.0
-_MOVE_PERIOD: Final = 0.02
-"""Wall seconds in which the clock moves at once: a reader sees it jump by no more."""
-_LATENESS_LIMIT: Final = 0.1
-"""Wall seconds that the clock makes up for at most, when the computer was too slow."""
-_CHECK_PERIOD: Final = 1.0
-"""The longest wait in wall seconds; any change ends it."""
-_TASKS_LIMIT: Final = 0.5
-"""The longest wait in wall seconds for the tasks of one moment to end."""
 _STEP_LIMIT: Final = 2.0
 """The longest wait in wall seconds for a step."""
 _STOP_LIMIT: Final = 2.0
@@ -40,125 +27,6 @@ _STOP_LIMIT: Final = 2.0
 _RESOLUTION: Final = 1e-9
 
 _logger = logging.getLogger(__name__)
-
-
-class PacedClock(TaskClock):
-    """A clock with tasks that waits in wall time before it moves: `rate` seconds pass in a second.
-
-    One thread drives it: all tasks run there. Others, which wait by it, wait until it has moved; after `end`
-    they get CommunicatorDestroyedException, and the thread that drives it waits for nothing any more.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._speed = self.rate = 1.0
-        self._driver: int | None = None
-        self._changed = threading.Condition()
-        self._paused = self._moving = self._interrupted = self._ended = False
-        self._since = time.monotonic(), self._now
-        """A moment of wall time, and the time of this clock then."""
-
-    def drive(self) -> None:
-        """Let this thread drive the clock from now on."""
-        with self._changed:
-            self._driver = threading.get_ident()
-            self._restart()
-
-    def set_speed(self, speed: float) -> None:
-        """Change the speed; in a pause, the change takes effect at its end."""
-        with self._changed:
-            self._speed = speed
-            self._restart()
-
-    def pause(self) -> None:
-        """Let time stand still, once the tasks of this moment have ended."""
-        with self._changed:
-            self._paused = True
-            self._restart()
-            if threading.get_ident() != self._driver:
-                self._changed.wait_for(lambda: not self._moving, _TASKS_LIMIT)
-
-    def resume(self) -> None:
-        """Let time continue."""
-        with self._changed:
-            self._paused = False
-            self._restart()
-
-    def end(self) -> None:
-        """Wait for nothing any more."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify_all()
-
-    def interrupt(self) -> None:
-        """End a wait in `move`, or the next one."""
-        with self._changed:
-            self._interrupted = True
-            self._changed.notify_all()
-
-    def move(self, seconds: float) -> bool:
-        """Wait until a duration may pass, and let it pass; false, without moving, after `interrupt`."""
-        end = self._now + round(seconds * _SECOND)
-        with self._changed:
-            while not self._interrupted and (left := self._left(end)) > 0:
-                self._changed.wait(min(left, _CHECK_PERIOD))
-            interrupted, self._interrupted = self._interrupted, False
-        if not interrupted:
-            with self.unpaced():
-                super().advance(seconds)
-        return not interrupted
-
-    @contextmanager
-    def unpaced(self) -> Iterator[None]:
-        """Let time pass without waiting, in a `with` block."""
-        with self._changed:
-            before, self._moving = self._moving, True
-        try:
-            yield
-        finally:
-            with self._changed:
-                self._moving = before
-                self._changed.notify_all()
-
-    def advance(self, seconds: float) -> None:
-        """Let a duration pass: move, or wait for the thread that does."""
-        if self._driver in (None, threading.get_ident()):
-            super().advance(seconds)
-            return
-        with self._changed:
-            end = self._now + round(seconds * _SECOND)
-            while self._now < end:
-                if self._ended:
-                    raise CommunicatorDestroyedException("the execution has ended, and its time stands still")
-                self._changed.wait(_CHECK_PERIOD)
-
-    def _move_to(self, end: int) -> None:
-        while self._now < end:
-            following = (
-                end if self._moving else min(end, self._now + round(_MOVE_PERIOD * self._speed * _SECOND))
-            )
-            with self._changed:
-                while (left := self._left(following)) > 0:
-                    self._changed.wait(min(left, _CHECK_PERIOD))
-            super()._move_to(following)
-
-    def _left(self, when: int) -> float:
-        """Return the wall seconds until it may be a time of this clock, infinite in a pause."""
-        if self._ended or self._moving:
-            return 0.0
-        if self._paused:
-            return math.inf
-        began, was = self._since
-        left = (when - was) / _SECOND / self._speed - (time.monotonic() - began)
-        if left < -_LATENESS_LIMIT:
-            self._restart()
-        return left
-
-    def _restart(self) -> None:
-        """Count wall time from now on; with the lock."""
-        self._since = time.monotonic(), self._now
-        self.rate = 0.0 if self._paused else self._speed
-        self._changed.notify_all()
 
 
 class PacedExecution(Execution):
@@ -191,7 +59,7 @@ class PacedExecution(Execution):
         """Wait until a duration has passed, or the component has ended or is paused; see `Execution`."""
         end = self.clock.now() + seconds
         while not self.component_time.paused and (left := end - self.clock.now()) > 0:
-            if self.ended.wait(min(left / self.speed, _MOVE_PERIOD)):
+            if self.ended.wait(min(left / self.speed, MOVE_PERIOD)):
                 break
         self._check()
 
@@ -251,7 +119,7 @@ class PacedExecution(Execution):
 
     def _until_next(self) -> float:
         """Return the seconds until a cycle is due, or until the clock is to be seen moving."""
-        longest = _MOVE_PERIOD * self.speed
+        longest = MOVE_PERIOD * self.speed
         if self.component_time.paused:
             return longest
         with self.tree.lock:
@@ -290,7 +158,7 @@ class PacedExecution(Execution):
                 left = end - self.clock.now()
                 if left < _RESOLUTION:  # a clock of whole ns would not move by less, and so never end
                     return
-                self.clock.move(min(left, _MOVE_PERIOD * self.speed))
+                self.clock.move(min(left, MOVE_PERIOD * self.speed))
         finally:
             self._asleep = False
         raise ComponentStoppedError

@@ -18,7 +18,8 @@ from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.ending import report_abrupt_ends
 from hfsm_runtime.errors import ComponentError, OnError, OnRefused
 from hfsm_runtime.loading import load_module
-from hfsm_runtime.virtual.paced import PacedClock, PacedExecution
+from hfsm_runtime.virtual.clock import PacedClock
+from hfsm_runtime.virtual.paced import PacedExecution
 from hfsm_runtime.virtual.world import VirtualWorld
 from zenoh_ice import Clock
 from zenoh_ice.application.cli import run
@@ -62,7 +63,7 @@ def main() -> NoReturn:
     sys.path.insert(0, str(file.parent))  # for handwritten code beside it
     report_abrupt_ends(str(file))
     try:
-        found = components_in(load_module(file.stem, file))
+        found = components_in(load_module(file.stem, file, own_builtins=True))
     except ComponentError as error:
         sys.exit(f"{file.name}: error: {error}")
     if len(found) != 1:

@@ -234,7 +234,8 @@ def test_what_is_wrong_with_a_test_is_reported_without_our_own_code(
     result = lamp.runpytest()
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines([f">*{wrong.split('(', maxsplit=1)[0]}*"])
-    result.stdout.no_fnmatch_line("*visualhfsm/testing/behavior.py*")
+    result.stdout.no_fnmatch_line("*visualhfsm/simulation/behavior.py*")
+    result.stdout.no_fnmatch_line("*hfsm_runtime/virtual/execution.py*")
     result.stdout.no_fnmatch_line("*visualhfsm/testing/plugin.py*")
 
 

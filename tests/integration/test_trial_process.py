@@ -1,0 +1,86 @@
+"""*Try it* as a process: its monitor answers and a signal ends it, whatever the component's code does."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx, InvalidValue, NoSuchElement, ReloadRefused
+from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.limits import END_LIMIT
+from tests.support.processes import ComponentProcess, module
+from tests.support.running import eventually
+from zenoh_ice import initialize
+
+Tried = tuple[ComponentProcess, HfsmMonitorPrx]
+
+
+@contextmanager
+def tried(directory: Path, endpoint: str, code: str) -> Iterator[Tried]:
+    """Try a document with some code in its second state; yield its process and its monitor, once there."""
+    states = state(1, "first", initial=True), state(2, "second", code)
+    root = sub(1, 0, *states, transition(1, 1, 2, "100", type="time", name="time"), period="50")
+    file = compile_to(directory, document(root), "odd")
+    command = module("visualhfsm.simulation.trial", str(file), "--connect", endpoint, "--clock", "wall")
+    with (
+        initialize(connect=[], listen=[endpoint], clock="wall") as communicator,
+        ComponentProcess(command) as process,
+    ):
+        process.wait_for("second")
+        yield process, HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.odd"))
+
+
+@pytest.mark.parametrize("code", ["while True: pass", "import threading\nthreading.Event().wait()"])
+def test_code_that_hangs_keeps_neither_the_monitor_nor_a_signal_waiting(
+    tmp_path: Path, endpoint: str, code: str
+) -> None:
+    with tried(tmp_path, endpoint, f"print('second', flush=True)\n{code}") as (process, monitor):
+        eventually(lambda: monitor.getSnapshot().automata[0].hangsFor > 2.0)
+        assert "odd" in monitor.getSnapshot().automata[0].hangsAt
+        monitor.setSpeed(20.0)
+        monitor.pause()
+        monitor.step(0)
+        snapshot = monitor.getSnapshot()
+        assert (snapshot.status, snapshot.speed) == (ComponentStatus.Paused, 20.0)
+        with pytest.raises(ReloadRefused, match="its code must not block"):
+            monitor.reload()
+        process.process.send_signal(signal.SIGTERM)
+        assert process.wait(END_LIMIT) == 143
+        assert "is abandoned: its code must not block" in process.output
+
+
+def test_the_monitor_ends_code_that_hangs(tmp_path: Path, endpoint: str) -> None:
+    with tried(tmp_path, endpoint, "print('second', flush=True)\nwhile True: pass") as (process, monitor):
+        monitor.stop()
+        assert process.wait(END_LIMIT) == 0
+
+
+def test_code_that_sleeps_ends_with_its_trial(tmp_path: Path, endpoint: str) -> None:
+    code = "import time\nprint('second', flush=True)\ntime.sleep(600)"
+    with tried(tmp_path, endpoint, code) as (process, monitor):
+        monitor.pause()
+        eventually(lambda: not monitor.getSnapshot().automata[0].inCycle)
+        monitor.resume()
+        process.process.send_signal(signal.SIGTERM)
+        assert process.wait(END_LIMIT) == 143
+        assert "abandoned" not in process.output
+
+
+def test_a_trial_is_steered_like_any_component(tmp_path: Path, endpoint: str) -> None:
+    with tried(tmp_path, endpoint, "print('second', flush=True)") as (_, monitor):
+        with pytest.raises(NoSuchElement, match="no transition 1 leaves second"):
+            monitor.forceTransition(1, 1)
+        with pytest.raises(InvalidValue, match="at most 100"):
+            monitor.setSpeed(1000.0)
+        assert monitor.reload().notKept == []
+        assert monitor.getSnapshot().generation == 1
+        monitor.pause()
+        before = monitor.getSnapshot()
+        monitor.step(0)
+        after = monitor.getSnapshot()
+        assert after.time == pytest.approx(before.time + 0.05)
+        assert after.automata[0].cycles == before.automata[0].cycles + 1
