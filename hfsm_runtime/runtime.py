@@ -35,6 +35,8 @@ class Runtime(ComponentRun):
         servers_present: Callable[[], bool] = lambda: True,
         *,
         on_refused: OnRefused | None = None,
+        timeline: Timeline | None = None,
+        tree: Callable[[Automaton], Tree] = Tree,
     ) -> None:
         self._asked: Refusal | None = None
         self._ask_at = 0.0
@@ -44,8 +46,8 @@ class Runtime(ComponentRun):
             on_error,
             on_refused,
             servers_present=servers_present,
-            timeline=self._make_timeline(clock),
-            tree=self._make_tree,
+            timeline=timeline,
+            tree=tree,
         )
         self._threads = Threads(self.tree, self.component_time, self._supervision, self._crashed)
 
@@ -94,12 +96,6 @@ class Runtime(ComponentRun):
         finally:
             self._threads.remove(leaving)
             self._wake()
-
-    def _make_tree(self, root: Automaton) -> Tree:
-        return Tree(root)
-
-    def _make_timeline(self, clock: Clock) -> Timeline:
-        return Timeline(clock)
 
     def _step(self, runs: tuple[Run, ...]) -> None:
         self._threads.step(runs)

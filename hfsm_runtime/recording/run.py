@@ -183,10 +183,18 @@ class RecordedRuntime(Runtime):
         on_refused: OnRefused | None = None,
     ) -> None:
         self._recorder = recorder
-        self._genuine_clock = clock
+        timeline = InterceptedTimeline(clock, recorder.ask)
         with recorder.lock.held(START):
-            asked = InterceptedClock(clock, recorder.ask)
-            super().__init__(component, asked, on_error, servers_present, on_refused=on_refused)
+            super().__init__(
+                component,
+                InterceptedClock(clock, recorder.ask),
+                on_error,
+                servers_present,
+                on_refused=on_refused,
+                timeline=timeline,
+                tree=partial(_RecordedTree, recorder=recorder),
+            )
+        recorder.component_time = partial(Timeline.now, timeline)  # not recorded as a reading
         periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
         policies = {
             "on_error": (on_error or component._hfsm_on_error).value,
@@ -260,14 +268,6 @@ class RecordedRuntime(Runtime):
             if not inside:  # otherwise it results from user code, or from a breakpoint
                 self._recorder.action(kind, **arguments)
             yield
-
-    def _make_tree(self, root: Automaton) -> Tree:
-        return _RecordedTree(root, self._recorder)
-
-    def _make_timeline(self, clock: Clock) -> Timeline:  # noqa: ARG002 - the same, as user code sees it
-        timeline = InterceptedTimeline(self._genuine_clock, self._recorder.ask)
-        self._recorder.component_time = partial(Timeline.now, timeline)
-        return timeline
 
     def _sleep(self, seconds: float) -> None:
         ending = "done"

@@ -24,7 +24,6 @@ from ..errors import (
     CycleCutError,
     OnError,
     OnRefused,
-    UnknownElementError,
 )
 from ..observer import Observer
 from ..recording.clocks import InterceptedClock, InterceptedTimeline, intercepted_time
@@ -32,7 +31,6 @@ from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, restore_random
 from ..timeline import slot_after
 from ..tree import ChangeKind, Run, Tree
-from ..variables import assign
 from ..virtual.run import VirtualRun
 from .answers import Answers
 from .code import Code
@@ -126,6 +124,8 @@ class Replay(Observer):
             if self.answers.fatal is not None:
                 raise self.answers.fatal
         self._run_unrecorded(self._script.time)
+        if self._edited is not None:
+            self.notes.append("the edited document did not take over: the replay ended before it could")
         self.comparison.finish()
         return self.comparison
 
@@ -145,27 +145,19 @@ class Replay(Observer):
     def _make_virtual(self) -> None:
         component = self._make()
         self._equip(component)
-        made = self.recording.settings.get("made", {})
+        settings = self.recording.settings
         self.virtual = VirtualRun(
             component,
             clock=_RecordedClock(VirtualClock(), self.answers.ask),
             timeline=InterceptedTimeline(VirtualClock(), self.answers.ask),
-            tree=self._make_tree,
-            on_error=_policy(OnError, made.get("on_error")),
-            on_refused=_policy(OnRefused, made.get("on_refused")),
+            tree=partial(_ReplayTree, answers=self.answers),
+            on_error=_policy(OnError, settings.get("on_error")),
+            on_refused=_policy(OnRefused, settings.get("on_refused")),
             observers=[self._recorder, self],
+            kept=0,
+            starts=False,
         )
         self._first = first_values_of(self.virtual.tree.runs)
-
-    def _make_tree(self, root: Automaton) -> Tree:
-        """Make the tree, which begins where the recorded component began, if that still exists."""
-        tree = _ReplayTree(root, self.answers)
-        first = self.recording.settings.get("begin_at", {})
-        automaton, state = first.get("automaton"), first.get("state")
-        if isinstance(automaton, int) and isinstance(state, int):
-            with suppress(UnknownElementError):
-                tree.begin_at(automaton, state)
-        return tree
 
     def _equip(self, component: Component) -> None:
         """Connect a component to the recorded world."""
@@ -196,8 +188,8 @@ class Replay(Observer):
 
     @property
     def _resting(self) -> bool:
-        """Whether no cycle is running, so that the component can be exchanged."""
-        return self._started and not any(run.in_cycle for run in self.virtual.tree.runs)
+        """Whether the component runs and no cycle does, so that it can be exchanged."""
+        return self._started and not self._ended and not self.virtual.in_cycle
 
     def _exchange(self, make: Callable[[], Component]) -> None:
         """Continue with another version of the component."""
@@ -371,34 +363,35 @@ class Replay(Observer):
             self.answers.expected.pop(context)
         self._run_code(Code(context, partial(deliver, record)))
 
-    # The actions of the monitor.
+    # The actions of clients.
 
     def _act(self, action: Action) -> None:
-        if action.kind == "start":
+        if action.kind == "begin_at" and not self._started:
+            with suppress(ComponentError):  # the state is gone
+                self.virtual.begin_at(_number(action, "automaton"), _number(action, "state"))
+        elif action.kind == "start" and not self._started:
             self._started = True
+            self.virtual.start()
         elif self._started and MONITOR not in self._waiting:
             self._run_code(Code(MONITOR, partial(self._carry_out, action, self.now())))
 
     def _carry_out(self, action: Action, now: int) -> None:
         """Carry out an action at a component time in ns; one that was refused is refused again."""
-        tree, component, arguments = self.virtual.tree, self.virtual.component, action.arguments
-        number = arguments.get("automaton")
-        run = tree.run(number) if isinstance(number, int) else None
+        virtual, arguments = self.virtual, action.arguments
+        automaton, name = _number(action, "automaton"), str(arguments.get("name"))
         with suppress(ComponentError, ValueError):
-            if action.kind in ("pause", "resume"):
-                tree.held = action.kind == "pause"
-            elif action.kind == "force" and run is not None:
-                leaving = run.automaton.outgoing(run.current)
-                run.forced = next((t for t in leaving if t.id == arguments.get("transition")), run.forced)
+            if action.kind == "pause":
+                virtual.pause()
+            elif action.kind == "resume":
+                virtual.resume()
+            elif action.kind == "force":
+                virtual.force(automaton, _number(action, "transition"))
             elif action.kind in ("set", "send"):
-                name = str(arguments.get("name"))
                 value = msgspec.json.decode(str(arguments.get("json")).encode())
-                if action.kind == "send":
-                    tree.send(make_event(name, value), now)
-                elif run is not None:
-                    assign(run.automaton, name, value)
-                elif name in parameters_of(component):
-                    setattr(component, name, value)
+                if action.kind == "set":
+                    virtual.set_variable(automaton, name, value)
+                else:
+                    virtual.tree.send(make_event(name, value), now)
 
     # Cycles of an edited document that the recording does not have.
 
@@ -477,6 +470,12 @@ class _ReplayTree(Tree):
         return [each for each in found if each is not None]
 
 
+def _number(action: Action, name: str) -> int:
+    """Return a number among the arguments of an action; 0 where there is none."""
+    value = action.arguments.get(name)
+    return value if isinstance(value, int) else 0
+
+
 def _policy(kind: type[OnError | OnRefused], value: object) -> str | None:
     """Return a recorded policy; None where it is none, so that the document's applies."""
     return value if isinstance(value, str) and value in {each.value for each in kind} else None
@@ -484,7 +483,7 @@ def _policy(kind: type[OnError | OnRefused], value: object) -> str | None:
 
 def _periods(recording: Recording) -> dict[int, Any]:
     """Return the recorded periods of automata in ns, by id."""
-    periods = recording.settings.get("made", {}).get("periods")
+    periods = recording.settings.get("periods")
     if not isinstance(periods, dict):
         return {}
     return {int(key): value for key, value in periods.items() if key.isdecimal()}

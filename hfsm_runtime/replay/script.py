@@ -59,16 +59,15 @@ class Record(NamedTuple):
 class Recording(RecordingFile):
     """A recording to replay: it is read once when it is made, and again for each iteration.
 
-    `duration` are the ns from the start of the component to the last message. `settings` has the arguments of
-    the actions before the start of its automata, by kind: `made` the policies and periods that it ran with,
-    `begin_at` its first state. Raises RecordingError.
+    `duration` are the ns from the start of the component to the last message, `settings` the policies that
+    it ran with, and the periods of its automata. Raises RecordingError.
     """
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._images: dict[str, int] = {}
         self.duration = 0
-        self.settings: dict[str, dict[str, Any]] = {}
+        self.settings: dict[str, Any] = {}
         for raw in self.messages():
             if raw.kind is Image:
                 if len(self._images) >= _MOST_IMAGES:
@@ -77,10 +76,10 @@ class Recording(RecordingFile):
             if raw.kind in TO_LOOK_AT:
                 continue
             self.duration = max(self.duration, raw.time - self.start)
-            if raw.kind is Action and "start" not in self.settings:
+            if raw.kind is Action and not self.settings:
                 action = decode(raw, Action)
-                if action.kind in ("made", "begin_at", "start"):
-                    self.settings[action.kind] = action.arguments
+                if action.kind == "made":
+                    self.settings = action.arguments
 
     def __iter__(self) -> Iterator[Record]:
         for raw in self.messages():

@@ -582,6 +582,25 @@ def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variable
     assert float(taken[1]) >= 3.0
 
 
+def test_an_edited_document_does_not_take_over_from_a_component_that_has_ended(
+    tmp_path: Path, world: World
+) -> None:
+    class Fails(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            return [1 // (3 - count)]
+
+    path = tmp_path / "run.mcap"
+    with running(Fails, world, path, on_error="stop") as (runtime, clock):
+        assert runtime.ended.wait(EVENT_LIMIT)
+        clock.sleep(0.5)
+        ended = runtime.component_time.now()
+        runtime.send("hello")
+    identical(path, Fails)
+    run, comparison = replayed(path, Fails, edited=Watcher, since=ended)
+    assert run.notes == ["the edited document did not take over: the replay ended before it could"]
+    assert comparison.identical
+
+
 def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(
     tmp_path: Path, world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
