@@ -34,8 +34,8 @@ class PacedExecution(Execution):
 
     Life: `start` enters the initial states and starts a thread, which runs all cycles, and the tasks of the
     world; `stop` ends it. It may be paused, stepped and reloaded meanwhile, by any thread, so that a monitor
-    may be served. In a pause all time stands still, and a step moves it by a period. What the code of one
-    automaton takes long for, holds the others up: a sleep, or code that hangs, which `stop` abandons.
+    may be served. In a pause all time stands still, and a step moves it by a period. Code of one automaton
+    that sleeps or hangs holds the others up; `stop` cuts a sleep, and abandons what hangs after 2 s.
 
     Errors: without `on_error` the policy of the document applies, and `advance` raises BehaviorFailed.
     """

@@ -34,11 +34,14 @@ def tried(directory: Path, endpoint: str, code: str) -> Iterator[Tried]:
         yield process, HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.odd"))
 
 
-@pytest.mark.parametrize("code", ["while True: pass", "import threading\nthreading.Event().wait()"])
+HANGS = "print('second', flush=True)\nwhile True: pass"
+
+
+@pytest.mark.slow
 def test_code_that_hangs_keeps_neither_the_monitor_nor_a_signal_waiting(
-    tmp_path: Path, endpoint: str, code: str
+    tmp_path: Path, endpoint: str
 ) -> None:
-    with tried(tmp_path, endpoint, f"print('second', flush=True)\n{code}") as (process, monitor):
+    with tried(tmp_path, endpoint, HANGS) as (process, monitor):
         eventually(lambda: monitor.getSnapshot().automata[0].hangsFor > 2.0)
         assert "odd" in monitor.getSnapshot().automata[0].hangsAt
         monitor.setSpeed(20.0)
@@ -53,8 +56,9 @@ def test_code_that_hangs_keeps_neither_the_monitor_nor_a_signal_waiting(
         assert "is abandoned: its code must not block" in process.output
 
 
+@pytest.mark.slow
 def test_the_monitor_ends_code_that_hangs(tmp_path: Path, endpoint: str) -> None:
-    with tried(tmp_path, endpoint, "print('second', flush=True)\nwhile True: pass") as (process, monitor):
+    with tried(tmp_path, endpoint, HANGS) as (process, monitor):
         monitor.stop()
         assert process.wait(END_LIMIT) == 0
 

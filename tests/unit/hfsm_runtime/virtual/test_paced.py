@@ -16,6 +16,7 @@ from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime.errors import ReloadRefusedError, ValueTypeError
 from hfsm_runtime.virtual import BehaviorFailed, PacedClock, PacedExecution, VirtualWorld
 from interfaces.hfsm import ComponentStatus
+from interfaces.jderobot import CommandRefusedException
 from tests.support.automata import after, automaton, component, when
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually, running
@@ -150,8 +151,9 @@ def test_code_that_waits_ends_with_the_component() -> None:
 
 
 def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
-    hanging: Hanging, caplog: pytest.LogCaptureFixture
+    hanging: Hanging, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("hfsm_runtime.component_run._CYCLE_LIMIT", 0.2)
     with paced(two_states(1000.0, hanging)) as run:
         assert hanging.began.wait(EVENT_LIMIT)
         began = time.monotonic()
@@ -160,10 +162,29 @@ def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
         run.set_speed(2.0)
         with pytest.raises(ReloadRefusedError, match="its code must not block"):
             run.exchange(component(two_states(1.0)))
-        eventually(lambda: run.hanging(run.tree.root)[0] > 2.0)
+        eventually(lambda: run.hanging(run.tree.root)[0] > 0.2)
         run.stop()
         assert time.monotonic() - began < 2 * EVENT_LIMIT
     assert "did not end within 2 s and is abandoned" in caplog.text
+
+
+def test_a_refused_command_pauses_it_and_is_tried_again_after_a_second_of_its_clock() -> None:
+    refused = threading.Event()
+    refused.set()
+
+    def command() -> None:
+        if refused.is_set():
+            raise CommandRefusedException("stopped", "")
+
+    with made(two_states(1000.0, command)) as run:
+        run.set_speed(20.0)
+        run.start()
+        eventually(lambda: run.refusal is not None)
+        assert (run.status, run.time) == (ComponentStatus.Paused, 0.0)
+        refused.clear()
+        eventually(lambda: run.time > 0.0)
+        assert run.refusal is None
+        assert run.clock.now() > 1.0
 
 
 def test_its_end_is_that_of_its_root() -> None:
