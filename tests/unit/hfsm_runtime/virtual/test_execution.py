@@ -6,7 +6,7 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, Proxy, State
 from hfsm_runtime.virtual import BehaviorFailed, Execution, UnknownName, VirtualWorld
-from tests.support.automata import after, automaton, when
+from tests.support.automata import after, automaton, component, when
 from tests.support.gripper import GripperPrx
 from zenoh_ice import CommunicatorDestroyedException, ConnectionLostException
 
@@ -83,3 +83,27 @@ def test_a_world_may_keep_the_newest_calls_alone() -> None:
         run.advance(10.0)
         assert len(run.calls()) == len(run.fired) == 2
         assert run.timeline.count("\n") == 3  # the head, how many were left out, and two lines
+
+
+def test_a_pause_between_two_cycles_leaves_none_out() -> None:
+    times: list[float] = []
+    root = automaton(1, "root", [State(id=1, name="a", code=lambda: times.append(run.time))])
+    with Execution(component(root)) as run:
+        run.world.clock.call_at(0.25, run.pause)
+        run.advance(1.0)
+        assert (times, run.time) == ([0.0, 0.1, 0.2], 0.25)
+        run.step(0)
+        run.resume()
+        run.advance(0.1)
+        assert times[3:] == pytest.approx([0.35, 0.4])
+
+
+def test_a_cycle_that_a_pause_came_before_runs_after_it() -> None:
+    times: list[float] = []
+    root = automaton(1, "root", [State(id=1, name="a", code=lambda: times.append(run.time))])
+    with Execution(component(root)) as run:
+        run.world.clock.call_at(0.25, run.pause)
+        run.advance(1.0)
+        run.resume()
+        run.advance(0.2)
+        assert times == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
