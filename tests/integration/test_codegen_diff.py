@@ -173,6 +173,7 @@ def test_files_with_errors_are_trouble(tmp_path: Path) -> None:
     write(tmp_path / "old", {"types.idl": TYPES})
     write(tmp_path / "new", {"types.idl": TYPES.replace("string why", "strin why")})
     write(tmp_path / "empty", {})
+    (tmp_path / "notes.txt").touch()
     done = diff("old", "new", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert "new/types.idl:6:" in done.stderr

@@ -35,6 +35,19 @@ def subjects(folder: Path) -> set[str]:
     return {folder.name} | modules | {path.name.lstrip("_") for path in folder.iterdir() if path.is_dir()}
 
 
+def public(path: Path) -> Path:
+    """Return a path as tests write it: without the underscores before what belongs to one package alone."""
+    return Path(*(part.lstrip("_") for part in path.parts))
+
+
+def tested_by(folder: Path) -> Path:
+    """Return the folder whose modules the tests of a folder test, whether or not underscores begin its parts."""
+    found = ROOT
+    for part in ELSEWHERE.get(folder, folder).parts:
+        found = next((path for path in (found / f"_{part}", found / part) if path.is_dir()), found / part)
+    return found
+
+
 def is_named_after(test: str, subject: str) -> bool:
     """Return whether a test file, without its suffix, is named after a module, or after a topic of it."""
     return f"{test}_".startswith(f"test_{subject}_")
@@ -54,7 +67,8 @@ def modules() -> Iterator[Path]:
 def has_own_test(module: Path) -> bool:
     subject = module.stem.lstrip("_")
     return any(
-        is_named_after(path.stem, subject) for path in (UNIT / module.parent).glob(f"test_{subject}*.py")
+        is_named_after(path.stem, subject)
+        for path in (UNIT / public(module.parent)).glob(f"test_{subject}*.py")
     )
 
 
@@ -96,7 +110,7 @@ def test_every_unit_test_file_is_named_after_what_it_tests() -> None:
     lost = []
     for path in UNIT.rglob("test_*.py"):
         folder = path.parent.relative_to(UNIT)
-        tested = ROOT / ELSEWHERE.get(folder, folder)
+        tested = tested_by(folder)
         if folder not in FREE and not (
             tested.is_dir() and any(is_named_after(path.stem, subject) for subject in subjects(tested))
         ):
