@@ -40,7 +40,7 @@ def public(path: Path) -> Path:
     return Path(*(part.lstrip("_") for part in path.parts))
 
 
-def tested_by(folder: Path) -> Path:
+def folder_of_subjects(folder: Path) -> Path:
     """Return the folder whose modules the tests of a folder test, whether or not underscores begin its parts."""
     found = ROOT
     for part in ELSEWHERE.get(folder, folder).parts:
@@ -110,7 +110,7 @@ def test_every_unit_test_file_is_named_after_what_it_tests() -> None:
     lost = []
     for path in UNIT.rglob("test_*.py"):
         folder = path.parent.relative_to(UNIT)
-        tested = tested_by(folder)
+        tested = folder_of_subjects(folder)
         if folder not in FREE and not (
             tested.is_dir() and any(is_named_after(path.stem, subject) for subject in subjects(tested))
         ):
