@@ -32,7 +32,7 @@ IMPORT: Final = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|.*))", re.
 def subjects(folder: Path) -> set[str]:
     """Return what the tests of a folder may be named after: its modules, the packages in it, and the folder."""
     modules = {path.stem.lstrip("_") for path in folder.glob("*.py")} - {"init__", "main__"}
-    return {folder.name} | modules | {path.name.lstrip("_") for path in folder.iterdir() if path.is_dir()}
+    return {folder.name.lstrip("_")} | modules | {path.name.lstrip("_") for path in folder.iterdir() if path.is_dir()}
 
 
 def public(path: Path) -> Path:
