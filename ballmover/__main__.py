@@ -12,7 +12,7 @@ def main() -> NoReturn:
     begin_loading()
     from zenoh_ice.application.cli import run
 
-    from .cli import app
+    from ._cli import app
 
     run(app)
 

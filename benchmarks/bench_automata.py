@@ -29,9 +29,9 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
-from hfsm_runtime.cycle import run_cycle
+from hfsm_runtime._cycle import run_cycle
+from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.tree import Run
 from tests.support.automata import after, automaton, component, on, when
 from zenoh_ice import WallClock

@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Final
 
 from tests.support.processes import ComponentProcess, module
-from visualhfsm.security.folder import SecurityFolder
+from visualhfsm._security.folder import SecurityFolder
 
 ROBOT: Final = "10.78.0.1"
 PERSON: Final = "10.78.0.2"

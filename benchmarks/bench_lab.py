@@ -31,7 +31,7 @@ import zenoh
 from interfaces.nao import SafetyPrx
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys
-from visualhfsm.deployment.admission import raise_file_limit
+from visualhfsm._deployment.admission import raise_file_limit
 from zenoh_ice import ConnectFailedException, SystemException, initialize
 from zenoh_ice.session import open_session
 from zenoh_ice.settings import Settings, load_settings

@@ -24,10 +24,10 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Library, State, Text, Transition
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from visualhfsm.generate import generate_component
-from visualhfsm.live.service import Monitoring
-from visualhfsm.monitoring.run_log import LiveSnapshot
-from visualhfsm.services import Snapshot
+from visualhfsm._generate import generate_component
+from visualhfsm._live.service import Monitoring
+from visualhfsm._monitoring.run_log import LiveSnapshot
+from visualhfsm._services import Snapshot
 from zenoh_ice import Settings
 
 AUTOMATA: Final = 20

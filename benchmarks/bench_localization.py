@@ -28,7 +28,7 @@ from interfaces.jderobot import CameraPrx, EncodersPrx
 from interfaces.nao import ActionStatus, PoseHeadPrx, WalkPrx
 from naoserver.soccer_field.localization import Localizer
 from naoserver.soccer_field.model import Field
-from visualhfsm.simulation.robot import RobotUnderTest
+from visualhfsm.simulation._robot import RobotUnderTest
 
 START: Final = -0.75
 OFF: Final = 0.15, math.radians(8)

@@ -31,8 +31,8 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
-from naoserver.naoqi.libqi import connect
-from naoserver.naoqi.link import Link, RobotAddress, call
+from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._link import Link, RobotAddress, call
 from naoserver.options import ServerOptions
 from naoserver.qi import serve_as_naoqi
 from tests.support.processes import ComponentProcess, free_endpoint, module

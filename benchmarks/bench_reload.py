@@ -20,9 +20,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from hfsm_runtime.debugger.monitor import Monitor
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.tree import Run
 from interfaces.hfsm import HfsmMonitorPrx
 from tests.support.documents import compile_to, document, load, state, sub, transition

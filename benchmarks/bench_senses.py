@@ -21,8 +21,8 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from naoserver.capabilities import WalkVelocity
+from naoserver_sim._simulator import STEPS_PER_TICK
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.simulator import STEPS_PER_TICK
 from zenoh_ice import VirtualClock
 
 CONSOLE = Console(width=100)

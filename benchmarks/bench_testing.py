@@ -18,10 +18,10 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from naoserver.errors import HardwareFailure
-from visualhfsm.simulation.loading import load_component, read
+from visualhfsm.simulation._loading import load_component, read
 from visualhfsm.testing import Behavior, check_properties
-from visualhfsm.testing.abstraction import abstract_component
-from visualhfsm.testing.coverage import Hits
+from visualhfsm.testing._abstraction import abstract_component
+from visualhfsm.testing._coverage import Hits
 
 ROOT = Path(__file__).resolve().parents[1]
 BEHAVIORS = ("follow_ball", "dance", "dance_and_follow")

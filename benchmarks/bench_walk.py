@@ -26,8 +26,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
+from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.walk.walker import LIMITS
 from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 

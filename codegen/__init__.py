@@ -2,7 +2,7 @@
 
 The command `codegen FILES...` chooses one of two compilers by the extension of each file:
 
-- `codegen.idl.compile_interfaces` reads `*.idl` and `*.ice`;
+- `codegen._idl.compile_interfaces` reads `*.idl` and `*.ice`;
 - `codegen.hfsm.compile_document(path, output, diagnostics)` reads one `*.xml` and returns the
   generated files, next to the document or in the directory `output`.
 

@@ -16,7 +16,7 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _stop)
     arguments = sys.argv[1:]
     if arguments[:1] == ["diff"]:  # no file: those have suffixes
-        from .diff import app
+        from ._diff import app
 
         app(arguments[1:], prog_name="codegen diff")
     else:

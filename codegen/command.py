@@ -157,7 +157,7 @@ def _run(job: _Job) -> _Result:
     """Compile everything, without writing."""
     result = _Result()
     if job.interfaces:
-        from codegen.idl import compile_interfaces
+        from codegen._idl import compile_interfaces
 
         compilation = compile_interfaces(
             job.interfaces, job.include, job.interface_output, result.diagnostics

@@ -9,7 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from .text_layout import Place, TextLayout
+from ._text_layout import Place, TextLayout
 
 _LONGEST_EXCERPT = 160
 _COLORS = {"error": "31;1", "warning": "33;1", "note": "36;1", "caret": "32;1", "bold": "1"}

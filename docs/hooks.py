@@ -34,15 +34,15 @@ ROOT_PAGES: Final = {
     "CONTRIBUTING.md": "contributing.md",
 }
 COMMANDS: Final = {
-    "visualhfsm": "visualhfsm.command",
+    "visualhfsm": "visualhfsm._command",
     "codegen": "codegen.command",
-    "naoserver-sim": "naoserver_sim.command",
-    "naoserver-naoqi": "naoserver.naoqi.command",
-    "naoserver-ros2": "naoserver.ros2.command",
-    "ballmover": "ballmover.cli",
-    "nao": "visualhfsm.nao.command",
+    "naoserver-sim": "naoserver_sim._command",
+    "naoserver-naoqi": "naoserver.naoqi._command",
+    "naoserver-ros2": "naoserver.ros2._command",
+    "ballmover": "ballmover._cli",
+    "nao": "visualhfsm.nao._command",
 }
-PARTS: Final = {"codegen diff": "codegen.diff"}
+PARTS: Final = {"codegen diff": "codegen._diff"}
 """Commands that are part of another one, each with its module."""
 SHARED: Final = "Shared by all commands"  # the panel of zenoh_ice.application.cli
 _WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"][
@@ -184,7 +184,7 @@ def roles() -> str:
 
 def shared_options() -> Iterator[str]:
     """Yield the options that all commands share."""
-    command: Any = typer.main.get_command(importlib.import_module("ballmover.cli").app)
+    command: Any = typer.main.get_command(importlib.import_module("ballmover._cli").app)
     for parameter in command.params:
         if getattr(parameter, "rich_help_panel", None) == SHARED:
             yield from parameter.opts
@@ -227,8 +227,8 @@ def _tree(below: dict[str, list[ast.ClassDef]], parent: str, depth: int) -> Iter
 
 def diagnostics() -> str:
     """Return a table of the codes of all diagnostics, each with its page."""
+    from codegen._idl.codes import Code as InterfaceCode
     from codegen.hfsm.codes import Code as DocumentCode
-    from codegen.idl.codes import Code as InterfaceCode
 
     headings = {}
     for page in ("document-errors.md", "idl-errors.md"):
@@ -247,7 +247,7 @@ def diagnostics() -> str:
 
 def requests() -> str:
     """Return a table of the requests of the editor's page."""
-    from visualhfsm.web import protocol
+    from visualhfsm._web import protocol
 
     base = protocol.TabEdit.__bases__[0]
     kinds = [
@@ -258,8 +258,8 @@ def requests() -> str:
 
 def pushes() -> str:
     """Return a table of what the editor's server sends by itself."""
-    from visualhfsm import services
-    from visualhfsm.web import protocol
+    from visualhfsm import _services as services
+    from visualhfsm._web import protocol
 
     kinds = [
         each for module in (protocol, services) for each in vars(module).values() if _is(each, services.Push)
@@ -269,14 +269,14 @@ def pushes() -> str:
 
 def edits() -> str:
     """Return a table of the commands that change a document."""
-    from visualhfsm.editing.commands import COMMANDS as EDITS
+    from visualhfsm._editing.commands import COMMANDS as EDITS
 
     return _messages(EDITS)
 
 
 def naoqi() -> str:
     """Return a table of the operations of NAOqi's services on the virtual Nao."""
-    from naoserver.qi import service
+    from naoserver.qi import _service as service
 
     rows = []
     for name in sorted({*service.SERVICES, *service.REFUSED}):

@@ -12,12 +12,12 @@ from .loading import add_to_path, end_loading, load_extension, prepare_program, 
 
 prepare_program()  # before the slow imports
 
-from .automaton import Automaton, Event, Input, State, Transition  # noqa: E402
+from ._automaton import Automaton, Event, Input, State, Transition  # noqa: E402
 from .component import Component, Parameter, Proxy, Ros  # noqa: E402
 from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
 from .source_map import source_map  # noqa: E402
-from .virtual.run import VirtualRun, run  # noqa: E402
+from .virtual._run import VirtualRun, run  # noqa: E402
 
 if program_file():
     report_abrupt_ends(program_file())  # before the document's libraries
@@ -57,8 +57,8 @@ def main(component: type[Component]) -> NoReturn:
 
 
 def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
-    """Return a function that makes messages of a ROS type: see `hfsm_runtime.ros`."""
-    from .ros import ros_message as message  # only components that use ROS need its libraries
+    """Return a function that makes messages of a ROS type: see `hfsm_runtime._ros`."""
+    from ._ros import ros_message as message  # only components that use ROS need its libraries
 
     return message(name, texts)
 
@@ -67,6 +67,6 @@ def ros_tf() -> Any:  # noqa: ANN401
     """Return the part of the module `tf` of ROS 1 that old documents use."""
     from types import SimpleNamespace
 
-    from .ros import Transformations
+    from ._ros import Transformations
 
     return SimpleNamespace(transformations=Transformations)

@@ -22,18 +22,18 @@ from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice.application import cli
 from zenoh_ice.application.last_cycle import CycleFile
 
+from ._component_run import ComponentRun
+from ._robot import Permission, servers_present, stop_robot
+from ._robot import connect as connect_proxies
+from ._runtime import Runtime
 from .component import Component, Parameter, parameters_of, ros_of
-from .component_run import ComponentRun
-from .debugger.monitor import Monitor
-from .debugger.snapshot import structure_of
+from .debugger._monitor import Monitor
+from .debugger._snapshot import structure_of
 from .ending import CycleNotes
 from .errors import ComponentError, OnError, OnRefused
-from .robot import Permission, servers_present, stop_robot
-from .robot import connect as connect_proxies
-from .runtime import Runtime
 
 if TYPE_CHECKING:
-    from .ros import Node
+    from ._ros import Node
 
 _CHECK_PERIOD: Final = 0.1  # s between two checks of the main thread for signals
 
@@ -236,8 +236,8 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
                 runtime = world.runtime(made, clock, on_error, present, on_refused=on_refused)
             else:
                 # Loaded only for a recording.
-                from .recording.run import RecordedRuntime, recording
-                from .recording.surroundings import recorded_surroundings
+                from ._recording.run import RecordedRuntime, recording
+                from ._recording.surroundings import recorded_surroundings
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
                 runtime = RecordedRuntime(made, clock, recorder, on_error, present, on_refused=on_refused)
@@ -338,7 +338,7 @@ def _ros_node(component: type[Component], settings: Settings, options: Mapping[s
     """Open a node of ROS for a component in a `with` block."""
     from zenoh_ros2 import RosError, settings_of_node  # only components that use ROS need its libraries
 
-    from .ros import Node
+    from ._ros import Node
 
     names: dict[str, str] = {}
     for each in options["remap"] or []:
@@ -360,7 +360,7 @@ def _ros_node(component: type[Component], settings: Settings, options: Mapping[s
 
 def _with_endpoints(connect: Callable[[Component], None], node: Node) -> Callable[[Component], None]:
     """Return a function that connects a component's proxies, and its ends of ROS."""
-    from .ros import Endpoints
+    from ._ros import Endpoints
 
     endpoints = Endpoints(node, node.types)
 
@@ -375,7 +375,7 @@ def _shown(monitor: Monitor, node: Node | None) -> AbstractContextManager[object
     """Return a context manager that shows a component in the graph of ROS, if it has a node there."""
     if node is None:
         return nullcontext()
-    from .debugger.ros import RosMonitor
+    from .debugger._ros import RosMonitor
 
     return RosMonitor(monitor, node)
 

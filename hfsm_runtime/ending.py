@@ -19,8 +19,8 @@ from typing import Any, Final
 
 from zenoh_ice.application.last_cycle import CycleFile
 
-from .automaton import Transition
-from .cycle import run_cycle
+from ._automaton import Transition
+from ._cycle import run_cycle
 from .observer import Observer
 from .source_map import locate_frame
 from .tree import Run

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .automaton import Event, Transition
-from .automaton_run import ChangeKind, DropReason, Run
+from ._automaton import Event, Transition
+from ._automaton_run import ChangeKind, DropReason, Run
 
 
 class Observer:

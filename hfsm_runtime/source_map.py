@@ -17,7 +17,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Final, NamedTuple
 
-from .parsing import parse_expression
+from ._parsing import parse_expression
 
 _NAME: Final = "SOURCE_MAP"
 _BEGIN: Final = f"\n{_NAME} = source_map(__file__, ("

@@ -10,11 +10,11 @@ import time
 
 import msgspec
 
-from .automaton import Automaton, Event, State, Transition
-from .automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
+from ._automaton import Automaton, Event, State, Transition
+from ._automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
+from ._timeline import slot_from
 from .errors import UnknownElementError
 from .observer import Observer
-from .timeline import slot_from
 
 __all__ = ["ChangeKind", "DropReason", "Replaced", "Run", "Tree", "grow"]
 

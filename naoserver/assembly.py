@@ -7,32 +7,32 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any, Final
 
+from naoserver._gate import Gate
+from naoserver._guarded_device import GuardedDevice
+from naoserver._hearing import Hearing
+from naoserver._motions.player import PERIOD, MotionPlayer
+from naoserver._motions.postures import situation_of
+from naoserver._safety import JointSafety
+from naoserver._servants.body import JointsI, PoseHeadI
+from naoserver._servants.camera import CameraI
+from naoserver._servants.expression import LedsI, SpeechI
+from naoserver._servants.head_history import HeadHistory
+from naoserver._servants.health import ClockI, HealthI, SafetyI
+from naoserver._servants.hinge import BALL_AXES, HINGES, Hinge, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
+from naoserver._servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
+from naoserver._servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
+from naoserver._servants.shared import StateStream
+from naoserver._servants.simulation import GroundTruthI, SceneI
+from naoserver._servants.walk import EncodersI, MotorsI, WalkI
+from naoserver._walk import PERIOD as WALK_PERIOD
+from naoserver._walk import WalkGuard, WalkTo
 from naoserver.capabilities import Senses, Walker
 from naoserver.errors import RobotError
 from naoserver.event_log import EventLog
-from naoserver.gate import Gate
-from naoserver.guarded_device import GuardedDevice
-from naoserver.hearing import Hearing
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.latch import Latch
-from naoserver.motions.player import PERIOD, MotionPlayer
-from naoserver.motions.postures import situation_of
 from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
 from naoserver.robot import JointDevice, Robot
-from naoserver.safety import JointSafety
-from naoserver.servants.body import JointsI, PoseHeadI
-from naoserver.servants.camera import CameraI
-from naoserver.servants.expression import LedsI, SpeechI
-from naoserver.servants.head_history import HeadHistory
-from naoserver.servants.health import ClockI, HealthI, SafetyI
-from naoserver.servants.hinge import BALL_AXES, HINGES, Hinge, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
-from naoserver.servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
-from naoserver.servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
-from naoserver.servants.shared import StateStream
-from naoserver.servants.simulation import GroundTruthI, SceneI
-from naoserver.servants.walk import EncodersI, MotorsI, WalkI
-from naoserver.walk import PERIOD as WALK_PERIOD
-from naoserver.walk import WalkGuard, WalkTo
 from zenoh_ice import Clock, Object
 
 _STATE_PERIOD: Final = 0.02

@@ -317,7 +317,7 @@ class PostureProgress:
 class OwnPostures(Protocol):
     """A robot that can itself go from any posture into another, as NAOqi does.
 
-    For other robots, the server's own key frames do so (`naoserver.motions`).
+    For other robots, the server's own key frames do so (`naoserver._motions`).
     """
 
     @property

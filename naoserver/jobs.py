@@ -1,7 +1,7 @@
 """Periodic jobs on clocks, and what runs them: the threads of a server, or the control loop of a robot.
 
 A `Job` reports when it is due on its clock, and does its work when called. It has three drivers: `JobThreads`
-and `ControlLoop` here and, in virtual time, its single thread (`visualhfsm.simulation.robot`).
+and `ControlLoop` here and, in virtual time, its single thread (`visualhfsm.simulation._robot`).
 """
 
 from __future__ import annotations

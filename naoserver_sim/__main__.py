@@ -20,7 +20,7 @@ def main() -> NoReturn:
     os.environ[_GL] = "disable"
     try:
         from naoserver.errors import RobotError
-        from naoserver_sim.command import app
+        from naoserver_sim._command import app
         from zenoh_ice.application.cli import run
     except ModuleNotFoundError as error:
         sys.exit(f"naoserver-sim: error: {missing_package(error, 'sim')}")

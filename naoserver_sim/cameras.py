@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from naoserver.errors import HardwareFailure
 from naoserver.robot import CameraFacts, Frame
+from naoserver_sim._image_sensor import ImageSensor
+from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
-from naoserver_sim.image_sensor import ImageSensor
-from naoserver_sim.simulator import Snapshot
 
 _log = logging.getLogger(__name__)
 

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from naoserver.body import H25
 from naoserver.capabilities import Pose, WorldShape
 from naoserver.soccer_field.model import Field
+from naoserver_sim._surroundings import WHITE
 from naoserver_sim.appearance import Shape, read_meshes, read_skin
 from naoserver_sim.model import Model
-from naoserver_sim.surroundings import WHITE
 
 MESH_UNIT: Final = 1e-4
 """Unit of a mesh's vertices in m."""

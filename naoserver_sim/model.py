@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from naoserver.body import H25, Body
 from naoserver.robot import CameraFacts, JointFacts
+from naoserver_sim._body import TORSO, add_body, sole
+from naoserver_sim._surroundings import SPECTATOR, about_z, add_movables, add_surroundings
 from naoserver_sim.appearance import add_appearance
-from naoserver_sim.body import TORSO, add_body, sole
-from naoserver_sim.surroundings import SPECTATOR, about_z, add_movables, add_surroundings
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
 _WIDEST_IMAGE: Final = 1280

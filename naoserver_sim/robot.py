@@ -18,18 +18,18 @@ from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedVoice
 from naoserver.jobs import ControlLoop
 from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
+from naoserver_sim._balance import SimulatedBalancer
+from naoserver_sim._gears import GearNoise, Gears
+from naoserver_sim._image_sensor import ImageSensor, PictureNoise
+from naoserver_sim._motors import SetpointController
+from naoserver_sim._senses.record import SenseNoise, encoded
+from naoserver_sim._senses.simulated import SimulatedSenses
+from naoserver_sim._simulator import PacedSimulator, Pacer, SimulationClock, Snapshot, VirtualSimulator
+from naoserver_sim._stage import SimulatedStage
+from naoserver_sim._walk.walker import SimulatedWalker
 from naoserver_sim.appearance import Lamps
-from naoserver_sim.balance import SimulatedBalancer
 from naoserver_sim.cameras import CameraRenderer, put_cameras
-from naoserver_sim.gears import GearNoise, Gears
-from naoserver_sim.image_sensor import ImageSensor, PictureNoise
 from naoserver_sim.model import DeviceIndex, Model, build_standing
-from naoserver_sim.motors import SetpointController
-from naoserver_sim.senses.record import SenseNoise, encoded
-from naoserver_sim.senses.simulated import SimulatedSenses
-from naoserver_sim.simulator import PacedSimulator, Pacer, SimulationClock, Snapshot, VirtualSimulator
-from naoserver_sim.stage import SimulatedStage
-from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
 

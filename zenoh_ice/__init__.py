@@ -6,14 +6,14 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
+    from ._communicator import Communicator as Communicator
+    from ._communicator import initialize as initialize
     from ._presence import ClientWatch as ClientWatch
     from ._presence import ServantInfo as ServantInfo
     from .clock import Clock as Clock
     from .clock import RobotClock as RobotClock
     from .clock import VirtualClock as VirtualClock
     from .clock import WallClock as WallClock
-    from .communicator import Communicator as Communicator
-    from .communicator import initialize as initialize
     from .exceptions import AccessDeniedException as AccessDeniedException
     from .exceptions import AlreadyRegisteredException as AlreadyRegisteredException
     from .exceptions import BusyException as BusyException
@@ -50,7 +50,7 @@ _MODULES: Final = {
     "BusyException": "exceptions",
     "ClientWatch": "_presence",
     "Clock": "clock",
-    "Communicator": "communicator",
+    "Communicator": "_communicator",
     "CommunicatorDestroyedException": "exceptions",
     "ConfigurationException": "exceptions",
     "ConnectFailedException": "exceptions",
@@ -80,7 +80,7 @@ _MODULES: Final = {
     "VirtualClock": "clock",
     "WallClock": "clock",
     "ZenohIceError": "exceptions",
-    "initialize": "communicator",
+    "initialize": "_communicator",
     "load_settings": "settings",
 }
 

@@ -51,7 +51,7 @@ from .streams import Sample, Samples, StreamReader, Subscription
 from .transport import Caller, NoAnswer, Outcome, Parted, Target
 
 if TYPE_CHECKING:
-    from .communicator import Communicator
+    from ._communicator import Communicator
 
 P = ParamSpec("P")
 V = TypeVar("V")

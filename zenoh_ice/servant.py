@@ -44,7 +44,7 @@ from .streams import Publisher
 from .transport import Answer, Buffer, Outlet, Reply, Served, Target, check_name
 
 if TYPE_CHECKING:
-    from .communicator import Communicator
+    from ._communicator import Communicator
     from .proxy import ObjectPrx
 
 V = TypeVar("V")

@@ -11,7 +11,15 @@ try:
 except ImportError as error:
     raise ImportError(f"{error.name} is missing: install it with pip install 'visualhfsm[ros2]'") from error
 
-from .actions import Aborted, ActionClient, ActionServer, Canceled, Goal, ServerGoal, Status
+from ._actions import Aborted, ActionClient, ActionServer, Canceled, Goal, ServerGoal, Status
+from ._graph import Graph, Sender
+from ._messages import Types
+from ._node import DEFAULT_SETTINGS, Node, settings_of_node
+from ._parameters import Parameters
+from ._rosout import RosoutHandler
+from ._services import LARGEST_COMMAND, Client, Service
+from ._topics import Publisher, Subscription
+from ._wire import LATCHED, SENSOR_DATA, Entity, QoS
 from .exceptions import (
     CallError,
     CallTimeoutError,
@@ -23,14 +31,6 @@ from .exceptions import (
     RosError,
     TypeUnknownError,
 )
-from .graph import Graph, Sender
-from .messages import Types
-from .node import DEFAULT_SETTINGS, Node, settings_of_node
-from .parameters import Parameters
-from .rosout import RosoutHandler
-from .services import LARGEST_COMMAND, Client, Service
-from .topics import Publisher, Subscription
-from .wire import LATCHED, SENSOR_DATA, Entity, QoS
 
 __all__ = [
     "DEFAULT_SETTINGS",

@@ -9,10 +9,10 @@ the tools for the Python in a document. `scxml` imports and exports SCXML.
 
 from __future__ import annotations
 
-from .extension import component_path, extension_path
+from ._extension import component_path, extension_path
+from ._imports import resolve
 from .formats.reader import parse_document, read_document
 from .formats.writer import DocumentNotWritableError, write_document
-from .imports import resolve
 from .known_interfaces import interface_directories
 from .loading import compile_document
 

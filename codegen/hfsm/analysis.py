@@ -17,9 +17,11 @@ from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
 from ..diagnostics import Location
+from ._extension import Extension, find_extension
+from ._old_names import OldNames, find_old_names
+from .code._scopes import INSPECTING, free_names, local_names
 from .code.language import first_foreign
 from .code.names import COMPONENT_ALIASES
-from .code.scopes import INSPECTING, free_names, local_names
 from .code.text import (
     CodeError,
     CodeText,
@@ -38,8 +40,6 @@ from .code.text import (
     split,
 )
 from .document import Argument, Automaton, Document, Library, State, Text, Transition
-from .extension import Extension, find_extension
-from .old_names import OldNames, find_old_names
 
 __all__ = [
     "Access",

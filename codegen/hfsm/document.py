@@ -3,7 +3,7 @@
 Everything is immutable, so that undo in an editor restores the previous document. Lines and columns are the
 position in the file, counted from 1, or 0 if the element was not read from a file. Comparisons ignore them.
 What people type (times, conditions, code) is kept as text, since a document may be saved unfinished;
-`codegen.hfsm.checks` reports what is missing before a component is generated.
+`codegen.hfsm._checks` reports what is missing before a component is generated.
 """
 
 from __future__ import annotations

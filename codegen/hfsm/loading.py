@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Final
 
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
+from ._checks import check
+from ._effects import CodeEffects
+from ._extension import component_path
+from ._imports import resolve
 from .analysis import analyze
-from .checks import check
 from .codes import Code
 from .document import Document
-from .effects import CodeEffects
-from .extension import component_path
 from .formats.reader import read_document
 from .generator import GENERATED_BY, check_component, generate
-from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
 
 if TYPE_CHECKING:

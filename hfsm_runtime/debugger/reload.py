@@ -20,7 +20,9 @@ from typing import Final
 from interfaces.hfsm import ReloadReport
 from zenoh_ice import ZenohIceError
 
-from ..automaton import Automaton
+from .._automaton import Automaton
+from .._component_run import ComponentRun
+from .._variables import cells_of, values_of
 from ..component import (
     Component,
     make_automata,
@@ -28,13 +30,11 @@ from ..component import (
     proxies_of,
     source_of,
 )
-from ..component_run import ComponentRun
 from ..errors import ComponentError, ReloadRefusedError
 from ..loading import has_own_builtins, load_module
 from ..source_map import locate
 from ..tree import Replaced, Run, Tree, grow
-from ..variables import cells_of, values_of
-from .expressions import plain
+from ._expressions import plain
 
 
 class Reloading:

@@ -8,9 +8,14 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, Final
 
-from .run import Change, VirtualRun
+from ._run import Change, VirtualRun
 
 if TYPE_CHECKING:
+    from ._journal import Call as Call
+    from ._journal import Fired as Fired
+    from ._journal import Journal as Journal
+    from ._ros import FakeRos as FakeRos
+    from ._stubs import make_stub as make_stub
     from .clock import PacedClock as PacedClock
     from .clock import TaskClock as TaskClock
     from .errors import BehaviorFailed as BehaviorFailed
@@ -18,31 +23,26 @@ if TYPE_CHECKING:
     from .errors import UnknownName as UnknownName
     from .execution import Condition as Condition
     from .execution import Execution as Execution
-    from .journal import Call as Call
-    from .journal import Fired as Fired
-    from .journal import Journal as Journal
     from .network import VirtualNetwork as VirtualNetwork
     from .paced import PacedExecution as PacedExecution
-    from .ros import FakeRos as FakeRos
-    from .stubs import make_stub as make_stub
     from .world import VirtualWorld as VirtualWorld
 
 _MODULES: Final = {
     "BehaviorFailed": "errors",
-    "Call": "journal",
+    "Call": "_journal",
     "Condition": "execution",
     "Execution": "execution",
     "ExecutionError": "errors",
-    "FakeRos": "ros",
-    "Fired": "journal",
-    "Journal": "journal",
+    "FakeRos": "_ros",
+    "Fired": "_journal",
+    "Journal": "_journal",
     "PacedClock": "clock",
     "PacedExecution": "paced",
     "TaskClock": "clock",
     "UnknownName": "errors",
     "VirtualNetwork": "network",
     "VirtualWorld": "world",
-    "make_stub": "stubs",
+    "make_stub": "_stubs",
 }
 
 __all__ = ["Change", "VirtualRun", *_MODULES]  # noqa: PLE0604 - all of them are strings

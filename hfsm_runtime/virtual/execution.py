@@ -11,23 +11,23 @@ from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
+from .._robot import Permission, stop_robot
+from .._supervision import UNAVAILABLE
+from .._variables import values_of
 from ..component import Component, parameters_of, source_of
 from ..debugger.reload import Reloading
 from ..errors import OnRefused
-from ..robot import Permission, stop_robot
 from ..source_map import locate
-from ..supervision import UNAVAILABLE
 from ..tree import Replaced, Run
-from ..variables import values_of
+from ._guards import GuardTable, path_of
+from ._journal import Call, Fired
+from ._run import VirtualRun
+from ._time_module import TimeModule
 from .errors import BehaviorFailed, UnknownName, says_it_all
-from .guards import GuardTable, path_of
-from .journal import Call, Fired
-from .run import VirtualRun
-from .time_module import TimeModule
 from .world import VirtualWorld
 
 if TYPE_CHECKING:
-    from .ros import FakeRos
+    from ._ros import FakeRos
 
 __tracebackhide__ = says_it_all
 

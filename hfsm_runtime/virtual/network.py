@@ -39,8 +39,8 @@ from zenoh_ice.transport import (
     outcome_of,
 )
 
+from ._journal import Journal
 from .clock import TaskClock
-from .journal import Journal
 
 Polls = dict[str, Callable[[], Any]]
 

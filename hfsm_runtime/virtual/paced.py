@@ -10,9 +10,9 @@ from collections import deque
 from types import FrameType
 from typing import Any, Final
 
+from .._supervision import Refusal
 from ..component import Component
 from ..errors import ComponentStoppedError, CycleCutError, ValueTypeError
-from ..supervision import Refusal
 from ..tree import Run
 from .clock import MOVE_PERIOD, PacedClock
 from .execution import Execution

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Final
 from zenoh_ice import Object
 
 from ..component import Component, proxies_of, ros_of
+from ._stubs import StandIns, make_stub
 from .clock import TaskClock
 from .errors import UnknownName, says_it_all
 from .network import VirtualNetwork
-from .stubs import StandIns, make_stub
 
 if TYPE_CHECKING:
-    from ..ros import Endpoints
-    from .ros import FakeRos
+    from .._ros import Endpoints
+    from ._ros import FakeRos
 
 __tracebackhide__ = says_it_all
 
@@ -101,8 +101,8 @@ class VirtualWorld:
         self.communicator.destroy()
 
     def _connect_ros(self, component: Component) -> None:
-        from ..ros import Endpoints  # only components that use ROS need its libraries
-        from .ros import FakeRos
+        from .._ros import Endpoints  # only components that use ROS need its libraries
+        from ._ros import FakeRos
 
         stand_ins = self._stand_ins is not None
         if self._endpoints is None:

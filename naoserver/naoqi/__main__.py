@@ -13,7 +13,7 @@ def main() -> NoReturn:
     begin_loading()
     try:
         from naoserver.errors import RobotError
-        from naoserver.naoqi.command import app
+        from naoserver.naoqi._command import app
         from zenoh_ice.application.cli import run
     except ModuleNotFoundError as error:
         sys.exit(f"naoserver-naoqi: error: {missing_package(error, 'naoqi')}")

@@ -37,7 +37,7 @@ def serve_as_naoqi(
     listen there, or when the package qi is missing.
     """
     try:
-        from naoserver.qi.service import serve
+        from naoserver.qi._service import serve
     except ModuleNotFoundError as error:
         raise RobotError(missing_package(error, "naoqi")) from None
     return serve(robot, assembly, url, disk=disk, faults=faults)

@@ -12,7 +12,7 @@ def main() -> NoReturn:
     """Run the command, or report the missing package."""
     begin_loading()
     try:
-        from naoserver.ros2.command import EXPECTED, app
+        from naoserver.ros2._command import EXPECTED, app
         from zenoh_ice.application.cli import run
     except ImportError as error:
         cause = error.__cause__ or error

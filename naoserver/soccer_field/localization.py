@@ -24,8 +24,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.soccer_field._panorama import Found, Mask, Panorama, Pose, View, expected_lines, turn, wrapped
 from naoserver.soccer_field.model import POST_RADIUS, Array, Field, FieldLines
-from naoserver.soccer_field.panorama import Found, Mask, Panorama, Pose, View, expected_lines, turn, wrapped
 
 __all__ = ["FloorPoint", "Image", "Localizer", "Pose"]
 

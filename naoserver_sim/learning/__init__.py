@@ -23,5 +23,5 @@ for _name, _steps in ENVIRONMENTS.items():
     if _name not in gymnasium.registry:
         _class = f"{_name[len('Nao/') : -len('-v0')]}Environment"
         gymnasium.register(
-            id=_name, entry_point=f"naoserver_sim.learning.tasks:{_class}", max_episode_steps=_steps
+            id=_name, entry_point=f"naoserver_sim.learning._tasks:{_class}", max_episode_steps=_steps
         )

@@ -12,7 +12,7 @@ from codegen.hfsm import read_document
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import editor
 from tests.support.limits import FOREVER
-from visualhfsm.sessions import session
+from visualhfsm._sessions import session
 
 LEAST_MOVE = 3.0  # pixels
 COUNT_CHANGES = """() => {

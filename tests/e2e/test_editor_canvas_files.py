@@ -15,7 +15,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from tests.support.browser import EditorPage
 from tests.support.panels import DOCUMENT as PANELS_DOCUMENT
-from visualhfsm.svg import svg
+from visualhfsm._svg import svg
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <posx>100</posx><posy>100</posy></Estado></SubAutomata></VisualHFSM>"""

@@ -14,8 +14,8 @@ from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, NoService, editor, services
 from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, show_list, undo_names
-from visualhfsm.code_help.service import CodeHelp
-from visualhfsm.sessions import session
+from visualhfsm._code_help.service import CodeHelp
+from visualhfsm._sessions import session
 
 INTERACTION_DELAY = 100
 """Milliseconds after which CodeMirror's list takes keys for sure; those of the first 75 are the text's."""

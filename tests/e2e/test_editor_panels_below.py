@@ -15,8 +15,8 @@ from tests.support.editor import Editor, editor, services
 from tests.support.limits import CALL_LIMIT, FOREVER
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
-from visualhfsm.running import RunningComponents
-from visualhfsm.sessions import session
+from visualhfsm._running import RunningComponents
+from visualhfsm._sessions import session
 from zenoh_ice import Settings
 
 

@@ -15,7 +15,7 @@ from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import patient_services
 from tests.support.processes import children, free_endpoint
 from tests.support.robot_server import eventually
-from visualhfsm.web.services import make_services
+from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000

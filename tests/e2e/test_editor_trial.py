@@ -14,7 +14,7 @@ from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import expect_current, patient_services, status
 from tests.support.processes import free_endpoint
-from visualhfsm.web.services import make_services
+from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000

@@ -9,7 +9,7 @@ from tests.support.browser import editor_page
 from tests.support.editor import Editor
 from tests.support.limits import FOREVER
 from tests.support.panels import edit, undo_names
-from visualhfsm.sessions import session
+from visualhfsm._sessions import session
 
 
 def test_undo_and_redo_show_what_they_change(

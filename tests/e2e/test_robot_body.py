@@ -20,7 +20,7 @@ from tests.support.browser import editor_page
 from tests.support.editor import editor
 
 JOINTS = {joint.name: joint for joint in H25.joints}
-BODY = json.loads((resources.files("visualhfsm.live") / "nao_h25.json").read_text())
+BODY = json.loads((resources.files("visualhfsm._live") / "nao_h25.json").read_text())
 POSE = """async ([described, state]) => {
   const entry = document.querySelector('script[src$="/app.js"]').src;
   const {Body} = await import(entry.replace("app.js", "monitor/body.js"));

@@ -11,8 +11,8 @@ from tests.support.browser import new_context
 from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
 from tests.support.watching import recorded
-from visualhfsm.editing.serialization import parse
-from visualhfsm.run_page import Run, write_run_page
+from visualhfsm._editing.serialization import parse
+from visualhfsm._run_page import Run, write_run_page
 
 HOSTILE = "</script><img src=x onerror=\"document.title='hostile'\">"
 

@@ -11,10 +11,10 @@ import pytest
 from typer import Typer
 from typer.testing import CliRunner
 
-import ballmover.cli
-import naoserver_sim.command
-import visualhfsm.command
-import visualhfsm.nao.command
+import ballmover._cli
+import naoserver_sim._command
+import visualhfsm._command
+import visualhfsm.nao._command
 from behaviors.dance import Dance
 from hfsm_runtime.command import make_app
 from naoserver.errors import RobotError
@@ -26,7 +26,7 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 def test_a_port_in_use_is_named(free_robot_endpoint: str) -> None:
     with socket.create_server(("127.0.0.1", int(free_robot_endpoint.rpartition(":")[2]))):
         done = run_here(
-            naoserver_sim.command.app,
+            naoserver_sim._command.app,
             "naoserver-sim",
             "--listen",
             free_robot_endpoint,
@@ -85,12 +85,12 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
     ("app", "arguments"),
     [
         (make_app(Dance), ["--seconds"]),
-        (ballmover.cli.app, ["green", "--speed"]),
-        (ballmover.cli.app, ["green", "--tolerance"]),
-        (ballmover.cli.app, ["green", "--limit"]),
-        (visualhfsm.command.app, ["watch", "--seconds"]),
-        (visualhfsm.command.app, ["watch", "--wait"]),
-        (visualhfsm.nao.command.app, ["stack", "none", "--seconds"]),
+        (ballmover._cli.app, ["green", "--speed"]),
+        (ballmover._cli.app, ["green", "--tolerance"]),
+        (ballmover._cli.app, ["green", "--limit"]),
+        (visualhfsm._command.app, ["watch", "--seconds"]),
+        (visualhfsm._command.app, ["watch", "--wait"]),
+        (visualhfsm.nao._command.app, ["stack", "none", "--seconds"]),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

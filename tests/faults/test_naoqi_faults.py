@@ -10,9 +10,9 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
-from naoserver.naoqi.libqi import connect
-from naoserver.naoqi.link import RobotAddress
-from naoserver.naoqi.robot import NaoqiRobot
+from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._link import RobotAddress
+from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module

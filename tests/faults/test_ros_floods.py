@@ -16,8 +16,8 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
 from tests.support.waiting import until
 from zenoh_ros2 import MessageError, Node, QoS, Sender, Types
-from zenoh_ros2.graph import MOST_OF_A_NAME
-from zenoh_ros2.wire import Attachment, EntityKind, key
+from zenoh_ros2._graph import MOST_OF_A_NAME
+from zenoh_ros2._wire import Attachment, EntityKind, key
 
 ANGLES = "naoqi_bridge_msgs/msg/JointAnglesWithSpeed"
 TEXT = "std_msgs/msg/String"
@@ -185,8 +185,8 @@ def test_tokens_beyond_the_most_are_counted_once_others_end(
     watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot, tool = watched
-    monkeypatch.setattr("zenoh_ros2.graph._QUERY_DELAY", 0.1)
-    monkeypatch.setattr("zenoh_ros2.graph._LONGEST_DELAY", 0.2)
+    monkeypatch.setattr("zenoh_ros2._graph._QUERY_DELAY", 0.1)
+    monkeypatch.setattr("zenoh_ros2._graph._LONGEST_DELAY", 0.2)
     publisher = robot.create_publisher(TEXT, "/map", QoS(durability="transient_local"))
     assert publisher.subscribers == 0
     with caplog.at_level(logging.WARNING):
@@ -208,8 +208,8 @@ def test_a_sender_counts_as_gone_while_there_are_too_many(
     watched: tuple[Node, Node], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot, tool = watched
-    monkeypatch.setattr("zenoh_ros2.graph._QUERY_DELAY", 0.1)
-    monkeypatch.setattr("zenoh_ros2.graph._LONGEST_DELAY", 0.2)
+    monkeypatch.setattr("zenoh_ros2._graph._QUERY_DELAY", 0.1)
+    monkeypatch.setattr("zenoh_ros2._graph._LONGEST_DELAY", 0.2)
     senders: list[Sender] = []
     robot.create_subscription(TEXT, "/a", lambda _, sender: senders.append(sender), with_sender=True)
     publisher = tool.create_publisher(TEXT, "/a")

@@ -718,7 +718,7 @@ def test_servants_that_never_return_hold_up_the_end_for_one_limit_together(
 def test_a_wait_for_a_stream_ends_in_time_although_its_server_hangs(
     timeout: float, endpoint: str, make_communicator: MakeCommunicator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenoh_ice.communicator._STATUS_LIMIT", FOREVER)  # of the question why it is silent
+    monkeypatch.setattr("zenoh_ice._communicator._STATUS_LIMIT", FOREVER)  # of the question why it is silent
     with ComponentProcess(module(SERVER, "--listen", endpoint)) as server:
         server.wait_for("^ready")
         client = make_communicator(connect=[endpoint], lease=LONGEST_CALL)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from ballmover.cli import app
+from ballmover._cli import app
 from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx
 from naoserver.fake import FakeRobot
 from tests.support.commands import run_here
@@ -61,7 +61,7 @@ def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot: str, tmp_pat
     assert result.returncode == 0
     assert result.stdout == "red: 3 waypoints\n"
     assert "WARNING" not in result.stderr
-    log = [line.partition("ballmover.progress: ")[2] for line in result.stderr.splitlines()]
+    log = [line.partition("ballmover._progress: ")[2] for line in result.stderr.splitlines()]
     assert [line for line in log if "waypoint" in line] == [
         "red: waypoint 1 of 3 (0.9, 0.1, 0.5) at 0.8 m/s",
         "red: waypoint 2 of 3 (0.9, -0.1, 0.6) at 1 m/s",

@@ -19,11 +19,11 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.document import Text
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
-from visualhfsm.code_help.service import CodeHelp
-from visualhfsm.editing.places import Place
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.project.version import Version
-from visualhfsm.web.code_questions import CodeQuestions
+from visualhfsm._code_help.service import CodeHelp
+from visualhfsm._editing.places import Place
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._web.code_questions import CodeQuestions
+from visualhfsm.project._version import Version
 
 CONFIG = (
     "<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"

@@ -226,7 +226,7 @@ def test_help_has_examples(home: Path) -> None:
 def test_help_imports_nothing_heavy(home: Path) -> None:
     script = (
         "import sys; import codegen.__main__; import codegen.command; "
-        "print([name for name in ('zenoh', 'msgspec', 'msgpack', 'numpy', 'pydantic', 'rich', 'codegen.idl', 'codegen.hfsm') "
+        "print([name for name in ('zenoh', 'msgspec', 'msgpack', 'numpy', 'pydantic', 'rich', 'codegen._idl', 'codegen.hfsm') "
         "if name in sys.modules])"
     )
     done = subprocess.run(

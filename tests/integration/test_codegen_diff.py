@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from codegen.diff import app
+from codegen._diff import app
 from tests.conftest import Pair
 from tests.support.commands import run_here
 from tests.support.slice_compiler import imported

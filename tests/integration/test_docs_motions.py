@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
+from naoserver._motions.keyframes import MotionError, parse_motion
 from naoserver.fake import FakeRobot
-from naoserver.motions.keyframes import MotionError, parse_motion
 from tests.support.limits import RUN_LIMIT
 from tests.support.motion_rig import MOTIONS
 from tests.support.pages import DOCS

@@ -14,7 +14,7 @@ from naoserver.server import serve
 from tests.support.commands import run_here
 from tests.support.pages import DOCS
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
-from visualhfsm.nao.command import app
+from visualhfsm.nao._command import app
 from zenoh_ice import initialize
 from zenoh_ice.settings import load_settings
 

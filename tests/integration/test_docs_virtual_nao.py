@@ -10,8 +10,8 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi import service
-from naoserver.qi.calls import Faults
+from naoserver.qi import _service as service
+from naoserver.qi._calls import Faults
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from tests.support.naoqi import connected
 from tests.support.pages import DOCS, blocks_of

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
+from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.walk.walker import LIMITS
 from tests.support.pages import DOCS
 from tests.support.robot_server import served
 

@@ -18,11 +18,11 @@ from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from tests.support.security import Keys, routing
-from visualhfsm import robots
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.robots import Robots, find_worlds
-from visualhfsm.services import Robot, Simulation
-from visualhfsm.web.services import Services, make_services
+from visualhfsm import _robots as robots
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._robots import Robots, find_worlds
+from visualhfsm._services import Robot, Simulation
+from visualhfsm._web.services import Services, make_services
 from zenoh_ice import Settings
 
 

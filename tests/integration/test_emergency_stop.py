@@ -27,8 +27,8 @@ from tests.support.robot_server import RobotClient, served, served_to_client
 from tests.support.security import Keys, routing
 from tests.support.stranger import stranger
 from tests.support.waiting import until
-from visualhfsm.live import stopping as editor_stop
-from visualhfsm.live.stopping import StopReport
+from visualhfsm._live import stopping as editor_stop
+from visualhfsm._live.stopping import StopReport
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice._wire import ERROR_ENCODING, encode_call_attachment
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop

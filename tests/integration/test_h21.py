@@ -9,8 +9,8 @@ import pytest
 from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import CameraPrx, InvalidValueException, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, ScenePrx, TouchPrx
+from naoserver._motions.postures import Stance
 from naoserver.body import H21, H25
-from naoserver.motions.postures import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

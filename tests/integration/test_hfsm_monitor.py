@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, State, Transition
-from hfsm_runtime.debugger.monitor import Monitor
-from hfsm_runtime.recording.recorder import CodeLock
-from hfsm_runtime.recording.run import MONITOR, RecordedRuntime, recording
-from hfsm_runtime.runtime import Runtime
+from hfsm_runtime._recording.recorder import CodeLock
+from hfsm_runtime._recording.run import MONITOR, RecordedRuntime, recording
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.debugger._monitor import Monitor
 from interfaces.hfsm import (
     Breakpoint,
     ComponentSnapshot,
@@ -176,7 +176,7 @@ def test_snapshots_report_states_timers_guards_variables_and_cycles(pair: Pair) 
 def test_a_cycle_that_does_not_end_is_reported_with_its_line_and_one_that_sleeps_is_not(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.component_run._CYCLE_LIMIT", 0.2)
+    monkeypatch.setattr("hfsm_runtime._component_run._CYCLE_LIMIT", 0.2)
     release, asleep = threading.Event(), threading.Event()
 
     class Walker(Component, document="walker.xml"):

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from hfsm_runtime.debugger.monitor import Monitor
-from hfsm_runtime.robot import connect
-from hfsm_runtime.runtime import Runtime
+from hfsm_runtime._robot import connect
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.debugger._monitor import Monitor
 from interfaces.hfsm import (
     Breakpoint,
     ComponentSnapshot,
@@ -456,7 +456,7 @@ def crowd(automata: int, step: int) -> str:
 def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(
     pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", FOREVER)
+    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", FOREVER)
     version = Version(tmp_path)
     version.write(crowd(6, 1))
     texts = []

@@ -21,14 +21,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Proxy, State, Transition
-from hfsm_runtime.debugger.breakpoints import Breakpoints
-from hfsm_runtime.recording.run import RecordedRuntime, recording
+from hfsm_runtime._recording.run import RecordedRuntime, recording
+from hfsm_runtime._replay.comparison import Comparison
+from hfsm_runtime._replay.run import Replay
+from hfsm_runtime._replay.script import Recording, ReplayError
+from hfsm_runtime._robot import connect
+from hfsm_runtime.debugger._breakpoints import Breakpoints
 from hfsm_runtime.recording_file import writer
 from hfsm_runtime.recording_file.messages import Action, Cycle, Result
-from hfsm_runtime.replay.comparison import Comparison
-from hfsm_runtime.replay.run import Replay
-from hfsm_runtime.replay.script import Recording, ReplayError
-from hfsm_runtime.robot import connect
 from hfsm_runtime.tree import Run
 from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
@@ -621,7 +621,7 @@ def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(
 def test_a_recording_of_more_automata_than_any_component_has_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.replay.run._MOST_CONTEXTS", 100)
+    monkeypatch.setattr("hfsm_runtime._replay.run._MOST_CONTEXTS", 100)
     path = tmp_path / "run.mcap"
     recorded = writer.RecordingWriter(path, {"name": "many", "start": "0"}, {}, 0)
     recorded.put(writer.Entry("/actions", 0, Action("start")))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from typer import Typer
 
-from hfsm_runtime.robot import Permission
+from hfsm_runtime._robot import Permission
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from naoserver.fake import FakeRobot
@@ -14,8 +14,8 @@ from tests.integration.test_hfsm_component import start, turning
 from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
 from tests.support.robot_server import eventually, served, served_to_client
-from visualhfsm.command import app as visualhfsm
-from visualhfsm.nao.command import app as nao
+from visualhfsm._command import app as visualhfsm
+from visualhfsm.nao._command import app as nao
 from zenoh_ice import initialize
 
 

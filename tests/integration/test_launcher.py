@@ -17,7 +17,7 @@ from tests.support.commands import run_here
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.terminal import read_until
-from visualhfsm.nao.command import app
+from visualhfsm.nao._command import app
 
 TETHER = str(Path(__file__).resolve().parents[2] / "zenoh_ice" / "application" / "tether.py")
 

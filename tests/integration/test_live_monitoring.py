@@ -19,9 +19,9 @@ import pytest
 from PIL import Image
 
 from hfsm_runtime import Component
-from hfsm_runtime.debugger.monitor import Monitor
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
-from hfsm_runtime.runtime import Runtime
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import PoseHeadPrx
@@ -33,12 +33,12 @@ from tests.support.documents import compile_to, document, load, state, sub, tran
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.live.service import Monitoring
-from visualhfsm.monitoring.follower import Follower, LiveStructure, Silence
-from visualhfsm.monitoring.robot import RobotMonitor, RobotState
-from visualhfsm.monitoring.run_log import LiveSnapshot
-from visualhfsm.services import Components, Snapshot, Stale, Structure
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live.service import Monitoring
+from visualhfsm._monitoring.follower import Follower, LiveStructure, Silence
+from visualhfsm._monitoring.robot import RobotMonitor, RobotState
+from visualhfsm._monitoring.run_log import LiveSnapshot
+from visualhfsm._services import Components, Snapshot, Stale, Structure
 from zenoh_ice import Current, Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"

@@ -18,9 +18,9 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
-from hfsm_runtime.debugger.snapshot import structure_of
+from hfsm_runtime._recording.run import RecordedRuntime, recording
+from hfsm_runtime.debugger._snapshot import structure_of
 from hfsm_runtime.loading import load_module
-from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.recording_file.messages import Change, Image, Message, RobotPose, Shape, Stamp, World
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from tests.support.documents import compile_to, document, state, sub, transition
@@ -29,12 +29,12 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.running import eventually
 from tests.support.watching import content
-from visualhfsm.editing.serialization import parse
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.live.recordings import RecordedRun, open_recording
-from visualhfsm.live.service import Monitoring
-from visualhfsm.monitoring.robot import RobotState
-from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm._editing.serialization import parse
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live.recordings import RecordedRun, open_recording
+from visualhfsm._live.service import Monitoring
+from visualhfsm._monitoring.robot import RobotState
+from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
 from zenoh_ice import Settings, VirtualClock
 
 DOCUMENT = document(

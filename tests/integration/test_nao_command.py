@@ -26,9 +26,9 @@ from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
-from visualhfsm.nao.command import app
-from visualhfsm.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
-from visualhfsm.nao.doctor import Finding, Level, check_network, installed_version
+from visualhfsm.nao._command import app
+from visualhfsm.nao._completion import complete_call, complete_camera, complete_servant, complete_stream
+from visualhfsm.nao._doctor import Finding, Level, check_network, installed_version
 from zenoh_ice import Current, Object, initialize, load_settings
 
 
@@ -327,7 +327,7 @@ def test_status_reports_robot_and_processes(robot: ServedRobot) -> None:
 
 def test_doctor_finds_the_robot_in_order(robot: ServedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     rendering = Finding(Level.OK, "GL renders")  # without the process that it takes
-    monkeypatch.setattr("visualhfsm.nao.doctor._check_rendering", lambda: rendering)
+    monkeypatch.setattr("visualhfsm.nao._doctor._check_rendering", lambda: rendering)
     found = json.loads(nao("doctor", "--json").out)
     network = [each for each in found if each["check"] == "network"]
     assert {each["level"] for each in network} == {"ok"}, network
@@ -346,7 +346,7 @@ def test_a_server_that_describes_itself_otherwise_has_another_version(
 ) -> None:
     monkeypatch.setattr("zenoh_ice.servant.Object.ice_describe", lambda *_: "[]")
     monkeypatch.setattr("zenoh_ice.status.own_version", lambda: version)
-    monkeypatch.setattr("visualhfsm.nao.doctor._check_rendering", lambda: Finding(Level.OK, "GL renders"))
+    monkeypatch.setattr("visualhfsm.nao._doctor._check_rendering", lambda: Finding(Level.OK, "GL renders"))
     expected = message.format(own=installed_version("visualhfsm"))
     with served(FakeRobot()) as old, at(old.endpoint, old.realm):
         assert expected in " ".join(nao("call", "Clock.getTime").err.split())

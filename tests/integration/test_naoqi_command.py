@@ -15,9 +15,9 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from interfaces.jderobot import CameraPrx, HardwareFailedException, MotorsPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
-from naoserver.naoqi.command import app, parse_address
-from naoserver.naoqi.libqi import connect
-from naoserver.naoqi.link import NAME, RobotAddress
+from naoserver.naoqi._command import app, parse_address
+from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._link import NAME, RobotAddress
 from tests.support.commands import run_here
 from tests.support.conformance import fake_as_naoqi
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT

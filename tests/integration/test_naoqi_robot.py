@@ -11,9 +11,9 @@ from contextlib import closing
 
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
-from naoserver.naoqi.libqi import connect
-from naoserver.naoqi.link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress
-from naoserver.naoqi.robot import NaoqiRobot
+from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress
+from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module

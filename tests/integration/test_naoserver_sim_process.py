@@ -9,7 +9,7 @@ from interfaces.jderobot import CameraPrx, HardwareFailedException, Pose3DEncode
 from interfaces.nao import ClockPrx, PoseHeadPrx
 from naoserver.body import H25
 from naoserver.errors import RobotError
-from naoserver_sim.command import app
+from naoserver_sim._command import app
 from tests.support.commands import run_here
 from tests.support.limits import END_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, announced, free_endpoint, module

@@ -6,7 +6,7 @@ import pytest
 
 from interfaces.nao import GroundTruthPrx
 from naoserver.errors import RobotError
-from naoserver_sim.command import app
+from naoserver_sim._command import app
 from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
 from tests.support.nao_command import nao

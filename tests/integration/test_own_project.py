@@ -26,14 +26,14 @@ from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.reader import commands_of
 from tests.support.robot_server import served
-from visualhfsm.code_help.service import CodeHelp
-from visualhfsm.command import app
-from visualhfsm.editing.places import Place
-from visualhfsm.editing.problems import find_problems
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.new import new
-from visualhfsm.running import RunningComponents
-from visualhfsm.services import Output, RunPush, Source
+from visualhfsm._code_help.service import CodeHelp
+from visualhfsm._command import app
+from visualhfsm._editing.places import Place
+from visualhfsm._editing.problems import find_problems
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._new import new
+from visualhfsm._running import RunningComponents
+from visualhfsm._services import Output, RunPush, Source
 from zenoh_ice import Settings
 
 pytest_plugins = "pytester"

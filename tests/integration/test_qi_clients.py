@@ -13,9 +13,9 @@ pytest.importorskip("qi")
 
 import qi
 
-from naoserver.qi.clients import MOST_RUNNING, MOST_WAITING
-from naoserver.qi.connections import LARGEST_MESSAGE
-from naoserver.qi.memory import MOST_KEYS
+from naoserver.qi._clients import MOST_RUNNING, MOST_WAITING
+from naoserver.qi._connections import LARGEST_MESSAGE
+from naoserver.qi._memory import MOST_KEYS
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module

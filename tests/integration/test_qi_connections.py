@@ -11,9 +11,9 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi import connections as connections_module
-from naoserver.qi.clients import Call, CallTable, Client
-from naoserver.qi.connections import LARGEST_MESSAGE, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
+from naoserver.qi import _connections as connections_module
+from naoserver.qi._clients import Call, CallTable, Client
+from naoserver.qi._connections import LARGEST_MESSAGE, MOST_PROGRAMS, MOST_SHORT, Connections, Offer
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module

@@ -23,15 +23,15 @@ from mcap.reader import make_reader
 from mcap.records import Chunk, Header, Metadata
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from hfsm_runtime.replay.script import Recording
+from hfsm_runtime._replay.script import Recording
 from naoserver.fake import FakeRobot
 from tests.support.commands import run_here
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.robot_server import served
-from visualhfsm.command import app
-from visualhfsm.errors import VisualHfsmError
+from visualhfsm._command import app
+from visualhfsm._errors import VisualHfsmError
 
 SECONDS = 2.0  # of the recording
 
@@ -204,7 +204,7 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
     assert {"/automata/turner", "/guards/turner", "/variables/turner", "/proxy/head/setSpeed"} <= topics
 
 
-HASTY = "import hfsm_runtime.replay.__main__ as replay; replay._HANG_LIMIT = 2; replay.main()"
+HASTY = "import hfsm_runtime._replay.__main__ as replay; replay._HANG_LIMIT = 2; replay.main()"
 """The process of a replay that soon loses its patience."""
 
 

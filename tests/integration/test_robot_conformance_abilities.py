@@ -28,7 +28,7 @@ from interfaces.nao import (
     Vector3,
     WalkPrx,
 )
-from naoserver.motions.postures import POSTURES
+from naoserver._motions.postures import POSTURES
 from tests.support.conformance import PATIENT, ROBOTS, WITH_AN_H21, in_simulation
 from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually, wait_for

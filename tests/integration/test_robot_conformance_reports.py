@@ -26,8 +26,8 @@ from interfaces.nao import (
     SonarPrx,
     TouchPrx,
 )
+from naoserver._servants.hinge import HINGES
 from naoserver.body import H25
-from naoserver.servants.hinge import HINGES
 from tests.support.conformance import BODIES, ROBOTS, motors
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import wait_for

@@ -17,15 +17,15 @@ from PIL import Image
 
 from interfaces.jderobot import CameraPrx, EncodersPrx, MotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, SafetyPrx, SpeechPrx, WalkPrx
+from naoserver._motions.keyframes import load_motions
+from naoserver._motions.routes import MotionRoute
 from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
-from naoserver.motions.keyframes import load_motions
-from naoserver.motions.routes import MotionRoute
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot as NaoRobot
-from naoserver.ros2.command import EXPECTED, app, serve
-from naoserver.ros2.telemetry import Telemetry
-from naoserver.ros2.trajectory import (
+from naoserver.ros2._command import EXPECTED, app, serve
+from naoserver.ros2._telemetry import Telemetry
+from naoserver.ros2._trajectory import (
     GOAL_TOLERANCE_VIOLATED,
     INVALID_GOAL,
     INVALID_JOINTS,
@@ -41,7 +41,7 @@ from tests.support.robot_server import RobotClient, eventually, served, served_t
 from tests.support.security import routing
 from zenoh_ice import Settings, initialize
 from zenoh_ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
-from zenoh_ros2.wire import Attachment, key
+from zenoh_ros2._wire import Attachment, key
 
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity is to last."""

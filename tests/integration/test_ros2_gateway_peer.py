@@ -6,7 +6,7 @@ from typing import Any
 
 from interfaces.nao import SafetyPrx, SpeechPrx
 from naoserver.fake import FakeRobot
-from naoserver.ros2.command import serve
+from naoserver.ros2._command import serve
 from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.robot_server import eventually, served_to_client

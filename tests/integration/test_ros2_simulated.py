@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from naoserver.ros2.trajectory import SUCCESSFUL, TYPE
+from naoserver.ros2._trajectory import SUCCESSFUL, TYPE
 from tests.integration.test_ros2_gateway import gateway
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually
@@ -16,8 +16,8 @@ from zenoh_ros2 import LATCHED, ActionClient, Node, Status
 
 pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
 
+from naoserver_sim._surroundings import SPECTATOR, SPECTATOR_YAW
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.surroundings import SPECTATOR, SPECTATOR_YAW
 
 pytestmark = pytest.mark.sim
 

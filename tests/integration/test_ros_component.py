@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from hfsm_runtime import Component, Parameter, State
-from hfsm_runtime.debugger.monitor import Monitor
-from hfsm_runtime.debugger.ros import RosMonitor
-from hfsm_runtime.runtime import Runtime
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime.debugger._ros import RosMonitor
 from interfaces.hfsm import ComponentStatus
 from tests.conftest import Pair
 from tests.support.automata import after, automaton, on

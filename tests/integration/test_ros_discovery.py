@@ -8,8 +8,8 @@ from contextlib import ExitStack, contextmanager
 import pytest
 
 from naoserver.fake import FakeRobot
-from naoserver.ros2.command import serve
-from naoserver.ros2.telemetry import Telemetry
+from naoserver.ros2._command import serve
+from naoserver.ros2._telemetry import Telemetry
 from tests.support.processes import free_endpoint
 from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
 from tests.support.robot_server import eventually, served_to_client

@@ -14,8 +14,8 @@ from interfaces.jderobot import MotorsPrx
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.ros2.command import serve
-from naoserver.ros2.telemetry import Telemetry
+from naoserver.ros2._command import serve
+from naoserver.ros2._telemetry import Telemetry
 from naoserver.server import serve as serve_robot
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
@@ -120,7 +120,7 @@ def test_a_student_serves_nothing_in_the_name_of_the_robot(lab: Lab) -> None:
 def test_a_gateway_that_reaches_nobody_says_what_to_do(
     lab: Lab, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("naoserver.ros2.command._REACHED", 0.2)
+    monkeypatch.setattr("naoserver.ros2._command._REACHED", 0.2)
     student = lab.keys.settings("student")
     with caplog.at_level(logging.WARNING), serve(lab.nao, "shut_out", settings=student):
         eventually(lambda: "needs ros_serve" in caplog.text)

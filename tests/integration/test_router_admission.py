@@ -14,7 +14,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys, routing
 from tests.support.waiting import until
-from visualhfsm.deployment.admission import Admission
+from visualhfsm._deployment.admission import Admission
 from zenoh_ice import EndpointInUseException, initialize
 from zenoh_ice.settings import host_and_port
 
@@ -163,8 +163,8 @@ class TestPassingOn:
     def test_a_handshake_that_takes_the_place_of_the_only_other_one_has_its_own(
         self, endpoint: str, inner: socket.socket, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("visualhfsm.deployment.admission._MOST_HANDSHAKES", 1)
-        monkeypatch.setattr("visualhfsm.deployment.admission._FAIR_SHARE", 0.0)
+        monkeypatch.setattr("visualhfsm._deployment.admission._MOST_HANDSHAKES", 1)
+        monkeypatch.setattr("visualhfsm._deployment.admission._FAIR_SHARE", 0.0)
         with closing(Admission([endpoint], [inner.getsockname()[1]])) as admission:
             for _ in range(2):
                 with holding(endpoint, 2, RECORD):

@@ -17,9 +17,9 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
-from visualhfsm.editing.places import Place
-from visualhfsm.running import RunningComponents
-from visualhfsm.services import Output, RunPush, Source
+from visualhfsm._editing.places import Place
+from visualhfsm._running import RunningComponents
+from visualhfsm._services import Output, RunPush, Source
 from zenoh_ice import Settings
 
 CODE = Place(kind="state", automaton=2, id=5, part="code")

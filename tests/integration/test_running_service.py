@@ -18,11 +18,11 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
-from visualhfsm.editing.commands.states import SetStateCode
-from visualhfsm.editing.places import Place
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.running import RunningComponents
-from visualhfsm.services import Output, OutputLine, RunPush, Source
+from visualhfsm._editing.commands.states import SetStateCode
+from visualhfsm._editing.places import Place
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._running import RunningComponents
+from visualhfsm._services import Output, OutputLine, RunPush, Source
 from zenoh_ice import Settings
 
 

@@ -13,17 +13,17 @@ import pytest
 from typer.testing import CliRunner
 
 from hfsm_runtime import Component
-from hfsm_runtime.debugger.monitor import Monitor
-from hfsm_runtime.runtime import Runtime
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.debugger._monitor import Monitor
 from interfaces.hfsm import ComponentStatus
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import eventually
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
-from visualhfsm.command import app
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.nao.command import app as nao_app
+from visualhfsm._command import app
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm.nao._command import app as nao_app
 from zenoh_ice import UserException, WallClock
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
@@ -76,7 +76,7 @@ class Shell:
         return self.runtime.run(automaton).current.name
 
     def variable(self, automaton: int, name: str) -> int:
-        from hfsm_runtime.variables import values_of
+        from hfsm_runtime._variables import values_of
 
         return int(str(values_of(self.runtime.run(automaton).automaton)[name]))
 

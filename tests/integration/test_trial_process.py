@@ -25,7 +25,7 @@ def tried(directory: Path, endpoint: str, code: str) -> Iterator[Tried]:
     states = state(1, "first", initial=True), state(2, "second", code)
     root = sub(1, 0, *states, transition(1, 1, 2, "100", type="time", name="time"), period="50")
     file = compile_to(directory, document(root), "odd")
-    command = module("visualhfsm.simulation.trial", str(file), "--connect", endpoint, "--clock", "wall")
+    command = module("visualhfsm.simulation._trial", str(file), "--connect", endpoint, "--clock", "wall")
     with (
         initialize(connect=[], listen=[endpoint], clock="wall") as communicator,
         ComponentProcess(command) as process,

@@ -22,9 +22,9 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.stranger import session_of
 from tests.support.watching import content
-from visualhfsm.command import app
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.watch.telemetry import Telemetry
+from visualhfsm._command import app
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._watch.telemetry import Telemetry
 from zenoh_ice import Current, initialize
 
 

@@ -25,11 +25,11 @@ from tests.support.editor import DOCUMENT, Editor, NoCodeHelp, NoService, Refuse
 from tests.support.editor import services as make_services
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
-from visualhfsm.editing.places import Place
-from visualhfsm.editing.serialization import parse_file
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.run_log import LiveSnapshot
-from visualhfsm.services import (
+from visualhfsm._editing.places import Place
+from visualhfsm._editing.serialization import parse_file
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.run_log import LiveSnapshot
+from visualhfsm._services import (
     Components,
     Output,
     OutputLine,
@@ -38,10 +38,10 @@ from visualhfsm.services import (
     Snapshot,
     Source,
 )
-from visualhfsm.sessions.session import Change, DocumentSession
-from visualhfsm.web import runs
-from visualhfsm.web.limits import Limits
-from visualhfsm.web.services import Services
+from visualhfsm._sessions.session import Change, DocumentSession
+from visualhfsm._web import runs
+from visualhfsm._web.limits import Limits
+from visualhfsm._web.services import Services
 
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
 

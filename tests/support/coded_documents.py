@@ -10,7 +10,7 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Document
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
-from visualhfsm.simulation.loading import load_component
+from visualhfsm.simulation._loading import load_component
 
 __all__ = ["Visits", "commanded", "run"]
 

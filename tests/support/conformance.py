@@ -78,11 +78,11 @@ def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClie
     It is polled less often than a real one: most of the work would be polls.
     """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from naoserver.naoqi.link import RobotAddress
-    from naoserver.naoqi.robot import NaoqiRobot
+    from naoserver.naoqi._link import RobotAddress
+    from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with fake_as_naoqi(body) as url, patch("naoserver.naoqi.connection.PERIOD", 0.05):
+    with fake_as_naoqi(body) as url, patch("naoserver.naoqi._connection.PERIOD", 0.05):
         address = RobotAddress.parse(url)
         robot = NaoqiRobot(lambda _: connect_patiently(address), body=body)
         with served_to_client(robot, options) as nao:

@@ -9,9 +9,9 @@ from typing import Final, Literal, get_args, get_origin
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
-from visualhfsm.editing.commands import COMMANDS, Command, decode_command
-from visualhfsm.editing.serialization import copy_states, written
-from visualhfsm.errors import EditError
+from visualhfsm._editing.commands import COMMANDS, Command, decode_command
+from visualhfsm._editing.serialization import copy_states, written
+from visualhfsm._errors import EditError
 
 __all__ = ["automaton", "choose_command", "large_document", "names", "state", "transition", "tree"]
 

@@ -22,12 +22,12 @@ from websockets.typing import Origin
 from codegen.hfsm.document import Document
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
-from visualhfsm.editing.check_process import CheckProcess
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.services import Publish
-from visualhfsm.web.limits import Limits
-from visualhfsm.web.server import Options, Report, Server
-from visualhfsm.web.services import MakeServices, Services
+from visualhfsm._editing.check_process import CheckProcess
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._services import Publish
+from visualhfsm._web.limits import Limits
+from visualhfsm._web.server import Options, Report, Server
+from visualhfsm._web.services import MakeServices, Services
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

@@ -7,8 +7,8 @@ import threading
 
 from codegen.hfsm.document import Document
 from hfsm_runtime import Transition
-from hfsm_runtime.runtime import Runtime
-from hfsm_runtime.timeline import slot_from
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime._timeline import slot_from
 from hfsm_runtime.tree import Run
 from tests.support.automata import component
 from tests.support.model_documents import Script, ScriptedDocument

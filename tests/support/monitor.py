@@ -19,11 +19,11 @@ from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
-from visualhfsm import robots
-from visualhfsm.generate import generate_component
-from visualhfsm.live import service, stopping
-from visualhfsm.monitoring import follower
-from visualhfsm.web.services import make_services
+from visualhfsm import _robots as robots
+from visualhfsm._generate import generate_component
+from visualhfsm._live import service, stopping
+from visualhfsm._monitoring import follower
+from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any, Final
 
 from interfaces.nao import ActionState
+from naoserver._motions.keyframes import load_motions
+from naoserver._motions.player import PERIOD
+from naoserver._motions.postures import nearest_posture, situation_of, stance_of
+from naoserver._motions.routes import MotionRoute, PostureRoute
 from naoserver.assembly import Assembly
-from naoserver.motions.keyframes import load_motions
-from naoserver.motions.player import PERIOD
-from naoserver.motions.postures import nearest_posture, situation_of, stance_of
-from naoserver.motions.routes import MotionRoute, PostureRoute
 from naoserver.options import ServerOptions
 from zenoh_ice import VirtualClock
 

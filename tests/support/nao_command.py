@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from unittest.mock import patch
 
 from tests.support.commands import run_here
-from visualhfsm.nao.command import app
+from visualhfsm.nao._command import app
 
 __all__ = ["Outcome", "at", "nao"]
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import qi
 
-from naoserver.libqi import start_libqi
-from naoserver.naoqi import link
-from naoserver.naoqi.libqi import connect
-from naoserver.naoqi.link import Link, Reply, RobotAddress
+from naoserver._libqi import start_libqi
+from naoserver.naoqi import _link as link
+from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._link import Link, Reply, RobotAddress
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 
 __all__ = ["call", "connect_patiently", "connected", "eventually_near"]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25
-from naoserver_sim.body import add_sensors
+from naoserver_sim._body import add_sensors
+from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim.model import build_model, standing
-from naoserver_sim.senses.record import SenseNoise, SensorRecord
 
 Array = NDArray[np.float64]
 

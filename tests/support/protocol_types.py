@@ -2,7 +2,7 @@
 
 The page has no build step: its modules are JavaScript whose comments name these types, and TypeScript checks
 them. They are messages, commands and values as msgspec encodes and decodes them, and elements of documents as
-`visualhfsm.editing.views` shows them.
+`visualhfsm._editing.views` shows them.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from msgspec import inspect as shapes
 
 from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
 from interfaces.hfsm import Explanation, ReloadReport
-from visualhfsm.code_help.answers import Completions, InterfaceDescription, Signature
-from visualhfsm.code_help.answers import Explanation as NameExplanation
-from visualhfsm.editing.commands import COMMANDS
-from visualhfsm.editing.diff import Difference
-from visualhfsm.editing.places import Hit
-from visualhfsm.editing.problems import CounterexampleView, StepView
-from visualhfsm.editing.views import SHOWN
-from visualhfsm.live.stopping import StopReport
-from visualhfsm.monitoring.robot import RobotFacts
-from visualhfsm.monitoring.run_log import Timeline
-from visualhfsm.robots import World
-from visualhfsm.run_page import STATIC
-from visualhfsm.services import Push
-from visualhfsm.web import protocol
+from visualhfsm._code_help.answers import Completions, InterfaceDescription, Signature
+from visualhfsm._code_help.answers import Explanation as NameExplanation
+from visualhfsm._editing.commands import COMMANDS
+from visualhfsm._editing.diff import Difference
+from visualhfsm._editing.places import Hit
+from visualhfsm._editing.problems import CounterexampleView, StepView
+from visualhfsm._editing.views import SHOWN
+from visualhfsm._live.stopping import StopReport
+from visualhfsm._monitoring.robot import RobotFacts
+from visualhfsm._monitoring.run_log import Timeline
+from visualhfsm._robots import World
+from visualhfsm._run_page import STATIC
+from visualhfsm._services import Push
+from visualhfsm._web import protocol
 
 __all__ = ["FILE", "protocol_types"]
 

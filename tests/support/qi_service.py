@@ -10,10 +10,10 @@ from typing import Any, Final
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver.qi.access import Access
-from naoserver.qi.clients import SERVER, Activity, Call, Client, running
-from naoserver.qi.motion import ALMotion
-from naoserver.qi.postures import ALRobotPosture
+from naoserver.qi._access import Access
+from naoserver.qi._clients import SERVER, Activity, Call, Client, running
+from naoserver.qi._motion import ALMotion
+from naoserver.qi._postures import ALRobotPosture
 from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import VirtualClock

@@ -13,7 +13,7 @@ from typing import Any, Final, Self
 
 import zenoh
 
-from zenoh_ros2.wire import Attachment, Entity, key
+from zenoh_ros2._wire import Attachment, Entity, key
 
 SMALLEST: Final = "1"
 """The id of a session that connects to no peer: Zenoh compares ids as bytes, the lowest first."""

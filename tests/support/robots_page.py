@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from interfaces import jderobot, nao
+from naoserver._servants.hinge import HINGES
 from naoserver.body import H21, H25
 from naoserver.fake import FakeRobot
 from naoserver.robot import Robot
-from naoserver.servants.hinge import HINGES
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import served_to_client
 from zenoh_ice import Communicator, ObjectPrx
@@ -56,8 +56,8 @@ def _surveyed(robot: Robot) -> dict[str, str]:
 
 
 def _surveyed_through_naoqi() -> dict[str, str]:
-    from naoserver.naoqi.link import RobotAddress
-    from naoserver.naoqi.robot import NaoqiRobot
+    from naoserver.naoqi._link import RobotAddress
+    from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
     with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0")) as naoqi:

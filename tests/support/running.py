@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from hfsm_runtime import Automaton, Component
+from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import OnError
-from hfsm_runtime.runtime import Runtime
 from tests.support.automata import component
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import WallClock

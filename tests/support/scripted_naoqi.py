@@ -8,8 +8,8 @@ from contextlib import closing, contextmanager
 from typing import Any
 
 from naoserver.body import H25
-from naoserver.naoqi.link import CallFailed, CallTimeout, LinkLost
-from naoserver.naoqi.robot import LifecycleOptions, NaoqiRobot
+from naoserver.naoqi._link import CallFailed, CallTimeout, LinkLost
+from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot
 from tests.support.robot_server import eventually
 
 __all__ = ["DEVICES", "ScriptedNaoqi", "nao_memory"]
@@ -70,7 +70,7 @@ class ScriptedNaoqi:
         self.links: list[ScriptedLink] = []
 
     def connect(self, _timeout: float) -> ScriptedLink:
-        """Connect like `naoserver.naoqi.libqi.connect`."""
+        """Connect like `naoserver.naoqi._libqi.connect`."""
         if not self.reachable:
             self.refused += 1
             raise LinkLost("cannot connect: nobody is there")

@@ -10,7 +10,7 @@ from datetime import timedelta
 from pathlib import Path
 
 from tests.support.processes import ComponentProcess, free_endpoint
-from visualhfsm.security.folder import SecurityFolder
+from visualhfsm._security.folder import SecurityFolder
 from zenoh_ice.settings import Settings, host_and_port, load_settings
 
 __all__ = ["Keys", "routing"]
@@ -19,7 +19,7 @@ _ROUTER = """
 import pickle, sys
 from zenoh_ice.application import end_at_ctrl_c
 end_at_ctrl_c()
-from visualhfsm.deployment.router import serve
+from visualhfsm._deployment.router import serve
 serve(pickle.loads(bytes.fromhex(sys.argv[1])), lambda line: print("ready", flush=True))
 """
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Final
 
+from codegen._idl import Compilation, compile_interfaces
+from codegen._idl.compiler import Units
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
-from codegen.idl import Compilation, compile_interfaces
-from codegen.idl.compiler import Units
 
 from .places import DATA
 from .slice_reference import Verdict

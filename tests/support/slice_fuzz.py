@@ -6,8 +6,8 @@ import random
 from collections.abc import Callable
 from pathlib import Path
 
+from codegen._idl import compile_interfaces
 from codegen.diagnostics import Diagnostics
-from codegen.idl import compile_interfaces
 
 from .slice_cases import all_cases
 

@@ -14,7 +14,7 @@ from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT
 from tests.support.monitor import patient_services
 from tests.support.processes import free_endpoint
-from visualhfsm.web.services import make_services
+from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 __all__ = ["page_of_a_reader", "start_simulation"]

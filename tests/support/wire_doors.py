@@ -23,8 +23,8 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
 from tests.support.wire_values import pack
 from visualhfsm.nao import NaoError
-from visualhfsm.nao.dynamic import Types
-from visualhfsm.nao.values import FromJson, to_json
+from visualhfsm.nao._dynamic import Types
+from visualhfsm.nao._values import FromJson, to_json
 from zenoh_ice import (
     ConfigurationException,
     ConnectionLostException,

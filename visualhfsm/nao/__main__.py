@@ -11,8 +11,8 @@ from zenoh_ice.application import begin_loading
 def main() -> NoReturn:
     """Run the command."""
     begin_loading(with_interfaces=False)  # it stops robots, whatever is wrong here
-    from visualhfsm.nao.command import app
-    from visualhfsm.nao.completion import join_words
+    from visualhfsm.nao._command import app
+    from visualhfsm.nao._completion import join_words
     from zenoh_ice.application.cli import run
 
     if os.environ.get("_NAO_COMPLETE") == "complete_bash":

@@ -9,20 +9,20 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from .behavior import Behavior as Behavior
-    from .behavior import simulate as simulate
-    from .loading import DocumentInvalid as DocumentInvalid
-    from .loading import load_component as load_component
-    from .robot import Ball as Ball
-    from .robot import RobotUnderTest as RobotUnderTest
+    from ._behavior import Behavior as Behavior
+    from ._behavior import simulate as simulate
+    from ._loading import DocumentInvalid as DocumentInvalid
+    from ._loading import load_component as load_component
+    from ._robot import Ball as Ball
+    from ._robot import RobotUnderTest as RobotUnderTest
 
 _MODULES: Final = {
-    "Ball": "robot",
-    "Behavior": "behavior",
-    "DocumentInvalid": "loading",
-    "RobotUnderTest": "robot",
-    "load_component": "loading",
-    "simulate": "behavior",
+    "Ball": "_robot",
+    "Behavior": "_behavior",
+    "DocumentInvalid": "_loading",
+    "RobotUnderTest": "_robot",
+    "load_component": "_loading",
+    "simulate": "_behavior",
 }
 
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from visualhfsm.simulation import DocumentInvalid as DocumentInvalid
     from visualhfsm.simulation import RobotUnderTest as RobotUnderTest
 
-    from .plugin import MakeBehavior as MakeBehavior
-    from .properties import check_properties as check_properties
+    from ._plugin import MakeBehavior as MakeBehavior
+    from ._properties import check_properties as check_properties
 
 _MODULES: Final = {
     "Ball": "visualhfsm.simulation",
@@ -26,10 +26,10 @@ _MODULES: Final = {
     "BehaviorFailed": "hfsm_runtime.virtual",
     "Call": "hfsm_runtime.virtual",
     "DocumentInvalid": "visualhfsm.simulation",
-    "MakeBehavior": "visualhfsm.testing.plugin",
+    "MakeBehavior": "visualhfsm.testing._plugin",
     "RobotUnderTest": "visualhfsm.simulation",
     "UnknownName": "hfsm_runtime.virtual",
-    "check_properties": "visualhfsm.testing.properties",
+    "check_properties": "visualhfsm.testing._properties",
 }
 
 

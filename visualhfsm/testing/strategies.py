@@ -16,9 +16,9 @@ from hypothesis.strategies import SearchStrategy
 
 from hfsm_runtime.virtual.errors import says_it_all
 from visualhfsm.simulation import Behavior
-from visualhfsm.simulation.loading import read
+from visualhfsm.simulation._loading import read
 
-from .abstraction import abstract_component
+from ._abstraction import abstract_component
 
 __all__ = ["advances", "balls", "events", "guard_scripts", "guards", "stimuli"]
 __tracebackhide__ = says_it_all

@@ -1,4 +1,4 @@
-"""Options for settings, logging, and an orderly way out, for commands; `ballmover/cli.py` is an example."""
+"""Options for settings, logging, and an orderly way out, for commands; `ballmover/_cli.py` is an example."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
 from ..codes import Code
 from ..document import NO_CHILD, Document, Element, Extra, Node, Text
-from .schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
+from ._schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
 from .xml_tree import XmlElement
 
 __all__ = ["MAX_ID", "NativeReader", "Translation"]

@@ -2,7 +2,7 @@
 
 All dialects share two roots, so that only the content distinguishes them: documents of 2013 are in Spanish,
 later ones have ids as attributes, and VisualStates has nested states since 2017. The reader reports why a
-file cannot be read; `codegen.hfsm.checks` finds whether a component can be generated from it.
+file cannot be read; `codegen.hfsm._checks` finds whether a component can be generated from it.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
 from ..code.text import parse_piece
 from ..codes import Code
 from ..document import Document, Text
+from ._spanish import translate_spanish
+from ._visualstates import translate_visualstates
 from .native import NativeReader
-from .spanish import translate_spanish
-from .visualstates import translate_visualstates
 from .xml_tree import XmlElement, parse_xml, read_bytes
 
 __all__ = ["Dialect", "dialect_of", "looks_like_document", "parse_document", "read_document"]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text, Transition
-from .schema import DOCUMENT, Items, Leaf, NodeKind
+from ._schema import DOCUMENT, Items, Leaf, NodeKind
 
 __all__ = ["UNWRITABLE", "DocumentNotWritableError", "write_document"]
 

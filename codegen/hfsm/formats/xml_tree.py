@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Final
 from xml.parsers import expat  # xml.sax would load urllib.request, which takes as long as all the rest
 
+from ..._text_layout import Mark, Place, TextLayout
 from ...diagnostics import Diagnostics, Location
 from ...files import read_regular
-from ...text_layout import Mark, Place, TextLayout
 from ..codes import Code
 from ..document import Comment, Text
 

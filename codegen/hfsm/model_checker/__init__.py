@@ -17,12 +17,12 @@ Users read `docs/explanation/model-checker.md`.
 
 from __future__ import annotations
 
-from .checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
-from .conflicts import Command, Commands, Conflict, is_command, read_operations
-from .counterexample import Counterexample, Step, StepKind
+from ._checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
+from ._conflicts import Command, Commands, Conflict, is_command, read_operations
+from ._counterexample import Counterexample, Step, StepKind
+from ._reachability import Reachability, WhyNever
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
-from .reachability import Reachability, WhyNever
 
 __all__ = [
     "DEFAULT_LIMIT",

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import did_you_mean
-from .exploration import Holds
+from ._exploration import Holds
 from .model import AutomatonModel, Model
 from .transition_system import ACTIVE, FINISHED
 

@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location, Note
+from .._definitions import Answer
+from .._effects import CodeEffects
 from ..analysis import analyze
+from ..code._values import delay as transition_time
+from ..code._values import milliseconds
 from ..code.language import is_foreign
-from ..code.values import delay as transition_time
-from ..code.values import milliseconds
-from ..definitions import Answer
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
-from ..effects import CodeEffects
-from .guards import Conjunction, conjunction
+from ._guards import Conjunction, conjunction
 
 __all__ = [
     "AutomatonModel",

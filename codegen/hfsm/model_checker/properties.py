@@ -12,10 +12,10 @@ from itertools import islice
 from typing import Final
 
 from ..document import Property
-from .counterexample import Counterexample, counterexample
-from .exploration import Budget, find, find_avoiding
+from ._counterexample import Counterexample, counterexample
+from ._exploration import Budget, find, find_avoiding
+from ._fireability import Fireability
 from .expressions import Expression, ExpressionError, parse
-from .fireability import Fireability
 from .model import StateModel, nanoseconds
 from .transition_system import ACTIVE, FINISHED, Configuration, Local, TransitionSystem
 

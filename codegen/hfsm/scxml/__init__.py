@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .reader import is_scxml, parse_scxml
-from .writer import write_scxml
+from ._reader import is_scxml, parse_scxml
+from ._writer import write_scxml
 
 __all__ = ["is_scxml", "parse_scxml", "write_scxml"]

@@ -10,11 +10,11 @@ from typing import Self
 
 import pytest
 
-from ballmover.axes import AxisLimits, AxisPosition, Point
-from ballmover.exceptions import NotArrivedException
-from ballmover.mover import PERIOD, Mover
-from ballmover.route import Route, Stop
-from ballmover.waypoints import Waypoint
+from ballmover._axes import AxisLimits, AxisPosition, Point
+from ballmover._exceptions import NotArrivedException
+from ballmover._mover import PERIOD, Mover
+from ballmover._route import Route, Stop
+from ballmover._waypoints import Waypoint
 from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice.exceptions import ConnectionLostException

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from ballmover.axes import AxisLimits, AxisPosition, Point
-from ballmover.color import Color
-from ballmover.exceptions import UnreachableException
-from ballmover.route import Approach, Line, Route
-from ballmover.waypoints import Waypoint, built_in_waypoints
+from ballmover._axes import AxisLimits, AxisPosition, Point
+from ballmover._color import Color
+from ballmover._exceptions import UnreachableException
+from ballmover._route import Approach, Line, Route
+from ballmover._waypoints import Waypoint, built_in_waypoints
 
 LIMITS = AxisLimits(
     min_pan=-math.pi,

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ballmover.axes import Point
-from ballmover.color import Color
-from ballmover.exceptions import WaypointException
-from ballmover.waypoints import Waypoint, built_in_waypoints, parse_csv, parse_toml, read_waypoints
+from ballmover._axes import Point
+from ballmover._color import Color
+from ballmover._exceptions import WaypointException
+from ballmover._waypoints import Waypoint, built_in_waypoints, parse_csv, parse_toml, read_waypoints
 from tests.support.examples import examples
 
 coordinates = st.floats(-100, 100)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.hfsm.checks.component import STANDARD_OPTIONS
+from codegen.hfsm._checks.component import STANDARD_OPTIONS
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of

@@ -6,9 +6,9 @@ import re
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.formats.schema import AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
+from codegen.hfsm.formats._schema import AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
 from tests.support.pages import DOCS
-from visualhfsm.convert import EPILOG
+from visualhfsm._convert import EPILOG
 
 PAGE = (DOCS / "reference/documents.md").read_text("utf-8")
 TABLES = {kind.tag: frozenset(kind.children) for kind in (DOCUMENT, AUTOMATON, STATE, TRANSITION, INTERFACE)}

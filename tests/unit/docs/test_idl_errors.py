@@ -6,9 +6,9 @@ import contextlib
 import io
 from pathlib import Path
 
+from codegen._idl import compile_interfaces
+from codegen._idl.codes import Code
 from codegen.diagnostics import Diagnostics
-from codegen.idl import compile_interfaces
-from codegen.idl.codes import Code
 from tests.support.pages import Block, sections_of
 
 SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("reference/idl-errors.md")}

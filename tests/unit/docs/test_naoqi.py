@@ -6,9 +6,9 @@ import typer
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from naoserver.fake import __main__ as fake
-from naoserver.naoqi import command as naoqi
-from naoserver.naoqi.connection import SILENCE
-from naoserver.naoqi.robot import End, Life, Start
+from naoserver.naoqi import _command as naoqi
+from naoserver.naoqi._connection import SILENCE
+from naoserver.naoqi._robot import End, Life, Start
 from tests.support.pages import DOCS
 
 PAGE = (DOCS / "how-to/real-nao.md").read_text(encoding="utf-8")

@@ -17,13 +17,13 @@ from tests.support.processes import REPOSITORY
 
 README = (REPOSITORY / "README.md").read_text("utf-8")
 APPS = {
-    "ballmover": ("ballmover.cli", "app"),
+    "ballmover": ("ballmover._cli", "app"),
     "codegen": ("codegen.command", "app"),
-    "nao": ("visualhfsm.nao.command", "app"),
-    "naoserver-naoqi": ("naoserver.naoqi.command", "app"),
-    "naoserver-ros2": ("naoserver.ros2.command", "app"),
-    "naoserver-sim": ("naoserver_sim.command", "app"),
-    "visualhfsm": ("visualhfsm.command", "app"),
+    "nao": ("visualhfsm.nao._command", "app"),
+    "naoserver-naoqi": ("naoserver.naoqi._command", "app"),
+    "naoserver-ros2": ("naoserver.ros2._command", "app"),
+    "naoserver-sim": ("naoserver_sim._command", "app"),
+    "visualhfsm": ("visualhfsm._command", "app"),
 }
 NAMED = {
     *APPS,

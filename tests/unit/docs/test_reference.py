@@ -12,12 +12,12 @@ from typing import get_args
 import pytest
 import typer
 
+from codegen._idl.codes import Code as InterfaceCode
 from codegen.hfsm.codes import Code as DocumentCode
-from codegen.idl.codes import Code as InterfaceCode
 from tests.support.pages import DOCS
-from visualhfsm.editing.commands import COMMANDS
-from visualhfsm.services import Push
-from visualhfsm.web.protocol import Request
+from visualhfsm._editing.commands import COMMANDS
+from visualhfsm._services import Push
+from visualhfsm._web.protocol import Request
 
 hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
 
@@ -61,11 +61,11 @@ def listed_exceptions() -> set[str]:
 @pytest.mark.parametrize(
     "module",
     [
-        "ballmover.exceptions",
+        "ballmover._exceptions",
         "hfsm_runtime.errors",
         "interfaces.jderobot.common",
         "naoserver.errors",
-        "visualhfsm.errors",
+        "visualhfsm._errors",
         "zenoh_ice.exceptions",
     ],
 )
@@ -92,7 +92,7 @@ def test_every_message_is_listed() -> None:
 
 def test_every_operation_of_naoqi_says_how_well_it_works() -> None:
     pytest.importorskip("qi")
-    from naoserver.qi.service import REFUSED
+    from naoserver.qi._service import REFUSED
 
     rows = dict(re.findall(r"^\| `([\w.]+)` \| (\w+) \| .{10}", hooks.naoqi(), re.MULTILINE))
     assert set(rows.values()) == {"works", "approximated", "refused"}

@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from codegen.hfsm.checks.component import STANDARD_OPTIONS
+from codegen.hfsm._checks.component import STANDARD_OPTIONS
 from hfsm_runtime import Automaton, Component, Parameter, State
 from hfsm_runtime.command import make_app, make_component, with_parameters
 

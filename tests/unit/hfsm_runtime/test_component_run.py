@@ -8,12 +8,12 @@ from contextlib import ExitStack
 import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, State
-from hfsm_runtime.component_run import ComponentRun
-from hfsm_runtime.debugger.breakpoints import Breakpoints
+from hfsm_runtime._component_run import ComponentRun
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.debugger._breakpoints import Breakpoints
+from hfsm_runtime.debugger._snapshot import structure_of, take_snapshot
 from hfsm_runtime.debugger.reload import Reloading
-from hfsm_runtime.debugger.snapshot import structure_of, take_snapshot
 from hfsm_runtime.errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
-from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.virtual import PacedClock, PacedExecution, VirtualWorld
 from interfaces.hfsm import Breakpoint, ComponentStatus
 from tests.support.automata import automaton, on, when

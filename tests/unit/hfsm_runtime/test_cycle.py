@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from hfsm_runtime import Automaton, State, Transition
-from hfsm_runtime.cycle import run_cycle
+from hfsm_runtime._cycle import run_cycle
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run, Tree
 from tests.support.automata import after, automaton, when

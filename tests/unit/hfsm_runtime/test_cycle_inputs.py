@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hfsm_runtime import Automaton, Input, State, VirtualRun, run
-from hfsm_runtime.automaton import Arguments
+from hfsm_runtime._automaton import Arguments
 from hfsm_runtime.errors import DefinitionError
 from tests.support.automata import after, automaton, component
 from zenoh_ice.exceptions import ConnectionLostException

@@ -17,8 +17,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Event, Input, State, Transition, VirtualRun
-from hfsm_runtime.automaton_run import CAPACITY
-from hfsm_runtime.cycle import Supervisor, run_cycle
+from hfsm_runtime._automaton_run import CAPACITY
+from hfsm_runtime._cycle import Supervisor, run_cycle
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, DropReason, Run, Tree
 from tests.support.automata import component
@@ -502,6 +502,6 @@ def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Recorder, "entered", lambda self, run, transition: entered(run, transition))
-        patch.setattr("hfsm_runtime.virtual.run.run_cycle", run_to_its_end)
+        patch.setattr("hfsm_runtime.virtual._run.run_cycle", run_to_its_end)
         trace = Recorder(plan).run(outside)
     assert in_order(trace) == in_order(reference(plan, outside))

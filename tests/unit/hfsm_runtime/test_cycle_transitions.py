@@ -8,7 +8,7 @@ from collections import deque
 import pytest
 
 from hfsm_runtime import Automaton, Component, Event, State, Transition, VirtualRun, run
-from hfsm_runtime.automaton_run import CAPACITY, DropReason
+from hfsm_runtime._automaton_run import CAPACITY, DropReason
 from hfsm_runtime.errors import DefinitionError, EventError
 from tests.support.automata import Code, after, automaton, component, on, when
 from zenoh_ice.exceptions import ConnectionLostException

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
+from codegen.hfsm._old_names import CLIENT_METHODS
 from codegen.hfsm.loading import check_document
-from codegen.hfsm.old_names import CLIENT_METHODS
-from hfsm_runtime import jderobot
+from hfsm_runtime import _jderobot as jderobot
 from interfaces.jderobot import CMDVelData, Pose3DData
 from tests.support.documents import compile_to, document, state, sub
 from visualhfsm.testing import MakeBehavior
@@ -89,4 +89,4 @@ def test_a_component_without_them_has_the_plain_proxy(tmp_path: Path) -> None:
     text = document(
         sub(1, 0, state(1, "go", "self.Motors.setV(1.0)", initial=True)), config=interface("Motors")
     )
-    assert "hfsm_runtime.jderobot" not in compile_to(tmp_path, text).read_text()
+    assert "hfsm_runtime._jderobot" not in compile_to(tmp_path, text).read_text()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hfsm_runtime import Component, ComponentError
-from hfsm_runtime.marks import Marks, make_mark
+from hfsm_runtime._marks import Marks, make_mark
 
 SECOND = 1_000_000_000
 

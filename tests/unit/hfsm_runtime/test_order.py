@@ -10,10 +10,10 @@ from contextlib import contextmanager
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
-from hfsm_runtime.automaton_run import ChangeKind
+from hfsm_runtime._automaton_run import ChangeKind
+from hfsm_runtime._order import turn_of
+from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.order import turn_of
-from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.tree import Run, Tree
 from tests.support.automata import after, automaton, component, finished, when
 from tests.support.limits import EVENT_LIMIT, FOREVER

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from hfsm_runtime.debugger.expressions import Expression, values_in
-from hfsm_runtime.parsing import parse_expression
+from hfsm_runtime._parsing import parse_expression
+from hfsm_runtime.debugger._expressions import Expression, values_in
 
 
 class Parses:

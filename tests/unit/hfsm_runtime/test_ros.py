@@ -7,9 +7,9 @@ import math
 import pytest
 
 from hfsm_runtime import Component, Ros, ros_message, ros_tf
+from hfsm_runtime._ros import Endpoints, stop_ends, types_of
 from hfsm_runtime.errors import ComponentError, NotConnectedError
-from hfsm_runtime.ros import Endpoints, stop_ends, types_of
-from hfsm_runtime.virtual.ros import FakeRos
+from hfsm_runtime.virtual._ros import FakeRos
 from zenoh_ros2 import CallError, MessageError
 
 # As codegen writes them: each after those that it needs.

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_runtime import Automaton, State, VirtualRun
-from hfsm_runtime.runtime import RETRY_DELAY
+from hfsm_runtime._runtime import RETRY_DELAY
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from tests.support.automata import after, automaton, component, when

@@ -10,9 +10,9 @@ from contextlib import suppress
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime._timeline import Timeline
 from hfsm_runtime.errors import ComponentStoppedError, UnknownElementError
-from hfsm_runtime.runtime import Runtime
-from hfsm_runtime.timeline import Timeline
 from interfaces.hfsm import ComponentStatus
 from tests.support.automata import after, automaton, finished, on, when
 from tests.support.documents import load
@@ -348,8 +348,8 @@ def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: 
         wait_until(timeline, when, wake)
 
     monkeypatch.setattr(Timeline, "wait_until", rest)
-    monkeypatch.setattr("hfsm_runtime.timeline._PAUSED_WAIT", 60.0)
-    monkeypatch.setattr("hfsm_runtime.threads._IDLE", 60.0)
+    monkeypatch.setattr("hfsm_runtime._timeline._PAUSED_WAIT", 60.0)
+    monkeypatch.setattr("hfsm_runtime._threads._IDLE", 60.0)
     left = automaton(2, "left", [State(id=1, name="x")], period=0.02)
     right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
     states = [State(id=1, name="a", children=(left,)), State(id=2, name="b", children=(right,))]
@@ -392,8 +392,8 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
         def __getattr__(self, name: str) -> object:
             return getattr(threading, name)
 
-    monkeypatch.setattr("hfsm_runtime.threads.threading", Threading())
-    monkeypatch.setattr("hfsm_runtime.threads._IDLE", 60.0)
+    monkeypatch.setattr("hfsm_runtime._threads.threading", Threading())
+    monkeypatch.setattr("hfsm_runtime._threads._IDLE", 60.0)
     with running(automaton(1, "root", [State(id=1, name="a")], period=60)) as runtime:
         eventually(lambda: runtime.tree.root.cycles == 1)
         armed.set()

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from hfsm_runtime.threads import Alarm
-from hfsm_runtime.timeline import Timeline
+from hfsm_runtime._threads import Alarm
+from hfsm_runtime._timeline import Timeline
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import WallClock
 

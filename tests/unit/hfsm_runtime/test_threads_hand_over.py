@@ -19,7 +19,7 @@ from tests.support.running import eventually, running
 @pytest.fixture(autouse=True)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a cycle end, even on a busy machine, before it is reported as an error."""
-    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", FOREVER)
+    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", FOREVER)
 
 
 def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old() -> None:
@@ -109,7 +109,7 @@ def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_h
 def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error_after_a_second(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", 1.0)
+    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", 1.0)
     order: list[str] = []
     release = threading.Event()
     with running(slow_hand_over(order, release)) as runtime:
@@ -125,7 +125,7 @@ def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error_after_a_second
 def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_code(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", 0.02)
+    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", 0.02)
     asked, left = threading.Event(), threading.Event()
     ran: list[str] = []
 
@@ -242,7 +242,7 @@ def test_the_exit_code_of_children_that_restart_waits_for_their_running_cycles()
 def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_that_restarted(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", 0.02)
+    monkeypatch.setattr("hfsm_runtime._cycle.HAND_OVER", 0.02)
     leaving, release = threading.Event(), threading.Event()
     ran: list[str] = []
 

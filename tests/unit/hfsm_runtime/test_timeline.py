@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hfsm_runtime.timeline import Timeline, delay_in_slot, slot_after, slot_at, slot_from
+from hfsm_runtime._timeline import Timeline, delay_in_slot, slot_after, slot_at, slot_from
 from zenoh_ice import VirtualClock
 
 

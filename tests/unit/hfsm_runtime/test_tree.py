@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from hfsm_runtime import Automaton, Event, State, Transition
-from hfsm_runtime.automaton_run import CAPACITY, Run
+from hfsm_runtime._automaton_run import CAPACITY, Run
 from hfsm_runtime.errors import DefinitionError, UnknownElementError
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Tree

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, State
-from hfsm_runtime.variables import assign, short_repr, variables_of
+from hfsm_runtime._variables import assign, short_repr, variables_of
 from interfaces.jderobot import ImageData, ImageDescription, Time
 from tests.support.any_text import any_text
 from tests.support.examples import examples

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from naoserver._servants.hinge import HINGES
 from naoserver.body import H25, RangeTable
 from naoserver.errors import RobotError
-from naoserver.servants.hinge import HINGES
 
 HEAD = next(table for table in H25.anticollision if table.dependent == "HeadPitch")
 

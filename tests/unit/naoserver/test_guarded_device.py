@@ -5,15 +5,15 @@ import threading
 import pytest
 
 from interfaces.nao import Severity
+from naoserver._gate import Gate
+from naoserver._guarded_device import GuardedDevice
+from naoserver._safety import JointSafety
 from naoserver.body import H25
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import KEPT, EventLog
 from naoserver.fake import FakeDevice
-from naoserver.gate import Gate
-from naoserver.guarded_device import GuardedDevice
 from naoserver.jobs import JobThreads, Watchdog
 from naoserver.options import SafetyOptions
-from naoserver.safety import JointSafety
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import VirtualClock, WallClock
 

@@ -1,7 +1,7 @@
 import pytest
 
+from naoserver._guarded_device import Claims
 from naoserver.errors import InvalidCommand
-from naoserver.guarded_device import Claims
 
 
 def nothing():

@@ -6,8 +6,8 @@ from functools import partial
 
 import pytest
 
+from naoserver._servants.camera import WINDOW, RateMeter
 from naoserver.jobs import ControlLoop, JobThreads, Periodic
-from naoserver.servants.camera import WINDOW, RateMeter
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from tests.support.stepped_clock import SteppedClock

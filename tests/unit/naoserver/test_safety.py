@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from naoserver._safety import Goal, JointSafety
 from naoserver.body import H25, RangeTable
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice
 from naoserver.options import SafetyOptions, capped
 from naoserver.robot import JointFacts, JointReading
-from naoserver.safety import Goal, JointSafety
 from tests.support.examples import examples
 from zenoh_ice.clock import VirtualClock
 

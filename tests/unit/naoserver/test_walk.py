@@ -4,17 +4,17 @@ import math
 
 import pytest
 
+from naoserver._gate import Gate
+from naoserver._guarded_device import GuardedDevice
+from naoserver._safety import JointSafety
+from naoserver._walk import WalkGuard
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LIMITS, FakeWalker
-from naoserver.gate import Gate
-from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
-from naoserver.safety import JointSafety
-from naoserver.walk import WalkGuard
 from zenoh_ice import VirtualClock
 
 STILL = WalkVelocity()

@@ -5,10 +5,10 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
+from naoserver._walk import PERIOD, WalkTo, Way
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import CommandRefused
 from naoserver.fake.robot import LIMITS
-from naoserver.walk import PERIOD, WalkTo, Way
 from tests.unit.naoserver.test_walk import STILL, Rig
 
 START = Odometry(0.0, 0.0, 0.0, 0.0)

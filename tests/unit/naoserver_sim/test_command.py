@@ -3,7 +3,7 @@ import math
 import pytest
 import typer
 
-from naoserver_sim.command import check_cameras, parse_cameras, parse_speed
+from naoserver_sim._command import check_cameras, parse_cameras, parse_speed
 from naoserver_sim.model import simulated_cameras
 
 

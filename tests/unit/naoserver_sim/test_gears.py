@@ -6,7 +6,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from naoserver_sim.gears import GearNoise, Gears
+from naoserver_sim._gears import GearNoise, Gears
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from naoserver.body import H25
-from naoserver_sim.image_sensor import ImageSensor, PictureNoise
+from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import parse_world
 from zenoh_ice import VirtualClock

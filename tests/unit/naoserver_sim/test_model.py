@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from naoserver.body import H25
-from naoserver_sim.body import sole
+from naoserver_sim._body import sole
 from naoserver_sim.model import build_model, standing
 
 pytestmark = pytest.mark.sim

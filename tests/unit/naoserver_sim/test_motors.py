@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver_sim.motors import SetpointController
+from naoserver_sim._motors import SetpointController
 
 PERIOD = 0.01
 

@@ -9,8 +9,8 @@ from naoserver.body import H25
 from naoserver.errors import HardwareFailure
 from naoserver.event_log import HOT
 from naoserver.robot import Robot
+from naoserver_sim._motors import AMBIENT, Motors
 from naoserver_sim.model import build_model
-from naoserver_sim.motors import AMBIENT, Motors
 from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock
 

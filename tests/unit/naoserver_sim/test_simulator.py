@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim.motors import SetpointController
-from naoserver_sim.simulator import STEPS_PER_TICK, PacedSimulator, Pacer, Simulator
+from naoserver_sim._motors import SetpointController
+from naoserver_sim._simulator import STEPS_PER_TICK, PacedSimulator, Pacer, Simulator
 from tests.support.limits import EVENT_LIMIT
 
 pytestmark = pytest.mark.sim

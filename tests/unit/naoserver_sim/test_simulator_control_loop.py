@@ -8,11 +8,11 @@ from contextlib import closing
 import pytest
 
 from interfaces.nao import ActionStatus
+from naoserver._motions.routes import MotionRoute
+from naoserver._walk import Way
 from naoserver.assembly import Assembly
 from naoserver.jobs import JobThreads, Periodic
-from naoserver.motions.routes import MotionRoute
 from naoserver.options import ServerOptions
-from naoserver.walk import Way
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.limits import RUN_LIMIT
 from tests.support.motion_rig import MOTIONS

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from naoserver_sim.simulator import MAX_LAG, Pacer
+from naoserver_sim._simulator import MAX_LAG, Pacer
 
 PERIOD = 0.01
 

@@ -11,8 +11,8 @@ from hypothesis import given
 
 from naoserver.errors import RobotError
 from naoserver.soccer_field.model import Field
+from naoserver_sim._surroundings import draw_field
 from naoserver_sim.model import build_model
-from naoserver_sim.surroundings import draw_field
 from naoserver_sim.world import bundled_worlds, load_world, parse_world, scattered
 from tests.support.any_text import any_text
 

@@ -84,7 +84,7 @@ SUFFIXES: Final = frozenset(
 )
 HIDDEN: Final = frozenset({"node_modules", "__pycache__"})
 VENDORED: Final = frozenset(
-    REPOSITORY / each for each in ("tests/support/vendor", "visualhfsm/web/static/vendor")
+    REPOSITORY / each for each in ("tests/support/vendor", "visualhfsm/_web/static/vendor")
 )
 """Libraries of others."""
 

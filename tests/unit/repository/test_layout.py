@@ -1,4 +1,4 @@
-"""Unit tests are found by name: tests/unit/codegen/idl/test_parser.py tests codegen/idl/parser.py.
+"""Unit tests are found by name: tests/unit/codegen/idl/test_parser.py tests codegen/_idl/parser.py.
 
 Where one file would be too long, each topic of a module has its own: test_parser_comments.py also tests parser.py.
 What a package does as a whole is tested in its folder or the one above, under the name of the package.
@@ -32,7 +32,11 @@ IMPORT: Final = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|.*))", re.
 def subjects(folder: Path) -> set[str]:
     """Return what the tests of a folder may be named after: its modules, the packages in it, and the folder."""
     modules = {path.stem.lstrip("_") for path in folder.glob("*.py")} - {"init__", "main__"}
-    return {folder.name.lstrip("_")} | modules | {path.name.lstrip("_") for path in folder.iterdir() if path.is_dir()}
+    return (
+        {folder.name.lstrip("_")}
+        | modules
+        | {path.name.lstrip("_") for path in folder.iterdir() if path.is_dir()}
+    )
 
 
 def public(path: Path) -> Path:

@@ -11,8 +11,8 @@ from typer.testing import CliRunner, Result
 
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
-from visualhfsm.check import ASSUMPTIONS
-from visualhfsm.command import app
+from visualhfsm._check import ASSUMPTIONS
+from visualhfsm._command import app
 
 CLEAN = document(sub(1, 0, state(1, "wait", initial=True)))
 WARNING = document(sub(1, 0, state(1, "wait", "distance = 3", initial=True)))
@@ -132,7 +132,7 @@ def test_a_property_that_holds_is_reported(tmp_path: Path) -> None:
 
 
 def test_the_page_has_the_same_assumptions_of_a_proof() -> None:
-    script = (ROOT / "visualhfsm/web/static/panels/verdicts.js").read_text(encoding="utf-8")
+    script = (ROOT / "visualhfsm/_web/static/panels/verdicts.js").read_text(encoding="utf-8")
     (literals,) = re.findall(r"ASSUMPTIONS =\n((?: +\"[^\"]*\"[ +;]*\n)+)", script)
     assert "".join(re.findall(r'"([^"]*)"', literals)) == ASSUMPTIONS
 

@@ -13,7 +13,7 @@ import pytest
 from tests.support.commands import run_here
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
-from visualhfsm.command import app
+from visualhfsm._command import app
 
 WALK = "speed = 1\nself.log.info(speed)"
 BEFORE = document(

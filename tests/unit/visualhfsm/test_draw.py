@@ -10,8 +10,8 @@ import pytest
 
 from tests.support.commands import run_here
 from tests.support.documents import document, state, sub, transition
-from visualhfsm.command import app
-from visualhfsm.errors import VisualHfsmError
+from visualhfsm._command import app
+from visualhfsm._errors import VisualHfsmError
 
 TITLE = "{http://www.w3.org/2000/svg}title"
 

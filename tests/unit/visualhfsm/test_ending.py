@@ -7,9 +7,9 @@ from pathlib import Path
 
 from codegen.hfsm.source_map import SourceMap
 from tests.support.editing import tree
-from visualhfsm.editing.places import Place
-from visualhfsm.ending import LastWords, describe_end
-from visualhfsm.origins import Origin, Origins
+from visualhfsm._editing.places import Place
+from visualhfsm._ending import LastWords, describe_end
+from visualhfsm._origins import Origin, Origins
 from zenoh_ice.application.last_cycle import LastCycle
 
 HERE = Origin(Place(kind="state", automaton=1, id=1, part="code"), 2)

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from tests.support.limits import START_LIMIT
-from visualhfsm.line_process import LineProcess, NoAnswerError
+from visualhfsm._line_process import LineProcess, NoAnswerError
 
 ANSWERS = """
 import os, time
-from visualhfsm.line_process import answer_lines
+from visualhfsm._line_process import answer_lines
 
 def answer(line):
     match line.strip():

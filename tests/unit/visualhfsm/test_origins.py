@@ -9,9 +9,9 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from tests.support.documents import document, state, sub, transition
-from visualhfsm.editing.places import Place
-from visualhfsm.generate import generate_component
-from visualhfsm.origins import Origin, Origins, read_origins
+from visualhfsm._editing.places import Place
+from visualhfsm._generate import generate_component
+from visualhfsm._origins import Origin, Origins, read_origins
 
 TEXT = document(
     sub(

@@ -8,9 +8,9 @@ import pytest
 
 from hfsm_runtime.recording_file.outcome import Divergence, Outcome, Side, Step
 from hfsm_runtime.recording_file.writer import RecordingWriter
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.replay import replay
-from visualhfsm.replaying import outcome_lines
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._replay import replay
+from visualhfsm._replaying import outcome_lines
 
 
 def side(state: str) -> Side:

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from hfsm_runtime.recording_file.messages import Change
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
-from visualhfsm.command import app
+from visualhfsm._command import app
 
 START = 1_700_000_000_000_000_000
 

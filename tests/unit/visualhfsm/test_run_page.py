@@ -19,10 +19,10 @@ from tests.support.component import dance_and_follow
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import EVENT_LIMIT
 from tests.support.watching import content, recorded
-from visualhfsm.editing.serialization import parse
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.run_log import RunLog
-from visualhfsm.run_page import Figure, Run, check_place, run_page, write_run_page
+from visualhfsm._editing.serialization import parse
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.run_log import RunLog
+from visualhfsm._run_page import Figure, Run, check_place, run_page, write_run_page
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 

@@ -15,8 +15,8 @@ from codegen.hfsm import read_document
 from codegen.hfsm.document import Automaton, Document, Import, State, Text, Transition
 from tests.support.places import ROOT
 from tests.support.random_documents import documents
-from visualhfsm.errors import MissingError
-from visualhfsm.svg import svg
+from visualhfsm._errors import MissingError
+from visualhfsm._svg import svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))

@@ -9,14 +9,14 @@ from contextlib import closing
 import pytest
 
 from tests.support.waiting import until
-from zenoh_ros2.absence import AbsenceWarning
+from zenoh_ros2._absence import AbsenceWarning
 
 HERE = ["tcp/127.0.0.1:7447"]
 
 
 @pytest.fixture(autouse=True)
 def brief(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    monkeypatch.setattr("zenoh_ros2.absence.WARNING_DELAY", 0.3)
+    monkeypatch.setattr("zenoh_ros2._absence.WARNING_DELAY", 0.3)
     caplog.set_level(logging.WARNING)
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.unit.zenoh_ros2.test_messages_recorded import MESSAGES, types
 from zenoh_ros2 import MessageError, Types
-from zenoh_ros2.extents import MOST_ELEMENTS, Extents
+from zenoh_ros2._extents import MOST_ELEMENTS, Extents
 
 __all__ = ["types"]
 

@@ -55,7 +55,7 @@ def test_the_domain_is_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) 
 def test_a_node_without_a_router_says_so(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenoh_ros2.absence.WARNING_DELAY", 0.2)
+    monkeypatch.setattr("zenoh_ros2._absence.WARNING_DELAY", 0.2)
     endpoint = free_endpoint()
     with Node("alone", settings=Settings(connect=(endpoint,)), domain=DOMAIN) as node:
         assert not node.connected

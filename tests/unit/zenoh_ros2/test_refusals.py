@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from zenoh_ros2.refusals import Refusals
+from zenoh_ros2._refusals import Refusals
 
 
 def test_the_first_are_logged_and_then_one_in_ten_seconds_that_counts_the_others(

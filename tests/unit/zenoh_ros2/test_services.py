@@ -11,7 +11,7 @@ import pytest
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.ros_nodes import DOMAIN, two_nodes
 from zenoh_ros2 import CallError, CallTimeoutError, Node, NodeClosedError
-from zenoh_ros2.wire import Attachment, key
+from zenoh_ros2._wire import Attachment, key
 
 ADD = "example_interfaces/srv/AddTwoInts"
 

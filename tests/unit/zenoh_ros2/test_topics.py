@@ -12,7 +12,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
 from tests.support.waiting import until
 from zenoh_ros2 import LATCHED, CallTimeoutError, QoS
-from zenoh_ros2.wire import Attachment, key
+from zenoh_ros2._wire import Attachment, key
 
 TWIST = "geometry_msgs/msg/Twist"
 

@@ -7,7 +7,7 @@ from hypothesis import given
 
 from tests.support.any_text import any_text
 from zenoh_ros2 import LATCHED, SENSOR_DATA, Entity, InvalidNameError, QoS, RosError
-from zenoh_ros2.wire import Attachment, check_node_name, dds_name, domain_id, key, resolve, ros_name
+from zenoh_ros2._wire import Attachment, check_node_name, dds_name, domain_id, key, resolve, ros_name
 
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 ZID = "aac3178e146ba6f1fc6e6a4085e77f21"

@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ros2 import RosError
-from zenoh_ros2.workers import Job, Line, Workers
+from zenoh_ros2._workers import Job, Line, Workers
 
 
 def hold(held: threading.Event, free: threading.Event) -> None:

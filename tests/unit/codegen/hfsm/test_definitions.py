@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from codegen.hfsm._definitions import UNKNOWN, Answer
+from codegen.hfsm._effects import CodeEffects
 from codegen.hfsm.analysis import analyze
-from codegen.hfsm.definitions import UNKNOWN, Answer
 from codegen.hfsm.document import Interface, Library, Text
-from codegen.hfsm.effects import CodeEffects
 from tests.support.model_documents import PATH, automaton, document, state, when
 
 FUNCTIONS = """

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from codegen.hfsm._effects import CodeEffects
+from codegen.hfsm._piece_effects import Effects
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.document import Interface, Text
-from codegen.hfsm.effects import CodeEffects
-from codegen.hfsm.piece_effects import Effects
 from tests.support.model_documents import PATH, automaton, document, state
 
 FUNCTIONS = """

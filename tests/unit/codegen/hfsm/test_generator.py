@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from codegen.hfsm.analysis import Analysis, analyze
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from hfsm_runtime import Component, ComponentError, VirtualRun, run
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime._variables import variables_of
 from hfsm_runtime.loading import load_module
-from hfsm_runtime.runtime import Runtime
-from hfsm_runtime.variables import variables_of
 from tests.support.any_text import any_text
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.examples import examples

@@ -249,7 +249,7 @@ def test_a_file_elsewhere_is_found_where_its_directory_is_allowed(tmp_path: Path
 
 
 def test_imports_do_not_multiply_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("codegen.hfsm.imports._MAX_AUTOMATA", 100)
+    monkeypatch.setattr("codegen.hfsm._imports._MAX_AUTOMATA", 100)
     for number in range(7):
         (tmp_path / f"lib{number}.xml").write_text(
             document(root(2, 3), *(imported(f"lib{number + 1}.xml", id=child) for child in (2, 3)))

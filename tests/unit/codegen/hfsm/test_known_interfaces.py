@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from codegen._idl import compile_interfaces
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm.known_interfaces import KnownInterface, find_interfaces, interface_directories
-from codegen.idl import compile_interfaces
 
 LAMP = "module home { interface Lamp { idempotent bool isOn(); }; };\n"
 

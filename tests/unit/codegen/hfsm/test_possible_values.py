@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from codegen.hfsm.possible_values import (
+from codegen.hfsm._possible_values import (
     MOST_TEXTS,
     NOTHING,
     NUMBER,

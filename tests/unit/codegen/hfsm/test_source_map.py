@@ -18,7 +18,7 @@ from hfsm_runtime.errors import VariablesError
 from hfsm_runtime.source_map import sources_of
 from tests.support.documents import load
 from tests.support.model_documents import automaton, document, state, when
-from visualhfsm.simulation.loading import load_component
+from visualhfsm.simulation._loading import load_component
 
 VARIABLES = "# the second line fails\nlimit = 1 / 0"
 

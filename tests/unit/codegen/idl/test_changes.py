@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from codegen._idl import read_definitions
+from codegen._idl.ast import Definition
+from codegen._idl.changes import changes, refusals
 from codegen.diagnostics import Diagnostics
-from codegen.idl import read_definitions
-from codegen.idl.ast import Definition
-from codegen.idl.changes import changes, refusals
 
 
 def read(folder: Path, text: str) -> dict[str, Definition]:

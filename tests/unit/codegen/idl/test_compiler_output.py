@@ -16,9 +16,9 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from codegen._idl import compile_interfaces
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
-from codegen.idl import compile_interfaces
 from tests.support.examples import examples
 from tests.support.generated_types import structs_of
 from tests.support.limits import RUN_LIMIT

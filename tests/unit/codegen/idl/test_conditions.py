@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from codegen.idl.conditions import ConditionError, evaluate
+from codegen._idl.conditions import ConditionError, evaluate
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from codegen._idl import ast
+from codegen._idl.compiler import Units
 from codegen.diagnostics import Diagnostics
-from codegen.idl import ast
-from codegen.idl.compiler import Units
 from tests.support.slice_compiler import in_module, write_sources
 
 

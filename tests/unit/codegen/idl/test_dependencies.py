@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from codegen._idl import Compilation, compile_interfaces
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
-from codegen.idl import Compilation, compile_interfaces
 from tests.support.slice_compiler import imported, write_sources
 
 VALUES = """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codegen.idl.doc_comments import parse_doc_comment
+from codegen._idl.doc_comments import parse_doc_comment
 
 
 def test_tags_of_a_doc_comment_can_stand_in_one_line() -> None:

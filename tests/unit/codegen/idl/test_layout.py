@@ -6,9 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+from codegen._idl import compile_interfaces
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
-from codegen.idl import compile_interfaces
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 from tests.support.slice_compiler import AWKWARD, write_sources

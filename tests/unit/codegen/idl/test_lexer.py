@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.idl.lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
+from codegen._idl.lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
 from tests.support.slice_texts import slice_like_texts
 
 

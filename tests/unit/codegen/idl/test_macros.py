@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.idl.macros import MacroError, Macros
+from codegen._idl.macros import MacroError, Macros
 from tests.support.slice_compiler import compile_text, findings
 from tests.unit.codegen.idl.test_preprocessor import preprocess
 

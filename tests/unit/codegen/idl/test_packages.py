@@ -3,8 +3,8 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
+from codegen._idl import compile_interfaces
 from codegen.diagnostics import Diagnostics
-from codegen.idl import compile_interfaces
 from tests.support.slice_compiler import imported, write_sources
 
 

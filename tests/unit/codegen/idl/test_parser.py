@@ -6,10 +6,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from codegen._idl import ast, compile_interfaces
+from codegen._idl.parser import parse
+from codegen._idl.preprocessor import Preprocessor
 from codegen.diagnostics import Diagnostics
-from codegen.idl import ast, compile_interfaces
-from codegen.idl.parser import parse
-from codegen.idl.preprocessor import Preprocessor
 from tests.support.examples import examples
 from tests.support.places import ROOT
 from tests.support.slice_compiler import compile_text, findings, write_sources

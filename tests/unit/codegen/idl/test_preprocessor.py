@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from codegen._idl import Compilation, compile_interfaces
+from codegen._idl.preprocessor import Preprocessor
 from codegen.diagnostics import Diagnostics
-from codegen.idl import Compilation, compile_interfaces
-from codegen.idl.preprocessor import Preprocessor
 from tests.support.slice_compiler import compile_text, findings, write_sources
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from codegen._idl import compile_interfaces
 from codegen.diagnostics import Diagnostics
-from codegen.idl import compile_interfaces
 from tests.support.slice_compiler import AWKWARD, compile_text, write_sources
 
 LAMP = """

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
-from hfsm_runtime.debugger.explanation import explain
-from hfsm_runtime.timeline import Timeline
+from hfsm_runtime._timeline import Timeline
+from hfsm_runtime.debugger._explanation import explain
 from interfaces.hfsm import Explanation
 from tests.support.automata import component
 

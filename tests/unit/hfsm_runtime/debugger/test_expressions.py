@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hfsm_runtime.debugger.expressions import Expression, ExpressionError, Members, values_in
+from hfsm_runtime.debugger._expressions import Expression, ExpressionError, Members, values_in
 from interfaces.jderobot import Time
 from tests.support.any_text import any_text
 

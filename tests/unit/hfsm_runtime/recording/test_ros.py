@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from hfsm_runtime.recording.ros import AskedNode
-from hfsm_runtime.ros import message_of
-from hfsm_runtime.virtual.ros import FakeRos
+from hfsm_runtime._recording.ros import AskedNode
+from hfsm_runtime._ros import message_of
+from hfsm_runtime.virtual._ros import FakeRos
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
 STRING = "std_msgs/msg/String"

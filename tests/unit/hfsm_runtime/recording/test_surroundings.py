@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from hfsm_runtime.recording.recorder import Recorder
-from hfsm_runtime.recording.surroundings import recorded_surroundings
+from hfsm_runtime._recording.recorder import Recorder
+from hfsm_runtime._recording.surroundings import recorded_surroundings
 from hfsm_runtime.recording_file.messages import RobotPose, World
 from hfsm_runtime.recording_file.writer import Entry
 from naoserver.fake import FakeRobot

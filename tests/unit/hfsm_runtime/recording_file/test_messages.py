@@ -16,17 +16,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from hfsm_runtime.automaton import Automaton, State
+from hfsm_runtime._automaton import Automaton, State
+from hfsm_runtime._recording.recorder import CodeLock, VariableWatch
+from hfsm_runtime._recording.run import RecordedRuntime, recording
+from hfsm_runtime._recording.values import readable
+from hfsm_runtime._replay.script import Recording
 from hfsm_runtime.component import Component
-from hfsm_runtime.recording.recorder import CodeLock, VariableWatch
-from hfsm_runtime.recording.run import RecordedRuntime, recording
-from hfsm_runtime.recording.values import readable
 from hfsm_runtime.recording_file import reader
 from hfsm_runtime.recording_file import writer as writing
 from hfsm_runtime.recording_file.messages import MESSAGES, Action, Gap, Message, Reading, schema_of
 from hfsm_runtime.recording_file.reader import RecordingError
 from hfsm_runtime.recording_file.writer import Entry, RecordingFailedError, RecordingWriter
-from hfsm_runtime.replay.script import Recording
 from interfaces.jderobot import ImageDescription
 from tests.support.any_text import any_text
 from tests.support.automata import after, automaton, component, when

@@ -14,13 +14,13 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Metadata, Schema
 
+from hfsm_runtime._replay.script import Recording
 from hfsm_runtime.recording_file import reader
 from hfsm_runtime.recording_file.messages import Image, Reading, Stamp
 from hfsm_runtime.recording_file.reader import RecordingError, RecordingFile
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
-from hfsm_runtime.replay.script import Recording
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.live.recordings import open_recording
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live.recordings import open_recording
 
 MAGIC = b"\x89MCAP0\r\n"
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import pytest
 
+from hfsm_runtime._replay.code import Code, current_code
+from hfsm_runtime._replay.script import Record, ReplayEndedError, Want
 from hfsm_runtime.recording_file.messages import Reading
-from hfsm_runtime.replay.code import Code, current_code
-from hfsm_runtime.replay.script import Record, ReplayEndedError, Want
 
 NOW = Want("now")
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, State
-from hfsm_runtime.virtual.stubs import make_stub
+from hfsm_runtime.virtual._stubs import make_stub
 from interfaces.jderobot import (
     CameraPrx,
     ConfigurationNotExistException,

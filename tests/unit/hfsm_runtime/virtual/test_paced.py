@@ -153,7 +153,7 @@ def test_code_that_waits_ends_with_the_component() -> None:
 def test_code_that_hangs_keeps_nobody_from_looking_and_is_abandoned(
     hanging: Hanging, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.component_run._CYCLE_LIMIT", 0.2)
+    monkeypatch.setattr("hfsm_runtime._component_run._CYCLE_LIMIT", 0.2)
     with paced(two_states(1000.0, hanging)) as run:
         assert hanging.began.wait(EVENT_LIMIT)
         began = time.monotonic()

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from naoserver._motions.keyframes import Interpolation, MotionError, parse_motion
+from naoserver._motions.postures import POSTURES
 from naoserver.body import H25
-from naoserver.motions.keyframes import Interpolation, MotionError, parse_motion
-from naoserver.motions.postures import POSTURES
 from tests.support.any_text import any_text
 
 FRAME = "[[frame]]\nafter = 1.0\n"

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from interfaces.nao import ActionStatus
+from naoserver._motions.postures import POSTURES
+from naoserver._motions.routes import PostureRoute, RouteError
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
-from naoserver.motions.postures import POSTURES
-from naoserver.motions.routes import PostureRoute, RouteError
 from tests.support.motion_rig import MOTIONS, MotionRig
 from zenoh_ice import VirtualClock
 

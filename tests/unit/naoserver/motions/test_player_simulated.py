@@ -5,8 +5,8 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
+from naoserver._motions.postures import STANCES, Stance, situation_of
 from naoserver.event_log import HOT
-from naoserver.motions.postures import STANCES, Stance, situation_of
 from naoserver.robot import FALLEN_TILT
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

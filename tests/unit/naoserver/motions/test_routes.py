@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from naoserver._motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
+from naoserver._motions.routes import MotionRoute, PostureRoute, RouteError, SafestPostureRoute
 from naoserver.body import H25
-from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
-from naoserver.motions.routes import MotionRoute, PostureRoute, RouteError, SafestPostureRoute
 from tests.support.motion_rig import MOTIONS
 
 UP = {

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.errors import HardwareFailure
-from naoserver.naoqi.cameras import Stamps, frame_of
-from naoserver.naoqi.link import NAME, CallFailed
+from naoserver.naoqi._cameras import Stamps, frame_of
+from naoserver.naoqi._link import NAME, CallFailed
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
 SIZE = (320, 240)

@@ -6,8 +6,8 @@ import pytest
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.naoqi.link import CallFailed
-from naoserver.naoqi.robot import NaoqiRobot
+from naoserver.naoqi._link import CallFailed
+from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
@@ -17,9 +17,9 @@ STATE = "ALMemory.getListData"
 
 @pytest.fixture
 def naoqi(monkeypatch):
-    monkeypatch.setattr("naoserver.naoqi.connection._RETRY_DELAY", 0.01)  # seconds between two attempts
+    monkeypatch.setattr("naoserver.naoqi._connection._RETRY_DELAY", 0.01)  # seconds between two attempts
     monkeypatch.setattr(
-        "naoserver.naoqi.background_calls._ANSWER_LIMIT", CALL_LIMIT
+        "naoserver.naoqi._background_calls._ANSWER_LIMIT", CALL_LIMIT
     )  # seconds until the next command is sent
     return ScriptedNaoqi()
 

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from naoserver.naoqi.dead_man import guard
-from naoserver.naoqi.link import CallFailed
+from naoserver.naoqi._dead_man import guard
+from naoserver.naoqi._link import CallFailed
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi

@@ -3,7 +3,7 @@
 import pytest
 
 from naoserver.errors import CommandRefused
-from naoserver.naoqi.link import CallFailed
+from naoserver.naoqi._link import CallFailed
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.body import H25
-from naoserver.naoqi.joints import Order, calls_of
-from naoserver.naoqi.link import CallFailed
+from naoserver.naoqi._joints import Order, calls_of
+from naoserver.naoqi._link import CallFailed
 from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
@@ -18,7 +18,7 @@ FULL = {joint.name: joint.max_velocity for joint in H25.joints}
 @pytest.fixture
 def naoqi(monkeypatch):
     monkeypatch.setattr(
-        "naoserver.naoqi.background_calls._ANSWER_LIMIT", CALL_LIMIT
+        "naoserver.naoqi._background_calls._ANSWER_LIMIT", CALL_LIMIT
     )  # seconds until the next command is sent
     return ScriptedNaoqi()
 

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 
-from naoserver.naoqi.link import AddressError, RobotAddress
+from naoserver.naoqi._link import AddressError, RobotAddress
 from tests.support.any_text import any_text
 
 

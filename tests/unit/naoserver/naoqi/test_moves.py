@@ -3,13 +3,13 @@
 import pytest
 
 from interfaces.nao import ActionStatus
+from naoserver._naoqi_names import gait_limits
+from naoserver._walk import Way
 from naoserver.assembly import Assembly
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver.naoqi.link import CallFailed
-from naoserver.naoqi_names import gait_limits
+from naoserver.naoqi._link import CallFailed
 from naoserver.options import ServerOptions
-from naoserver.walk import Way
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
 from zenoh_ice import WallClock

@@ -6,8 +6,8 @@ import pytest
 
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
-from naoserver.naoqi.link import CallFailed
-from naoserver.naoqi.robot import End, Life, LifecycleOptions, NaoqiRobot, Start
+from naoserver.naoqi._link import CallFailed
+from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions
 from tests.support.scripted_naoqi import ScriptedNaoqi
 

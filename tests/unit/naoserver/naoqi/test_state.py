@@ -3,7 +3,7 @@
 import pytest
 
 from naoserver.body import H25
-from naoserver.naoqi.state import Setpoints
+from naoserver.naoqi._state import Setpoints
 
 YAW = H25.joint_names.index("HeadYaw")
 REST = (0.0,) * 26

@@ -16,6 +16,6 @@ def rig():
 @pytest.fixture
 def memory(rig):
     """Its ALMemory."""
-    from naoserver.qi.memory import ALMemory
+    from naoserver.qi._memory import ALMemory
 
     return rig.access.service(ALMemory)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
-from naoserver.qi.arguments import JointNames, fraction, keepable, number, number_lists, numbers, text
+from naoserver.qi._arguments import JointNames, fraction, keepable, number, number_lists, numbers, text
 from tests.support.any_text import any_text
 from tests.support.examples import examples
 

@@ -7,11 +7,11 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.animations import TAGS, AnimationRoute, find_animation, load_animations
-from naoserver.qi.behaviors import ALAnimationPlayer, ALBehaviorManager, ALFrameManager
-from naoserver.qi.clients import Client
-from naoserver.qi.memory import ALMemory
-from naoserver.qi.speech import ALAnimatedSpeech, ALTextToSpeech
+from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations
+from naoserver.qi._behaviors import ALAnimationPlayer, ALBehaviorManager, ALFrameManager
+from naoserver.qi._clients import Client
+from naoserver.qi._memory import ALMemory
+from naoserver.qi._speech import ALAnimatedSpeech, ALTextToSpeech
 
 HEY = "animations/Stand/Gestures/Hey_1"
 NOD = "animations/Stand/Gestures/Yes_1"

@@ -6,9 +6,9 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi import calls as calls_module
-from naoserver.qi.calls import Calls, Faults
-from naoserver.qi.clients import (
+from naoserver.qi import _calls as calls_module
+from naoserver.qi._calls import Calls, Faults
+from naoserver.qi._clients import (
     MOST_WAITING,
     MOST_WAITING_URGENT,
     Activity,

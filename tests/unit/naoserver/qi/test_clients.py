@@ -7,16 +7,16 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi import memory as memory_module
-from naoserver.qi.behaviors import ALBehaviorManager
-from naoserver.qi.clients import Call, Client, running
-from naoserver.qi.memory import MOST_CALLBACKS, MOST_KEYS
-from naoserver.qi.sensors import ALSonar
-from naoserver.qi.sound import ALAudioPlayer, ALAudioRecorder
-from naoserver.qi.speech import ALTextToSpeech
-from naoserver.qi.tracker import ALTracker
-from naoserver.qi.video import MOST_SUBSCRIPTIONS, ALVideoDevice
-from naoserver.qi.vision import ALRedBallDetection
+from naoserver.qi import _memory as memory_module
+from naoserver.qi._behaviors import ALBehaviorManager
+from naoserver.qi._clients import Call, Client, running
+from naoserver.qi._memory import MOST_CALLBACKS, MOST_KEYS
+from naoserver.qi._sensors import ALSonar
+from naoserver.qi._sound import ALAudioPlayer, ALAudioRecorder
+from naoserver.qi._speech import ALTextToSpeech
+from naoserver.qi._tracker import ALTracker
+from naoserver.qi._video import MOST_SUBSCRIPTIONS, ALVideoDevice
+from naoserver.qi._vision import ALRedBallDetection
 from tests.support.qi_service import LongCall
 from tests.support.robot_server import eventually
 

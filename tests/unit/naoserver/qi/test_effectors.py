@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.effectors import EffectorMotion
+from naoserver.qi._effectors import EffectorMotion
 
 TORSO, WORLD, ROBOT = 0, 1, 2
 POSITION, ALL = 7, 63

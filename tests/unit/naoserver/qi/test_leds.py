@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.qi.leds import ALLeds
+from naoserver.qi._leds import ALLeds
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading
 from naoserver.errors import InvalidCommand
-from naoserver.qi.memory import ALAutonomousLife
+from naoserver.qi._memory import ALAutonomousLife
 
 KEYS = {
     "InertialSensor/AccelerometerZ": -9.8,

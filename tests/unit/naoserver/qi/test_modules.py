@@ -4,8 +4,8 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi.calls import Calls, Faults
-from naoserver.qi.clients import CallTable, Client
+from naoserver.qi._calls import Calls, Faults
+from naoserver.qi._clients import CallTable, Client
 from tests.support.limits import CALL_LIMIT
 from zenoh_ice import WallClock
 

@@ -9,8 +9,8 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
-from naoserver.qi.behaviors import ALBehaviorManager
-from naoserver.qi.effectors import EffectorMotion
+from naoserver.qi._behaviors import ALBehaviorManager
+from naoserver.qi._effectors import EffectorMotion
 from tests.support.limits import EVENT_LIMIT
 from tests.support.qi_service import LongCall, Rig
 from tests.support.robot_server import eventually

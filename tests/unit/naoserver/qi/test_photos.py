@@ -7,7 +7,7 @@ pytest.importorskip("qi")
 from PIL import Image
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.photos import MOST_PHOTOS, ALPhotoCapture
+from naoserver.qi._photos import MOST_PHOTOS, ALPhotoCapture
 
 FOLDER = "/home/nao/recordings/cameras/"
 

@@ -10,11 +10,11 @@ from naoserver.body import H25, VOLTAGE
 from naoserver.capabilities import FootReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeRobot
-from naoserver.qi.lamps import LAMPS
-from naoserver.qi.leds import ALLeds
-from naoserver.qi.memory import ALMemory
-from naoserver.qi.sensors import ALSonar
-from naoserver.qi.speech import ALTextToSpeech
+from naoserver.qi._lamps import LAMPS
+from naoserver.qi._leds import ALLeds
+from naoserver.qi._memory import ALMemory
+from naoserver.qi._sensors import ALSonar
+from naoserver.qi._speech import ALTextToSpeech
 from tests.support.qi_service import Rig
 
 DEVICES = "Device/SubDeviceList/"

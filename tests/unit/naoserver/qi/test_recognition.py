@@ -5,8 +5,8 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.clients import Client, running
-from naoserver.qi.recognition import ALSpeechRecognition
+from naoserver.qi._clients import Client, running
+from naoserver.qi._recognition import ALSpeechRecognition
 
 NOTHING = ["", -3.0]
 

@@ -6,7 +6,7 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import SonarReading
 from naoserver.errors import HardwareFailure
-from naoserver.qi.sensors import ALSonar, ALSystem, ALTouch
+from naoserver.qi._sensors import ALSonar, ALSystem, ALTouch
 
 
 def test_touch_lists_its_sensors(rig):

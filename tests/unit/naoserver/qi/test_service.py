@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
-from naoserver.qi.service import SERVICES
+from naoserver.qi._service import SERVICES
 from tests.support.any_text import any_text
 from tests.support.examples import examples
 from tests.support.qi_service import Rig

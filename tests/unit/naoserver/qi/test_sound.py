@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.sound import UNKNOWN_LENGTH, ALAudioDevice, ALAudioPlayer, ALAudioRecorder
+from naoserver.qi._sound import UNKNOWN_LENGTH, ALAudioDevice, ALAudioPlayer, ALAudioRecorder
 
 SONG = "/home/nao/song.wav"
 

@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.speech import ALAnimatedSpeech, ALTextToSpeech
+from naoserver.qi._speech import ALAnimatedSpeech, ALTextToSpeech
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.tracker import ALTracker
-from naoserver.qi.vision import LOOKING, ALRedBallDetection
+from naoserver.qi._tracker import ALTracker
+from naoserver.qi._vision import LOOKING, ALRedBallDetection
 
 
 @pytest.fixture(autouse=True)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.trajectory import Key, Trajectory, smooth_trajectory
+from naoserver.qi._trajectory import Key, Trajectory, smooth_trajectory
 
 angles = st.floats(-3.0, 3.0)
 keys = st.lists(st.tuples(st.floats(0.05, 2.0), angles), min_size=1, max_size=6)

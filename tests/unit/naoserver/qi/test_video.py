@@ -5,9 +5,9 @@ import pytest
 
 pytest.importorskip("qi")
 
+from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver.body import H25
-from naoserver.naoqi_names import IMAGE_SIZES
-from naoserver.qi.video import COLOR_SPACES, LAYERS, shrunk, source_size
+from naoserver.qi._video import COLOR_SPACES, LAYERS, shrunk, source_size
 from naoserver.robot import Frame
 
 TOP = H25.cameras[0]

@@ -9,7 +9,7 @@ pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi.vision import (
+from naoserver.qi._vision import (
     ALColorBlobDetection,
     ALFaceDetection,
     ALRedBallDetection,
@@ -18,7 +18,7 @@ from naoserver.qi.vision import (
     find_landmarks,
     find_red_ball,
 )
-from naoserver_sim.surroundings import draw_face, draw_landmark
+from naoserver_sim._surroundings import draw_face, draw_landmark
 
 
 def picture(drawn=None, left=0, top=0):

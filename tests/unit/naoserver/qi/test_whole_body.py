@@ -8,9 +8,9 @@ pytest.importorskip("qi")
 
 from naoserver.capabilities import Support
 from naoserver.errors import InvalidCommand
-from naoserver.qi.clients import Client, running
-from naoserver.qi.effectors import EffectorMotion
-from naoserver.qi.whole_body import WholeBody
+from naoserver.qi._clients import Client, running
+from naoserver.qi._effectors import EffectorMotion
+from naoserver.qi._whole_body import WholeBody
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.leg_motions import ONE_LEG

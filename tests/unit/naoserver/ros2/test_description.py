@@ -9,7 +9,7 @@ import pytest
 
 from naoserver.body import H21, H25
 from naoserver.kinematics import matrix_of, place_of, rotation
-from naoserver.ros2.description import LINKS, ROOT, body_of, fixed_frames, urdf
+from naoserver.ros2._description import LINKS, ROOT, body_of, fixed_frames, urdf
 
 
 @pytest.fixture(scope="module", params=[H25, H21], ids=["H25", "H21"])

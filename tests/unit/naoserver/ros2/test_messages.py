@@ -23,9 +23,9 @@ from interfaces.nao import (
 )
 from naoserver.body import H21, H25
 from naoserver.kinematics import angles_of, matrix_of, place_of, torso_place
-from naoserver.ros2 import messages
-from naoserver.ros2.description import LINKS
-from naoserver.ros2.messages import BodyFrames, Stamps
+from naoserver.ros2 import _messages as messages
+from naoserver.ros2._description import LINKS
+from naoserver.ros2._messages import BodyFrames, Stamps
 from zenoh_ros2 import Types
 
 HEADER = Stamps(simulated=True).header(1.5, "base_link")

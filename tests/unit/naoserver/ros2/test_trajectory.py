@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from interfaces.nao import JointLimits, JointState
-from naoserver.ros2.trajectory import (
+from naoserver.ros2._trajectory import (
     INVALID_GOAL,
     INVALID_JOINTS,
     TYPE,

@@ -10,7 +10,7 @@ from typing import Any, cast
 import pytest
 
 from interfaces.nao import JointsPrx
-from naoserver.ros2.vigil import JointMotion, Vigil
+from naoserver.ros2._vigil import JointMotion, Vigil
 from tests.support.waiting import until
 from zenoh_ice import BusyException, ConnectionLostException, SystemException, TimeoutException
 from zenoh_ros2 import Sender

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from naoserver._servants.head_history import HeadHistory
 from naoserver.fake import FakeRobot
-from naoserver.servants.head_history import HeadHistory
 from zenoh_ice import VirtualClock
 
 HEAD_YAW = 3

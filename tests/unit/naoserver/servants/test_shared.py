@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException
-from naoserver.errors import CommandRefused, InvalidCommand, RobotError
-from naoserver.servants.shared import (
+from naoserver._servants.shared import (
     MOST_QUOTED,
     StateStream,
     refusals_raised,
@@ -23,6 +22,7 @@ from naoserver.servants.shared import (
     require_within,
     to_time,
 )
+from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from tests.support.calculator import Reading
 from tests.support.calculator_servant import CalculatorI
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from naoserver._motions.keyframes import load_motions
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
-from naoserver.motions.keyframes import load_motions
 from naoserver_sim.learning import ENVIRONMENTS
-from naoserver_sim.learning.environment import PERIOD
-from naoserver_sim.learning.tasks import ARM, MOTORS, hand_at
+from naoserver_sim.learning._environment import PERIOD
+from naoserver_sim.learning._tasks import ARM, MOTORS, hand_at
 from naoserver_sim.model import build_model
 
 pytestmark = pytest.mark.sim
@@ -106,7 +106,7 @@ def test_nothing_can_be_done_before_the_first_reset(make):
 
 
 def test_an_unknown_render_mode_is_refused():
-    from naoserver_sim.learning.tasks import WalkEnvironment
+    from naoserver_sim.learning._tasks import WalkEnvironment
 
     with pytest.raises(ValueError, match="rgb_array"):
         WalkEnvironment(render_mode="human")

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.body import H25
-from naoserver_sim.senses.record import SENSORS, SensorRecord, SoleSensors
+from naoserver_sim._senses.record import SENSORS, SensorRecord, SoleSensors
 from tests.support.physics import GRAVITY, Lab, loose_parts
 
 pytestmark = pytest.mark.sim

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from naoserver_sim._senses.record import Errors, SenseNoise
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.record import Errors, SenseNoise
 from tests.support.physics import Lab
 from zenoh_ice.clock import VirtualClock
 

@@ -6,9 +6,9 @@ import pytest
 
 from naoserver.body import H25
 from naoserver.errors import InvalidCommand
-from naoserver_sim.body import BUMPERS
+from naoserver_sim._body import BUMPERS
+from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.record import SensorRecord
 from tests.support.physics import loose_parts
 from zenoh_ice.clock import VirtualClock
 

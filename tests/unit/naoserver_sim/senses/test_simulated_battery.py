@@ -3,8 +3,8 @@
 import pytest
 
 from naoserver.body import H25, VOLTAGE
+from naoserver_sim._senses.simulated import ELECTRONICS, ENERGY
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.simulated import ELECTRONICS, ENERGY
 from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from naoserver.capabilities import WalkVelocity
+from naoserver_sim._senses.simulated import FALLING_TILT, FallManager
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.simulated import FALLING_TILT, FallManager
 from naoserver_sim.world import load_world
 from zenoh_ice.clock import VirtualClock
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.body import H25
+from naoserver_sim._senses.record import SenseNoise
+from naoserver_sim._senses.simulated import RANGE, Sonar
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.senses.record import SenseNoise
-from naoserver_sim.senses.simulated import RANGE, Sonar
 from naoserver_sim.world import BALL_RADIUS
 from tests.support.examples import examples
 from tests.support.physics import rotation

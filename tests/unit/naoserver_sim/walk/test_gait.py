@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.capabilities import WalkVelocity
-from naoserver_sim.walk import gait as options
-from naoserver_sim.walk.gait import AT_REST, LEFT, RIGHT, Gait
+from naoserver_sim._walk import gait as options
+from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, Gait
 from tests.support.examples import examples
 
 TICK = 0.01

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.body import H25
+from naoserver_sim._walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
 from naoserver_sim.model import build_model
-from naoserver_sim.walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
 from tests.support.examples import examples
 
 pytestmark = pytest.mark.sim

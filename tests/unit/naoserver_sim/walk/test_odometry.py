@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.capabilities import InertialReading
-from naoserver_sim.walk.kinematics import FootPose, Legs
-from naoserver_sim.walk.odometry import Odometer
+from naoserver_sim._walk.kinematics import FootPose, Legs
+from naoserver_sim._walk.odometry import Odometer
 from tests.support.examples import examples
 
 TICK = 0.01

@@ -2,8 +2,8 @@ import mujoco
 import pytest
 
 from naoserver.body import H25
+from naoserver_sim._walk.upper_body import Trim
 from naoserver_sim.model import build_model
-from naoserver_sim.walk.upper_body import Trim
 
 pytestmark = pytest.mark.sim
 

@@ -8,9 +8,9 @@ import pytest
 from naoserver.body import H25
 from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
+from naoserver_sim._walk.kinematics import LEG_JOINTS
+from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.walk.kinematics import LEG_JOINTS
-from naoserver_sim.walk.walker import LIMITS
 from naoserver_sim.world import load_world
 from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock

@@ -9,7 +9,7 @@ import pytest
 from jedi.cache import clear_time_caches
 from parso.cache import parser_cache
 
-from visualhfsm.code_help.parsed_files import keep_parsed_files
+from visualhfsm._code_help.parsed_files import keep_parsed_files
 
 
 @pytest.fixture(scope="package", autouse=True)

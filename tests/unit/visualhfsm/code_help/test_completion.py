@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from visualhfsm.code_help.completion import complete
-from visualhfsm.code_help.component import TypedComponent
-from visualhfsm.code_help.parsed_files import with_readable_files
+from visualhfsm._code_help.completion import complete
+from visualhfsm._code_help.component import TypedComponent
+from visualhfsm._code_help.parsed_files import with_readable_files
 
 # Jedi looks further into packages of this name, as into numpy, and fails at the ellipsis.
 PACKAGE = """

@@ -10,7 +10,7 @@ import pytest
 from jedi.api.environment import InterpreterEnvironment
 from parso.cache import parser_cache
 
-from visualhfsm.code_help.parsed_files import keep_parsed_files, with_readable_files
+from visualhfsm._code_help.parsed_files import keep_parsed_files, with_readable_files
 
 
 @pytest.fixture(autouse=True)

@@ -10,10 +10,10 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from codegen.hfsm.known_interfaces import find_interfaces
 from tests.support.documents import document, state, sub
-from visualhfsm.code_help.completion import complete, signature
-from visualhfsm.code_help.component import TypedComponent, generate_around
-from visualhfsm.code_help.parsed_files import with_readable_files
-from visualhfsm.editing.places import Place
+from visualhfsm._code_help.completion import complete, signature
+from visualhfsm._code_help.component import TypedComponent, generate_around
+from visualhfsm._code_help.parsed_files import with_readable_files
+from visualhfsm._editing.places import Place
 
 TEXT = document(
     sub(1, 0, state(1, "one", "pass", initial=True)),

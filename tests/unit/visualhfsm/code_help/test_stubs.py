@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-import visualhfsm.code_help
+import visualhfsm._code_help
 from zenoh_ice import generated, proxy, streams
 
-STUB = Path(visualhfsm.code_help.__file__).parent / "stubs" / "zenoh_ice-stubs" / "generated.pyi"
+STUB = Path(visualhfsm._code_help.__file__).parent / "stubs" / "zenoh_ice-stubs" / "generated.pyi"
 CLASSES = {node.name: node for node in ast.parse(STUB.read_text()).body if isinstance(node, ast.ClassDef)}
 RELAYED = {"call_encoded", "begin_encoded"}
 """What transports use that relay calls of others: completion does not offer it."""

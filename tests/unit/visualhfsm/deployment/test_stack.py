@@ -10,9 +10,9 @@ from hypothesis import given
 from tests.support.any_text import any_text
 from tests.support.commands import run_here
 from tests.support.processes import REPOSITORY
-from visualhfsm.deployment.launcher import free_endpoint
-from visualhfsm.deployment.stack import ProcessSpec, Restarts, StackError, load_stack, shipped, stack_path
-from visualhfsm.nao.command import app
+from visualhfsm._deployment.launcher import free_endpoint
+from visualhfsm._deployment.stack import ProcessSpec, Restarts, StackError, load_stack, shipped, stack_path
+from visualhfsm.nao._command import app
 
 GOOD = """
 name = "pair"
@@ -237,7 +237,7 @@ def test_in_a_checkout_they_are_at_its_top() -> None:
 
 
 def test_in_the_wheel_they_are_below_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("visualhfsm.deployment.stack._PACKAGE", tmp_path / "visualhfsm")
+    monkeypatch.setattr("visualhfsm._deployment.stack._PACKAGE", tmp_path / "visualhfsm")
     inside = tmp_path / "visualhfsm" / "_shipped" / "behaviors"
     inside.mkdir(parents=True)
     (tmp_path / "behaviors").mkdir()

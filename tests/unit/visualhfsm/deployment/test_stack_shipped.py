@@ -10,14 +10,14 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.support.security import Keys
-from visualhfsm.deployment.stack import Stack, load_stack, stack_path
+from visualhfsm._deployment.stack import Stack, load_stack, stack_path
 
 APPS = {
-    "ballmover": "ballmover.cli",
-    "nao": "visualhfsm.nao.command",
-    "naoserver-naoqi": "naoserver.naoqi.command",
-    "naoserver-sim": "naoserver_sim.command",
-    "visualhfsm": "visualhfsm.command",
+    "ballmover": "ballmover._cli",
+    "nao": "visualhfsm.nao._command",
+    "naoserver-naoqi": "naoserver.naoqi._command",
+    "naoserver-sim": "naoserver_sim._command",
+    "visualhfsm": "visualhfsm._command",
 }
 STACKS = {name: load_stack(stack_path(name)) for name in ("sim", "nao", "lab")}
 PARTS = [(stack, machine) for stack in STACKS.values() for machine in stack.machines or [""]]

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.limits import RUN_LIMIT
-from visualhfsm.deployment.stack import ProcessSpec, StackError, load_stack, stack_path
-from visualhfsm.deployment.units import write_compose_file, write_units
+from visualhfsm._deployment.stack import ProcessSpec, StackError, load_stack, stack_path
+from visualhfsm._deployment.units import write_compose_file, write_units
 
 AWKWARD = ("python", "-c", "a b", 'q"\\', "50%", "$HOME", "two\nlines", "")
 PROCESSES = [

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from codegen.hfsm.document import Transition
-from visualhfsm.drawing.arcs import RADIUS, Arc, Box, arc, handles
+from visualhfsm._drawing.arcs import RADIUS, Arc, Box, arc, handles
 
 HERE, THERE = 100 + 100j, 400 + 100j
 

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from visualhfsm.drawing.elements import element, pixels, written
+from visualhfsm._drawing.elements import element, pixels, written
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from visualhfsm.drawing.arcs import Box
-from visualhfsm.drawing.labels import Label, place_labels
+from visualhfsm._drawing.arcs import Box
+from visualhfsm._drawing.labels import Label, place_labels
 
 
 def overlaps(one: Box, other: Box) -> bool:

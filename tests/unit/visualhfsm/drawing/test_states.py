@@ -7,8 +7,8 @@ from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import State, Text
-from visualhfsm.drawing.states import draw_state
-from visualhfsm.drawing.symbols import BADGES, CODES, INK, PARENT, PLAIN
+from visualhfsm._drawing.states import draw_state
+from visualhfsm._drawing.symbols import BADGES, CODES, INK, PARENT, PLAIN
 
 PLAIN_STATE = State(id=1, name="walk", x=10, y=20)
 

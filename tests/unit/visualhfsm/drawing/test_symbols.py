@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from visualhfsm.drawing import arcs, labels, symbols, text
-from visualhfsm.editing import geometry
-from visualhfsm.run_page import STATIC
+from visualhfsm._drawing import arcs, labels, symbols, text
+from visualhfsm._editing import geometry
+from visualhfsm._run_page import STATIC
 
 _GLYPH: Final = re.compile(r'(\w+) ?[:=] \{path: "([^"]+)", word: "[^"]+"(?:, filled: (true|false))?\}')
 _NUMBER: Final = re.compile(r"^(?:export )?const ([A-Z_]+) = ([\d.]+);", re.MULTILINE)

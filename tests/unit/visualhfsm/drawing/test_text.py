@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from visualhfsm.drawing.text import fit_circle, shortened, spoken_time, width
+from visualhfsm._drawing.text import fit_circle, shortened, spoken_time, width
 
 
 def test_widths_grow_with_the_size_and_count_every_character() -> None:

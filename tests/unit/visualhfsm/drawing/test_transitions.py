@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from codegen.hfsm.document import Text, Transition
-from visualhfsm.drawing.arcs import arc
-from visualhfsm.drawing.symbols import TRIGGERS, UNKNOWN_TRIGGER
-from visualhfsm.drawing.transitions import DrawnTransition
+from visualhfsm._drawing.arcs import arc
+from visualhfsm._drawing.symbols import TRIGGERS, UNKNOWN_TRIGGER
+from visualhfsm._drawing.transitions import DrawnTransition
 
 
 def drawn(type: str = "condition", *, rank: int = 0, **others: Any) -> DrawnTransition:

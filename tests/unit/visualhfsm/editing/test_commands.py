@@ -6,12 +6,12 @@ import msgspec
 import pytest
 
 from tests.support.editing import tree
-from visualhfsm.editing.commands import COMMANDS, decode_command
-from visualhfsm.editing.commands.component import AddEntry, RemoveEntry
-from visualhfsm.editing.commands.items import DeleteItems
-from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
-from visualhfsm.editing.commands.transitions import AddTransition
-from visualhfsm.errors import EditError
+from visualhfsm._editing.commands import COMMANDS, decode_command
+from visualhfsm._editing.commands.component import AddEntry, RemoveEntry
+from visualhfsm._editing.commands.items import DeleteItems
+from visualhfsm._editing.commands.states import AddState, RenameState, SetStateCode
+from visualhfsm._editing.commands.transitions import AddTransition
+from visualhfsm._errors import EditError
 
 
 def test_commands_come_as_json() -> None:

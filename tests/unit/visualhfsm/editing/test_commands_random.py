@@ -17,10 +17,10 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, State, Transition
 from tests.support.editing import choose_command, tree
 from tests.support.examples import examples
-from visualhfsm.editing.commands import decode_command
-from visualhfsm.editing.serialization import parse
-from visualhfsm.errors import EditError
-from visualhfsm.sessions.session import DocumentSession
+from visualhfsm._editing.commands import decode_command
+from visualhfsm._editing.serialization import parse
+from visualhfsm._errors import EditError
+from visualhfsm._sessions.session import DocumentSession
 
 COMMANDS_EACH = 50
 

@@ -15,19 +15,19 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Document, Text
 from tests.support.editing import choose_command, large_document, tree
 from tests.support.examples import examples
-from visualhfsm.editing.commands import Command
-from visualhfsm.editing.commands.automata import AddAutomaton
-from visualhfsm.editing.commands.component import AddEntry, ChangeEntry, RemoveEntry
-from visualhfsm.editing.commands.items import DeleteItems, MoveItems
-from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameState, SetStateCode
-from visualhfsm.editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
-from visualhfsm.editing.diff import diff_documents
-from visualhfsm.editing.places import search
-from visualhfsm.editing.problems import find_problems
-from visualhfsm.editing.serialization import parse
-from visualhfsm.editing.subtrees import without_automata
-from visualhfsm.errors import EditError
-from visualhfsm.sessions.merge import Merged, Typed, merge_documents, merge_lines, merge_typing
+from visualhfsm._editing.commands import Command
+from visualhfsm._editing.commands.automata import AddAutomaton
+from visualhfsm._editing.commands.component import AddEntry, ChangeEntry, RemoveEntry
+from visualhfsm._editing.commands.items import DeleteItems, MoveItems
+from visualhfsm._editing.commands.states import AddState, MarkInitial, RenameState, SetStateCode
+from visualhfsm._editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
+from visualhfsm._editing.diff import diff_documents
+from visualhfsm._editing.places import search
+from visualhfsm._editing.problems import find_problems
+from visualhfsm._editing.serialization import parse
+from visualhfsm._editing.subtrees import without_automata
+from visualhfsm._errors import EditError
+from visualhfsm._sessions.merge import Merged, Typed, merge_documents, merge_lines, merge_typing
 
 
 def done(document: Document, *commands: Command) -> Document:

@@ -18,14 +18,14 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
 from tests.support.editing import large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
-from visualhfsm.editing.check_process import CheckProcess
-from visualhfsm.editing.commands.automata import AddAutomaton
-from visualhfsm.editing.commands.states import SetArgument, SetStateCode
-from visualhfsm.editing.commands.transitions import SetTransitionCode
-from visualhfsm.editing.places import Locator, Place, spots
-from visualhfsm.editing.problems import Problem, find_problems
-from visualhfsm.editing.serialization import parse, written
-from visualhfsm.errors import EditError
+from visualhfsm._editing.check_process import CheckProcess
+from visualhfsm._editing.commands.automata import AddAutomaton
+from visualhfsm._editing.commands.states import SetArgument, SetStateCode
+from visualhfsm._editing.commands.transitions import SetTransitionCode
+from visualhfsm._editing.places import Locator, Place, spots
+from visualhfsm._editing.problems import Problem, find_problems
+from visualhfsm._editing.serialization import parse, written
+from visualhfsm._errors import EditError
 
 
 def only(problems: list[Problem], code: str) -> Problem:
@@ -169,7 +169,7 @@ def checkers() -> list[psutil.Process]:
     found = []
     for child in psutil.Process().children():
         with contextlib.suppress(psutil.NoSuchProcess):
-            if "visualhfsm.editing.problems" in child.cmdline():
+            if "visualhfsm._editing.problems" in child.cmdline():
                 found.append(child)
     return found
 

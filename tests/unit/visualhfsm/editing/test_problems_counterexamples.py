@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from visualhfsm.editing.places import Place
-from visualhfsm.editing.problems import StepView, find_problems
+from visualhfsm._editing.places import Place
+from visualhfsm._editing.problems import StepView, find_problems
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

@@ -13,8 +13,8 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm.document import Automaton, Document
-from visualhfsm.conversion import read
-from visualhfsm.editing.serialization import import_scxml
+from visualhfsm._conversion import read
+from visualhfsm._editing.serialization import import_scxml
 
 SOURCE = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="a">
   <state id="a"><transition event="go" target="b"/><transition event="again" target="a"/></state>

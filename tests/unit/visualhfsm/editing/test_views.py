@@ -7,9 +7,9 @@ import msgspec
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document
 from tests.support.editing import tree
-from visualhfsm.editing.commands.component import AddEntry
-from visualhfsm.editing.commands.states import SetArgument
-from visualhfsm.editing.views import view
+from visualhfsm._editing.commands.component import AddEntry
+from visualhfsm._editing.commands.states import SetArgument
+from visualhfsm._editing.views import view
 
 
 def test_the_page_gets_all_that_it_draws() -> None:

@@ -12,7 +12,7 @@ import pytest
 def test_the_geometry_is_current() -> None:
     from naoserver_sim.geometry import describe_body
 
-    packaged = (resources.files("visualhfsm.live") / "nao_h25.json").read_text()
+    packaged = (resources.files("visualhfsm._live") / "nao_h25.json").read_text()
     assert json.loads(packaged) == describe_body(), (
-        "type: python -m naoserver_sim.geometry visualhfsm/live/nao_h25.json"
+        "type: python -m naoserver_sim.geometry visualhfsm/_live/nao_h25.json"
     )

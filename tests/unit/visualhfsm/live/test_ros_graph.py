@@ -8,8 +8,8 @@ import pytest
 
 from tests.support.processes import free_endpoint
 from tests.support.ros_nodes import DOMAIN
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.live.ros_graph import read_ros_graph
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live.ros_graph import read_ros_graph
 from zenoh_ice import Settings
 from zenoh_ros2 import ActionServer, Node
 

@@ -4,7 +4,7 @@ from msgspec.structs import replace
 
 from interfaces.hfsm import AutomatonStructure
 from tests.support.component import dance_and_follow, snapshot, state_structure, transition_structure
-from visualhfsm.monitoring.automata import Automata
+from visualhfsm._monitoring.automata import Automata
 
 
 def test_the_path_of_current_states_goes_down_to_the_innermost_running_automaton():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.pictures import Pictures, encode_jpeg
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.pictures import Pictures, encode_jpeg
 
 
 def test_the_picture_of_a_moment_is_the_last_one_before_it() -> None:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from visualhfsm.monitoring.realm import Newest
+from visualhfsm._monitoring.realm import Newest
 from zenoh_ice import MarshalException, Sample
 
 

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.component import ball_mark, dance_and_follow, snapshot
-from visualhfsm.monitoring import automata
-from visualhfsm.monitoring.automata import Automata, StateLog, number_in
-from visualhfsm.monitoring.robot import RobotState
-from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, SeriesTable, is_sound, numbers_of
+from visualhfsm._monitoring import automata
+from visualhfsm._monitoring.automata import Automata, StateLog, number_in
+from visualhfsm._monitoring.robot import RobotState
+from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, SeriesTable, is_sound, numbers_of
 
 AUTOMATA = Automata(dance_and_follow())
 

@@ -8,7 +8,7 @@ import pytest
 
 from hfsm_runtime.recording_file.messages import Shape, values_of
 from interfaces.nao import Pose, Quaternion, ShapeKind, Vector3, WorldShape
-from visualhfsm.monitoring.world import MOST_SHAPES, sound_placement, sound_shapes
+from visualhfsm._monitoring.world import MOST_SHAPES, sound_placement, sound_shapes
 
 UPRIGHT = Quaternion(1.0, 0.0, 0.0, 0.0)
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from naoserver.latch import Latch, latch_of
-from visualhfsm.nao import doctor
-from visualhfsm.nao.connection import listens
-from visualhfsm.nao.doctor import (
+from visualhfsm.nao import _doctor as doctor
+from visualhfsm.nao._connection import listens
+from visualhfsm.nao._doctor import (
     Finding,
     Level,
     check_installation,

@@ -24,8 +24,8 @@ from tests.support.places import DATA
 from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, pack, plain, struct_values
 from visualhfsm.nao import NaoError
-from visualhfsm.nao.dynamic import Types
-from visualhfsm.nao.values import FromJson, to_json
+from visualhfsm.nao._dynamic import Types
+from visualhfsm.nao._values import FromJson, to_json
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import encode
 from zenoh_ice._values import TYPE_FIELD

@@ -14,9 +14,9 @@ from PIL import Image
 
 from tests.support.any_text import any_text
 from tests.support.examples import examples
-from visualhfsm.nao.images import png
-from visualhfsm.nao.output import count_text, duration_text, pretty, span_text
-from visualhfsm.nao.watch import StreamStatistics
+from visualhfsm.nao._images import png
+from visualhfsm.nao._output import count_text, duration_text, pretty, span_text
+from visualhfsm.nao._watch import StreamStatistics
 from zenoh_ice import Sample
 
 VALUES: st.SearchStrategy[Any] = st.recursive(

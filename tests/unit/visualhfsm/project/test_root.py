@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.any_text import any_text
-from visualhfsm.errors import ForbiddenPathError, MissingError
-from visualhfsm.project.root import Root
+from visualhfsm._errors import ForbiddenPathError, MissingError
+from visualhfsm.project._root import Root
 
 parts = st.one_of(
     st.sampled_from(["..", ".", "", "a", "b.xml", "away", "/", "~", "\\"]), any_text(max_size=8)

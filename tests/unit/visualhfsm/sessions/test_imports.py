@@ -14,10 +14,10 @@ from codegen.hfsm.document import Document, Text
 from codegen.hfsm.loading import check_document
 from tests.support.documents import document, state, sub
 from tests.support.editing import tree
-from visualhfsm.editing.commands.automata import SetAutomatonCode, SetImport
-from visualhfsm.editing.commands.component import AddEntry
-from visualhfsm.errors import EditError
-from visualhfsm.sessions.imports import extract, imported_content, imported_views, inline
+from visualhfsm._editing.commands.automata import SetAutomatonCode, SetImport
+from visualhfsm._editing.commands.component import AddEntry
+from visualhfsm._errors import EditError
+from visualhfsm._sessions.imports import extract, imported_content, imported_views, inline
 
 STUB = '<SubAutomata id="2" idFather="1"><import automaton="{}">{}</import></SubAutomata>\n'
 

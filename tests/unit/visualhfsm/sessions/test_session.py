@@ -12,15 +12,15 @@ import pytest
 
 from codegen.hfsm import write_document
 from tests.support.editing import tree
-from visualhfsm.editing.commands import Command
-from visualhfsm.editing.commands.component import AddEntry, ChangeEntry
-from visualhfsm.editing.commands.items import MoveItems
-from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
-from visualhfsm.editing.places import Place
-from visualhfsm.environment import child_environment
-from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
-from visualhfsm.sessions.journal import find_abandoned
-from visualhfsm.sessions.session import Choice, DocumentSession, Step
+from visualhfsm._editing.commands import Command
+from visualhfsm._editing.commands.component import AddEntry, ChangeEntry
+from visualhfsm._editing.commands.items import MoveItems
+from visualhfsm._editing.commands.states import AddState, RenameState, SetStateCode
+from visualhfsm._editing.places import Place
+from visualhfsm._environment import child_environment
+from visualhfsm._errors import ChangedOutsideError, EditError, OldFormatError
+from visualhfsm._sessions.journal import find_abandoned
+from visualhfsm._sessions.session import Choice, DocumentSession, Step
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>
@@ -201,8 +201,8 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
 
 
 def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession, monkeypatch) -> None:
-    monkeypatch.setattr("visualhfsm.sessions.session.MAX_SIZE", 10_000)
-    monkeypatch.setattr("visualhfsm.editing.serialization.MAX_SIZE", 10_000)
+    monkeypatch.setattr("visualhfsm._sessions.session.MAX_SIZE", 10_000)
+    monkeypatch.setattr("visualhfsm._editing.serialization.MAX_SIZE", 10_000)
     session.do(code("&" * 1000))
     before = session.document
     with pytest.raises(EditError, match="it is larger than"):
@@ -254,7 +254,7 @@ def test_a_directory_that_cannot_be_synced_does_not_hide_that_the_file_is_there(
     def fail(_directory: Path) -> None:
         raise OSError(22, "Invalid argument")
 
-    monkeypatch.setattr("visualhfsm.sessions.files._sync_directory", fail)
+    monkeypatch.setattr("visualhfsm._sessions.files._sync_directory", fail)
     session.do(rename("a"))
     session.save()
     assert not session.dirty
@@ -414,8 +414,8 @@ def test_closing_asks_for_changes_and_leaves_no_journal(path: Path, tmp_path: Pa
 CRASH = """
 import sys, os, signal
 from pathlib import Path
-from visualhfsm.sessions.session import DocumentSession
-from visualhfsm.editing.commands.states import AddState, RenameState
+from visualhfsm._sessions.session import DocumentSession
+from visualhfsm._editing.commands.states import AddState, RenameState
 session = DocumentSession.open(Path(sys.argv[1]), journals=Path(sys.argv[2]))
 session.do(RenameState(automaton=1, state=1, name="a"))
 session.save()
@@ -525,7 +525,7 @@ def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeyp
             raise OSError(28, "No space left on device")
         return real(descriptor, content)
 
-    monkeypatch.setattr("visualhfsm.sessions.journal.os.write", write)
+    monkeypatch.setattr("visualhfsm._sessions.journal.os.write", write)
     session = DocumentSession.open(path, journals=tmp_path / "journals")
     full = True
     session.do(rename("a"))

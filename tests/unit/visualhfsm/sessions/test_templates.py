@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from visualhfsm.errors import EditError
-from visualhfsm.robots import find_worlds
-from visualhfsm.sessions.templates import find_templates, make_template
+from visualhfsm._errors import EditError
+from visualhfsm._robots import find_worlds
+from visualhfsm._sessions.templates import find_templates, make_template
 
 
 def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -> None:

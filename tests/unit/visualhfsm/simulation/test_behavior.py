@@ -11,7 +11,7 @@ import pytest
 from hfsm_runtime.errors import EventError
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.simulation import simulate
-from visualhfsm.simulation.loading import forget, load_component
+from visualhfsm.simulation._loading import forget, load_component
 from visualhfsm.testing import Behavior, BehaviorFailed, DocumentInvalid, MakeBehavior, UnknownName
 
 WALK = document(

@@ -17,7 +17,7 @@ from interfaces.nao import HeadPose, PoseHeadPrx, SpeechPrx
 from tests.support.automata import automaton
 from tests.support.limits import START_LIMIT
 from tests.support.running import eventually
-from visualhfsm.simulation.trial import trial
+from visualhfsm.simulation._trial import trial
 
 
 class Looks(Component):
@@ -89,7 +89,7 @@ def test_what_the_robot_does_not_serve_answers_with_blank_values() -> None:
 @pytest.mark.slow
 def test_a_trial_needs_no_pytest() -> None:
     code = (
-        "import sys, visualhfsm.simulation.trial, visualhfsm.simulation.behavior; "
+        "import sys, visualhfsm.simulation._trial, visualhfsm.simulation._behavior; "
         "sys.exit(bool({'pytest', 'hypothesis'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=START_LIMIT)

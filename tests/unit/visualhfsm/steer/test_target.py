@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from tests.support.any_text import any_text
 from tests.support.component import dance_and_follow
 from tests.support.examples import examples
-from visualhfsm.errors import VisualHfsmError
-from visualhfsm.steer.target import Address, Addresses
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._steer.target import Address, Addresses
 
 
 @pytest.fixture

@@ -234,9 +234,9 @@ def test_what_is_wrong_with_a_test_is_reported_without_our_own_code(
     result = lamp.runpytest()
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines([f">*{wrong.split('(', maxsplit=1)[0]}*"])
-    result.stdout.no_fnmatch_line("*visualhfsm/simulation/behavior.py*")
+    result.stdout.no_fnmatch_line("*visualhfsm/simulation/_behavior.py*")
     result.stdout.no_fnmatch_line("*hfsm_runtime/virtual/execution.py*")
-    result.stdout.no_fnmatch_line("*visualhfsm/testing/plugin.py*")
+    result.stdout.no_fnmatch_line("*visualhfsm/testing/_plugin.py*")
 
 
 @pytest.mark.slow
@@ -256,4 +256,4 @@ def test_the_plugin_comes_with_the_package() -> None:
     import tomllib
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    assert project["entry-points"]["pytest11"] == {"hfsm": "visualhfsm.testing.plugin"}
+    assert project["entry-points"]["pytest11"] == {"hfsm": "visualhfsm.testing._plugin"}

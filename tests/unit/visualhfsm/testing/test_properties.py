@@ -10,9 +10,9 @@ from hypothesis import Phase, find, given, settings
 from hypothesis import strategies as st
 
 from tests.support.documents import document, state, sub, transition
-from visualhfsm.simulation.loading import read
+from visualhfsm.simulation._loading import read
 from visualhfsm.testing import Behavior, BehaviorFailed, DocumentInvalid, check_properties
-from visualhfsm.testing.abstraction import abstract_component
+from visualhfsm.testing._abstraction import abstract_component
 from visualhfsm.testing.strategies import Step, advances, balls, events, guard_scripts, guards, stimuli
 
 DOOR = (
@@ -110,7 +110,7 @@ class TestAbstraction:
         assert b.active == "closed"
 
     def test_the_paths_of_real_and_abstract_runs_agree_for_the_same_guards(self) -> None:
-        from visualhfsm.simulation.loading import load_component
+        from visualhfsm.simulation._loading import load_component
 
         path = Path("behaviors/dance_and_follow.xml")
         real = Behavior(load_component(path)(), robot="fake")

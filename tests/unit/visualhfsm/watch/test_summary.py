@@ -8,10 +8,10 @@ from rich.console import Console
 
 from interfaces.nao import HealthReport
 from tests.support.component import dance_and_follow, snapshot
-from visualhfsm.monitoring.automata import Automata
-from visualhfsm.monitoring.robot import RobotState
-from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
-from visualhfsm.watch.summary import figures_of, in_middle_third, summarize, summary_table
+from visualhfsm._monitoring.automata import Automata
+from visualhfsm._monitoring.robot import RobotState
+from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm._watch.summary import figures_of, in_middle_third, summarize, summary_table
 
 
 def health(lag: float, factor: float, tilt: float = float("nan"), **rates: float) -> RobotState:

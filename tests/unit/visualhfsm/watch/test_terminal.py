@@ -13,10 +13,10 @@ from interfaces.hfsm import Breakpoint, ComponentStatus, ErrorReport
 from tests.support.component import ball_mark, dance_and_follow
 from tests.support.examples import examples
 from tests.support.watching import watched
-from visualhfsm.monitoring.automata import Automata
-from visualhfsm.monitoring.robot import RobotState
-from visualhfsm.watch.telemetry import WatchState
-from visualhfsm.watch.terminal import status_line
+from visualhfsm._monitoring.automata import Automata
+from visualhfsm._monitoring.robot import RobotState
+from visualhfsm._watch.telemetry import WatchState
+from visualhfsm._watch.terminal import status_line
 
 
 def test_states_marks_and_robot_are_in_one_line() -> None:

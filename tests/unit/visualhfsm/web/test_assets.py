@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
-from visualhfsm.run_page import STATIC
-from visualhfsm.web.assets import Assets
+from visualhfsm._run_page import STATIC
+from visualhfsm._web.assets import Assets
 
 PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="/static/%VERSION%/app.js"></script>'
 LIGHT = 150_000

@@ -9,10 +9,10 @@ from pathlib import Path
 from codegen.hfsm.document import Document
 from tests.support.limits import RUN_LIMIT
 from visualhfsm import Checked, Event, Findings, Project
-from visualhfsm.editing.check_process import CheckProcess
-from visualhfsm.services import RecentLines
-from visualhfsm.web.checking import Checking
-from visualhfsm.web.tab import Tab, Threads
+from visualhfsm._editing.check_process import CheckProcess
+from visualhfsm._services import RecentLines
+from visualhfsm._web.checking import Checking
+from visualhfsm._web.tab import Tab, Threads
 
 
 class FailsOnce(CheckProcess):

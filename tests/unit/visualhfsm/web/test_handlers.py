@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import get_args
 
-from visualhfsm.web import protocol as p
-from visualhfsm.web.handlers import HANDLERS, Lane, lane_of
+from visualhfsm._web import protocol as p
+from visualhfsm._web.handlers import HANDLERS, Lane, lane_of
 
 
 def test_every_request_has_a_handler() -> None:

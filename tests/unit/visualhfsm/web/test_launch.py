@@ -12,13 +12,13 @@ import pytest
 
 from tests.support.limits import END_LIMIT
 from tests.support.processes import REPOSITORY
-from visualhfsm.web.launch import LaunchPage
+from visualhfsm._web.launch import LaunchPage
 
 ADDRESS = "http://127.0.0.1:8800/?token=abc"
 
 KILLED = f"""
 import os, signal
-from visualhfsm.web.launch import LaunchPage
+from visualhfsm._web.launch import LaunchPage
 page = LaunchPage({ADDRESS!r})
 print(page.path, flush=True)
 os.kill(os.getpid(), signal.SIGKILL)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from visualhfsm.web.resumption import Resumption, kept_key
+from visualhfsm._web.resumption import Resumption, kept_key
 
 KEY = bytes(range(32))
 

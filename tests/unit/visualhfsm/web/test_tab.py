@@ -12,8 +12,8 @@ import pytest
 
 from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm import AddState, OpenDocument, Project
-from visualhfsm.services import RecentLines
-from visualhfsm.web.tab import Tab, Threads
+from visualhfsm._services import RecentLines
+from visualhfsm._web.tab import Tab, Threads
 
 EMPTY = '<VisualHFSM><SubAutomata id="1"/></VisualHFSM>'
 

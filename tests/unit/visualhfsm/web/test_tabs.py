@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from visualhfsm import EditError, MissingError, OpenDocument, Project
-from visualhfsm.services import RecentLines, RunPush
-from visualhfsm.web.tab import Tab, Threads
-from visualhfsm.web.tabs import Tabs
+from visualhfsm._services import RecentLines, RunPush
+from visualhfsm._web.tab import Tab, Threads
+from visualhfsm._web.tabs import Tabs
 
 
 def test_a_tab_is_found_by_what_is_known_of_it(tmp_path: Path) -> None:

@@ -13,11 +13,11 @@ import pytest
 
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from visualhfsm import Project
-from visualhfsm.editing.commands.states import AddState
-from visualhfsm.services import Output, OutputLine, RecentLines, RunPush
-from visualhfsm.web.protocol import Answer, Problems
-from visualhfsm.web.tab import Tab, Threads
-from visualhfsm.web.window import Window
+from visualhfsm._editing.commands.states import AddState
+from visualhfsm._services import Output, OutputLine, RecentLines, RunPush
+from visualhfsm._web.protocol import Answer, Problems
+from visualhfsm._web.tab import Tab, Threads
+from visualhfsm._web.window import Window
 
 
 def waiting(fill: Callable[[Window], None], lines: int = 5) -> list[dict[str, Any]]:

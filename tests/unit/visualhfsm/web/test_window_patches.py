@@ -22,7 +22,7 @@ from tests.support.editor import patched
 from tests.support.examples import examples
 from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
-from visualhfsm.web.window import Sent, full, patch
+from visualhfsm._web.window import Sent, full, patch
 
 codes = st.builds(Text, any_text(max_size=5))
 # States and transitions are chosen, since each draw takes time; so the same ones also come again.

@@ -8,10 +8,10 @@ import json
 from functools import partial
 
 from tests.support.limits import RUN_LIMIT
-from visualhfsm.services import RecentLines, Robot, Stale
-from visualhfsm.web.protocol import Answer
-from visualhfsm.web.window import Window
-from visualhfsm.web.windows import Windows
+from visualhfsm._services import RecentLines, Robot, Stale
+from visualhfsm._web.protocol import Answer
+from visualhfsm._web.window import Window
+from visualhfsm._web.windows import Windows
 
 
 def sent(window: Window) -> list[str]:

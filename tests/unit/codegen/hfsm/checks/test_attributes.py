@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm.checks.attributes import STREAM
+from codegen.hfsm._checks.attributes import STREAM
 from codegen.hfsm.loading import check_document
 from tests.support.checked_documents import with_code
 from tests.support.documents import document, problems, state, sub

@@ -54,7 +54,7 @@ def test_a_clean_document_brings_nothing() -> None:
 def test_every_check_has_a_planted_fault() -> None:
     sources = (
         path.read_text("utf-8")
-        for path in [*(HFSM / "checks").glob("*.py"), HFSM / "model_checker" / "checker.py"]
+        for path in [*(HFSM / "_checks").glob("*.py"), HFSM / "model_checker" / "_checker.py"]
     )
     codes = {Code[name] for source in sources for name in re.findall(r"\bCode\.([A-Z]\w+)", source)}
     planted = Counter(path.name[:4].upper() for path in FAULTY)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from codegen.hfsm.checks.ros import ROS_OPERATIONS
-from hfsm_runtime import ros
+from codegen.hfsm._checks.ros import ROS_OPERATIONS
+from hfsm_runtime import _ros as ros
 from tests.support.documents import document, problems, state, sub
 
 SCAN = ("subscribe", "scan", "/scan", "sensor_msgs/msg/LaserScan")

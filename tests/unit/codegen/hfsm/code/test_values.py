@@ -7,8 +7,8 @@ import contextlib
 from hypothesis import given
 from hypothesis import strategies as st
 
+from codegen.hfsm.code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from codegen.hfsm.code.names import literal
-from codegen.hfsm.code.values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from codegen.hfsm.document import Text
 from tests.support.any_text import any_text
 

@@ -9,6 +9,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import resolve, write_document
+from codegen.hfsm._effects import CodeEffects
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.document import (
     Argument,
@@ -20,7 +21,6 @@ from codegen.hfsm.document import (
     Text,
     Transition,
 )
-from codegen.hfsm.effects import CodeEffects
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker import (
     Command,

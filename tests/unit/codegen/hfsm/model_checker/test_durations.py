@@ -10,7 +10,7 @@ import pytest
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.document import Document, Functions, Library, Text
 from codegen.hfsm.model_checker import Reachability, Verdict, check_model
-from codegen.hfsm.model_checker.durations import slow_code
+from codegen.hfsm.model_checker._durations import slow_code
 from tests.support.model_documents import PATH, after, automaton, document, finished, on, state, stated, when
 
 LATE = after(800, 1, 2, priority=1, id=1)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.hfsm.model_checker.guards import Conjunction, conjunction, satisfy
+from codegen.hfsm.model_checker._guards import Conjunction, conjunction, satisfy
 
 atoms = st.sampled_from("abcd")
 clauses = st.dictionaries(atoms, st.booleans(), max_size=3).map(lambda needs: tuple(needs.items()))

@@ -10,10 +10,10 @@ import pytest
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm.document import Document, Text
 from codegen.hfsm.model_checker import Reachability, Verdict, check_model, report_model
-from codegen.hfsm.model_checker.exploration import Budget
-from codegen.hfsm.model_checker.fireability import analyze
+from codegen.hfsm.model_checker._exploration import Budget
+from codegen.hfsm.model_checker._fireability import analyze
+from codegen.hfsm.model_checker._solitary import Alone, Obstacle, Solitary
 from codegen.hfsm.model_checker.model import read_model
-from codegen.hfsm.model_checker.solitary import Alone, Obstacle, Solitary
 from tests.support.model_documents import PATH, after, automaton, document, finished, state, stated, when
 
 DEPTH = 30

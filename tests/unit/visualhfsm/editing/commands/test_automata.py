@@ -6,15 +6,15 @@ import pytest
 
 from codegen.hfsm.document import Automaton, Document, State, Transition
 from tests.support.editing import automaton, state, tree
-from visualhfsm.editing.commands.automata import (
+from visualhfsm._editing.commands.automata import (
     AddAutomaton,
     RepairNumbers,
     SetAutomatonCode,
     SetImport,
     SetPeriod,
 )
-from visualhfsm.editing.commands.states import AddState, RenameState
-from visualhfsm.errors import EditError
+from visualhfsm._editing.commands.states import AddState, RenameState
+from visualhfsm._errors import EditError
 
 
 def test_a_state_gets_further_automata() -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from tests.support.editing import tree
-from visualhfsm.editing.commands.items import MoveItems
-from visualhfsm.editing.commands.states import MarkInitial, RemoveArgument, RenameState, SetStateCode
-from visualhfsm.editing.commands.transitions import RetargetTransition
-from visualhfsm.errors import EditError
+from visualhfsm._editing.commands.items import MoveItems
+from visualhfsm._editing.commands.states import MarkInitial, RemoveArgument, RenameState, SetStateCode
+from visualhfsm._editing.commands.transitions import RetargetTransition
+from visualhfsm._errors import EditError
 
 
 def test_text_that_no_file_can_hold_is_refused_with_its_line() -> None:

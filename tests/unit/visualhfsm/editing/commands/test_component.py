@@ -9,17 +9,17 @@ import pytest
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Parameter, Text
 from tests.support.editing import automaton, state, tree
-from visualhfsm.editing.commands import Command
-from visualhfsm.editing.commands.component import (
+from visualhfsm._editing.commands import Command
+from visualhfsm._editing.commands.component import (
     AddEntry,
     ChangeEntry,
     RemoveEntry,
     ReorderEntry,
     SetComponentText,
 )
-from visualhfsm.editing.commands.states import SetArgument
-from visualhfsm.editing.serialization import parse
-from visualhfsm.errors import EditError
+from visualhfsm._editing.commands.states import SetArgument
+from visualhfsm._editing.serialization import parse
+from visualhfsm._errors import EditError
 
 
 def test_a_renamed_input_takes_its_arguments_along() -> None:

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editing import tree
 from tests.support.examples import examples
-from visualhfsm.editing.commands.group import GroupStates, split_variables
-from visualhfsm.editing.serialization import parse
-from visualhfsm.errors import EditError
-from visualhfsm.sessions.session import DocumentSession
+from visualhfsm._editing.commands.group import GroupStates, split_variables
+from visualhfsm._editing.serialization import parse
+from visualhfsm._errors import EditError
+from visualhfsm._sessions.session import DocumentSession
 
 NUMBERS = st.integers(1, 6)
 

@@ -9,7 +9,7 @@ import pytest
 
 from codegen.hfsm.document import Automaton, Document, State
 from tests.support.editing import automaton, names, state, transition, tree
-from visualhfsm.editing.commands.items import (
+from visualhfsm._editing.commands.items import (
     AlignStates,
     DeleteItems,
     DistributeStates,
@@ -18,8 +18,8 @@ from visualhfsm.editing.commands.items import (
     Placement,
     ResetHandles,
 )
-from visualhfsm.editing.commands.states import AddState
-from visualhfsm.errors import EditError
+from visualhfsm._editing.commands.states import AddState
+from visualhfsm._errors import EditError
 
 
 def test_deleting_a_state_takes_all_that_hangs_on_it() -> None:

@@ -8,13 +8,13 @@ import pytest
 
 from codegen.hfsm.document import Argument, Automaton, Document, State, Text
 from tests.support.editing import large_document, tree
-from visualhfsm.editing.commands.automata import AddAutomaton, SetImport
-from visualhfsm.editing.commands.items import DeleteItems
-from visualhfsm.editing.commands.paste import FillAutomaton, PasteStates
-from visualhfsm.editing.commands.states import RenameState, SetArgument
-from visualhfsm.editing.serialization import copy_states, parse, written
-from visualhfsm.errors import EditError
-from visualhfsm.sessions.session import DocumentSession
+from visualhfsm._editing.commands.automata import AddAutomaton, SetImport
+from visualhfsm._editing.commands.items import DeleteItems
+from visualhfsm._editing.commands.paste import FillAutomaton, PasteStates
+from visualhfsm._editing.commands.states import RenameState, SetArgument
+from visualhfsm._editing.serialization import copy_states, parse, written
+from visualhfsm._errors import EditError
+from visualhfsm._sessions.session import DocumentSession
 
 
 def automaton(document: Document, id: int) -> Automaton:

@@ -6,8 +6,8 @@ import pytest
 
 from codegen.hfsm.document import Argument, Automaton, Document, Text, Transition
 from tests.support.editing import automaton, state, tree
-from visualhfsm.editing.commands.automata import AddRoot
-from visualhfsm.editing.commands.states import (
+from visualhfsm._editing.commands.automata import AddRoot
+from visualhfsm._editing.commands.states import (
     AddState,
     MarkFinal,
     MarkInitial,
@@ -17,7 +17,7 @@ from visualhfsm.editing.commands.states import (
     SetHistory,
     SetStateCode,
 )
-from visualhfsm.errors import EditError
+from visualhfsm._errors import EditError
 
 
 def test_a_first_state_is_initial_and_all_get_numbers_and_names_of_their_own() -> None:

@@ -6,12 +6,12 @@ import pytest
 
 from codegen.hfsm.document import Argument, Document, Text
 from tests.support.editing import automaton, tree
-from visualhfsm.editing.commands.automata import SetAutomatonCode
-from visualhfsm.editing.commands.states import RenameState, SetArgument, SetStateCode
-from visualhfsm.editing.commands.text import ReplaceText
-from visualhfsm.editing.commands.transitions import SetTransitionCode
-from visualhfsm.editing.places import Place
-from visualhfsm.errors import EditError
+from visualhfsm._editing.commands.automata import SetAutomatonCode
+from visualhfsm._editing.commands.states import RenameState, SetArgument, SetStateCode
+from visualhfsm._editing.commands.text import ReplaceText
+from visualhfsm._editing.commands.transitions import SetTransitionCode
+from visualhfsm._editing.places import Place
+from visualhfsm._errors import EditError
 
 
 def with_balls() -> Document:

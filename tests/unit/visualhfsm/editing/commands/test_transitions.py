@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.support.editing import automaton, transition, tree
-from visualhfsm.editing.commands.transitions import (
+from visualhfsm._editing.commands.transitions import (
     AddTransition,
     RenameTransition,
     ReorderTransition,
@@ -14,7 +14,7 @@ from visualhfsm.editing.commands.transitions import (
     SetTransitionCode,
     SetTransitionType,
 )
-from visualhfsm.errors import EditError
+from visualhfsm._errors import EditError
 
 
 def test_a_transition_is_added_with_a_handle_of_its_own() -> None:

@@ -1,0 +1,87 @@
+"""The command `ballmover`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenoh_ice.application.cli import finite, stop_on_signals, with_settings
+from zenoh_ice.settings import Settings
+
+from ._color import Color
+from ._waypoints import built_in_waypoints, read_waypoints
+
+__all__ = ["app"]
+
+app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
+
+_EPILOG = """
+[bold]Examples[/bold]
+
+  ballmover green                    built-in waypoints, repeated
+  ballmover red figure.csv --once    your own file, once
+  ballmover green --speed 0.1 --connect tcp/192.168.1.7:7447
+
+[bold]Files[/bold]
+
+  x,   y,   z,    speed, dwell             x forward, y left, z up, in metres
+  0.9, 0.0, 0.55                           speed in m/s and time to stay in s,
+  0.9, 0.3, 0.60, 0.1,   1.5               both optional
+
+  The same in TOML: an array of tables named waypoints, with these keys.
+"""
+
+
+@app.command(epilog=_EPILOG)
+@with_settings()
+def move(
+    *,
+    settings: Settings,
+    color: Annotated[Color, typer.Argument(metavar="COLOR", help="Ball to move: green or red.")],
+    waypoints: Annotated[
+        Path | None,
+        typer.Argument(metavar="WAYPOINTS", help="CSV or TOML file. Default: the built-in waypoints."),
+    ] = None,
+    loop: Annotated[
+        bool, typer.Option("--loop/--once", help="Repeat the waypoints, or stop at the last one.")
+    ] = True,
+    speed: Annotated[
+        float,
+        typer.Option(metavar="M/S", min=0.001, callback=finite, help="Speed to waypoints that set none."),
+    ] = 0.25,
+    tolerance: Annotated[
+        float,
+        typer.Option(
+            metavar="M", min=0.0001, callback=finite, help="Distance at which a waypoint is reached."
+        ),
+    ] = 0.02,
+    limit: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            min=0.0,
+            callback=finite,
+            help="Time limit for reaching a waypoint.",
+        ),
+    ] = 5.0,
+) -> None:
+    """Carry a ball of the simulated world along waypoints in space."""
+    points = read_waypoints(waypoints) if waypoints else built_in_waypoints(color)
+
+    from zenoh_ice import initialize
+
+    from ._ball import Ball
+    from ._mover import Mover
+    from ._progress import Progress
+    from ._route import Route
+
+    with initialize(settings) as communicator:
+        ball = Ball.connect(communicator, color)
+        route = Route.plan(points, ball.limits, speed=speed, loop=loop)
+        with stop_on_signals() as stop, Progress(color, route) as progress:
+            mover = Mover(
+                ball, communicator.clock, route, progress, ending=stop, tolerance=tolerance, limit=limit
+            )
+            mover.run(loop=loop)

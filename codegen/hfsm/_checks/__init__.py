@@ -1,0 +1,125 @@
+"""Check the structure and the code of a document without running it.
+
+Each module finds one kind of problem; `docs/reference/document-errors.md` lists them by code. What worked
+with the original generators is a warning and not an error, so that old documents still run.
+"""
+
+from __future__ import annotations
+
+from ...diagnostics import Diagnostics, Location, Note
+from .._effects import CodeEffects
+from ..analysis import Analysis
+from ..code.language import first_foreign, is_undeclared_cpp, notes_about, report_foreign
+from ..code.names import RESERVED, reserved_names
+from ..codes import Code
+from ..known_interfaces import KnownInterfaces
+from ..ros import TF
+from .attributes import check_attributes
+from .blocking import check_blocking
+from .component import (
+    check_component,
+    check_file_name,
+    check_functions,
+    check_hidden_interfaces,
+    check_libraries,
+    check_neighbors,
+    check_parameters,
+)
+from .events import check_events
+from .flow import check_flow
+from .inputs import check_arguments, check_inputs
+from .names import check_names, check_reserved, check_start, check_variables
+from .old_names import check_old_names
+from .report import Report
+from .ros import check_ros, check_ros_uses
+from .structure import check_automaton, check_tree
+
+__all__ = ["check"]
+
+_STAR = "*"
+
+
+def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> None:
+    """Report errors and possible mistakes in a document whose imports have been resolved.
+
+    Checks that need the whole code are left out if a part of it is not Python. The model checker reports what
+    can never happen.
+    """
+    analysis = effects.analysis
+    document = analysis.document
+    path = analysis.path
+    extension = analysis.extension
+    report = Report(path, diagnostics)
+    check_file_name(analysis, report)
+    check_neighbors(path, report)
+    check_hidden_interfaces(analysis, report)
+    check_component(document, interfaces, report)
+    check_ros(document, interfaces.ros, report)
+    check_tree(document, report)
+    for automaton in document.automata:
+        check_automaton(automaton, report)
+    if (foreign := first_foreign(document, path)) is not None:
+        report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
+        return
+    if len(analysis.problems) > 1 and is_undeclared_cpp(document):
+        _report_cpp(analysis, report)
+        return
+    for text, file, error in analysis.problems:
+        place = Location(file, error.line, max(1, error.column))
+        report.error(Code.BAD_CODE, str(error), place, notes_about(text.text))
+    reserved = reserved_names(document)
+    if extension is not None:
+        reserved |= {"load_extension", extension.class_name}
+    check_libraries(analysis, reserved, report)
+    check_parameters(document, check_functions(analysis, report), report)
+    automata = {automaton.id: automaton for automaton in reversed(document.automata)}
+    for _, state in document.states():
+        check_arguments(state, automata, report)
+    for code in analysis.automata:
+        check_inputs(document, code, reserved, report)
+        check_reserved(code, reserved, report)
+    _check_code(effects, interfaces, report)
+
+
+def _report_cpp(analysis: Analysis, report: Report) -> None:
+    """Report once that the code is C++, instead of each place where it is not Python."""
+    first = analysis.problems[0]
+    place = Location(first.path, first.error.line, max(1, first.error.column))
+    notes = [Note(f"as Python it is wrong here: {first.error}"), *notes_about(first.text.text)]
+    message = "most of the code looks like C++: it is kept, but only Python can run"
+    report.error(Code.FOREIGN_LANGUAGE, message, place, notes)
+
+
+def _check_code(effects: CodeEffects, interfaces: KnownInterfaces, report: Report) -> None:
+    analysis = effects.analysis
+    _check_names(analysis, report)
+    for code in analysis.automata:
+        check_flow(code, report)
+        check_variables(code, report)
+    if analysis.is_complete:
+        check_attributes(analysis, interfaces, report)
+        check_ros_uses(analysis, interfaces.ros, report)
+        check_old_names(analysis, report)
+        if analysis.extension is None:
+            for code in analysis.automata:
+                check_start(code, analysis.defined, report)
+    check_events(effects, report)
+    check_blocking(analysis, report)
+
+
+def _check_names(analysis: Analysis, report: Report) -> None:
+    if _STAR in analysis.libraries:
+        return
+    interfaces = analysis.document.interfaces
+    proxies = {interface.type.strip().rsplit("::", 1)[-1] + "Prx" for interface in interfaces}
+    known = {*RESERVED, *analysis.libraries, *proxies, "Event", "Input", "Parameter"}
+    if analysis.document.ros_messages:
+        known |= {*analysis.document.ros_messages, TF}
+    for piece in analysis.functions:
+        check_names(piece, known, report, analysis.defined)
+    for code in analysis.automata:
+        if not code.broken:
+            bound = (piece.bound for piece in code.sharing())
+            shared = known.union((item.name for item in code.automaton.inputs), *bound)
+            for piece in code.sharing():
+                check_names(piece, shared, report, analysis.defined)

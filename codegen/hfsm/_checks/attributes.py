@@ -1,0 +1,180 @@
+"""Check every use of `self`: unknown attributes, and wrong calls of its proxies."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+from ...diagnostics import Note, did_you_mean
+from .._old_names import CLIENT_METHODS, LOCK
+from ..analysis import Access, Analysis, Piece
+from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
+from ..code.text import all_nodes
+from ..codes import Code
+from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
+from .report import Report
+
+__all__ = ["STREAM", "check_attributes", "check_call"]
+
+_BEGIN: Final = "begin"
+"""Calls an operation without waiting, with the same parameters."""
+
+STREAM: Final = {
+    "latest": Operation("latest", (), 0),
+    "wait": Operation("wait", ("after", "timeout"), 0),
+    "samples": Operation("samples", ("timeout",), 0, by_name=frozenset({"rate"})),
+    "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "queue"})),
+}
+"""What a streamed operation offers in addition to its calls."""
+
+
+_OF_EVERY_PROXY: Final = frozenset({"checkedCast", "uncheckedCast"})
+
+
+def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report) -> None:
+    """Check every use of `self`."""
+    document, found = analysis.document, analysis.accesses
+    assigned = {access.name for access in found if access.is_stored}
+    extension = analysis.extension
+    given = assigned | analysis.defined | (extension.attributes if extension is not None else set())
+    proxies: dict[str, KnownInterface] = {}
+    for interface in document.interfaces:
+        candidates = known.find(interface.type)
+        if len(candidates) == 1 and interface.name not in given:
+            proxies.setdefault(interface.name, candidates[0])
+    for alias, name in document.proxy_aliases.items():
+        if name in proxies and alias not in given:
+            proxies.setdefault(alias, proxies[name])
+    if not (extension is not None and extension.is_open) and not any(
+        map(_sets_attributes_by_name, analysis.pieces)
+    ):
+        names = {
+            *COMPONENT_ATTRIBUTES,
+            *COMPONENT_ALIASES,
+            *given,
+            *(interface.name for interface in document.all_interfaces),
+            *(["ros"] if document.ros else []),
+            *document.proxy_aliases,
+            *document.ros_aliases,
+            LOCK,
+            *(parameter.name for parameter in document.parameters),
+        }
+        _check_known(found, names, known, report)
+    _check_calls(found, proxies, known, report)
+
+
+def _sets_attributes_by_name(piece: Piece) -> bool:
+    """Return whether code may define attributes whose names it does not contain."""
+    for node in all_nodes(piece.tree):
+        match node:
+            case ast.Name(id="setattr" | "vars") | ast.Attribute(attr="__dict__" | "__setattr__"):
+                return True
+            case ast.FunctionDef(name="__getattr__" | "__getattribute__"):
+                return True
+    return False
+
+
+def _check_known(found: Iterable[Access], names: set[str], known: KnownInterfaces, report: Report) -> None:
+    reported: set[str] = set()
+    for access in found:
+        name = access.name
+        if name in names or name in reported or name.startswith("__"):
+            continue
+        reported.add(name)
+        notes = list(did_you_mean(name, names))
+        if len(access.path) > 1 and (interface := _guess(name, known)):
+            notes.append(Note(f"a proxy of `{interface}` has to be declared as an interface"))
+        message = f"`self.{name}` is not an interface, function or parameter, and is never assigned"
+        report.warning(Code.UNKNOWN_ATTRIBUTE, message, access.place(0), notes)
+
+
+def _guess(name: str, known: KnownInterfaces) -> str | None:
+    candidates = known.find(name) or known.find(name.removesuffix("Prx"))
+    return candidates[0].scoped_name if candidates else None
+
+
+def _check_calls(
+    found: Iterable[Access], proxies: Mapping[str, KnownInterface], known: KnownInterfaces, report: Report
+) -> None:
+    operations: dict[str, dict[str, Operation] | None] = {}
+    for access in found:
+        interface = proxies.get(access.name)
+        if interface is None or len(access.path) < 2 or not _is_operation(access.path[1]):
+            continue
+        if access.name not in operations:
+            try:
+                operations[access.name] = known.operations(interface)
+            except DescriptionError:  # which the model checker reports
+                operations[access.name] = None
+        available = operations[access.name]
+        if available is None:
+            continue
+        operation = available.get(access.path[1])
+        if access.path[1] in CLIENT_METHODS.get(interface.scoped_name, ()):
+            _note_client_method(access, report)
+        elif operation is None:
+            message = f"`{interface.scoped_name}` has no operation `{access.path[1]}`"
+            notes = did_you_mean(access.path[1], available)
+            report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), notes)
+        elif len(access.path) == 2:
+            check_call(access, operation, report)
+        else:
+            _check_stream(access, operation, report)
+
+
+def _note_client_method(access: Access, report: Report) -> None:
+    method = access.path[1]
+    message = f"`{method}` is a method of JdeRobot's library for clients, and no operation of the interface"
+    report.note(Code.OLD_NAME, message, access.place(1))
+
+
+def _is_operation(name: str) -> bool:
+    return not name.startswith(("ice_", "__")) and name not in _OF_EVERY_PROXY
+
+
+def _check_stream(access: Access, operation: Operation, report: Report) -> None:
+    name = access.path[2]
+    if name.startswith("__"):
+        return
+    if name == _BEGIN:
+        if len(access.path) == 3:
+            check_call(access, operation, report)
+    elif not operation.is_streamed:
+        message = f"`{operation.name}` is not streamed and has no `{name}`: it can only be called"
+        report.warning(Code.UNKNOWN_OPERATION, message, access.place(2))
+    elif name not in STREAM:
+        message = f"a streamed operation has no `{name}`: it has {', '.join([_BEGIN, *STREAM])}"
+        report.warning(Code.UNKNOWN_OPERATION, message, access.place(2), did_you_mean(name, STREAM))
+    elif len(access.path) == 3:
+        check_call(access, STREAM[name], report)
+
+
+def check_call(access: Access, operation: Operation, report: Report) -> None:
+    """Check the number and the names of the arguments of a call."""
+    call = access.call
+    if call is None or any(isinstance(argument, ast.Starred) for argument in call.args):
+        return
+    names = [keyword.arg for keyword in call.keywords]
+    if None in names:
+        return
+    parameters = operation.parameters
+    given = parameters[: len(call.args)]
+    wrong = next((name for name in names if name not in parameters and name not in operation.by_name), None)
+    missing = [name for name in parameters[: operation.required] if name not in (*given, *names)]
+    if len(call.args) > len(parameters):
+        message = f"`{operation.name}` takes {_count(parameters)}, but gets {len(call.args)}"
+    elif wrong is not None:
+        message = f"`{operation.name}` has no parameter `{wrong}`"
+    elif missing:
+        message = f"`{operation.name}` is called without {' and '.join(f'`{name}`' for name in missing)}"
+    elif repeated := [name for name in names if name in given]:
+        message = f"`{operation.name}` gets `{repeated[0]}` twice"
+    else:
+        return
+    note = Note(f"call it as `{operation.name}({', '.join(parameters)})`")
+    report.warning(Code.BAD_CALL, message, access.place(-1), [note])
+
+
+def _count(parameters: Sequence[str]) -> str:
+    return {0: "no argument", 1: "1 argument"}.get(len(parameters), f"{len(parameters)} arguments")

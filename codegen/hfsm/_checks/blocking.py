@@ -1,0 +1,145 @@
+"""Find calls that block an automaton for longer than its period."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from ...diagnostics import Note
+from ..analysis import Analysis, Piece, imported_names
+from ..code._values import milliseconds, seconds, truth
+from ..code.text import dotted, own_nodes
+from ..codes import Code
+from .report import Report
+
+__all__ = ["check_blocking"]
+
+_SLEEPS: Final = frozenset({"time.sleep", "self.sleep", "self.clock.sleep"})
+_WAITS: Final = frozenset(
+    {
+        *("input", "os.system", "os.wait", "os.waitpid", "sys.stdin.read", "sys.stdin.readline"),
+        *("getpass.getpass", "signal.pause"),
+    }
+)
+"""Calls that wait for a person or another program without a limit."""
+_WAITS_WITHOUT_TIMEOUT: Final = frozenset(
+    {
+        *(f"requests.{verb}" for verb in ("delete", "get", "head", "patch", "post", "put", "request")),
+        *(f"subprocess.{call}" for call in ("call", "check_call", "check_output", "run")),
+        *("socket.create_connection", "urllib.request.urlopen"),
+    }
+)
+_EXITS: Final = frozenset({"exit", "os._exit", "quit", "sys.exit"})
+_ENDLESS: Final = "this loop never ends"
+
+
+def check_blocking(analysis: Analysis, report: Report) -> None:
+    """Check the code of all automata and the functions that it calls."""
+    checker = _Checker(analysis, report)
+    calls: dict[Piece | str, set[str]] = {}
+    for access in analysis.accesses:
+        calls.setdefault(access.function or access.piece, set()).add(access.name)
+    shortest: dict[str, float] = {}
+    for code in analysis.automata:
+        period = milliseconds(code.automaton.iteration_time)
+        if period is None:
+            continue
+        for piece in code.sharing():
+            checker.check(piece, piece.tree, "self", None if piece is code.variables else period)
+            for name in _called(calls.get(piece, ()), calls) if piece is not code.variables else ():
+                shortest[name] = min(period, shortest.get(name, period))
+    for piece in analysis.functions:
+        for function in piece.tree.body:
+            if isinstance(function, ast.FunctionDef) and function.name in shortest:
+                self_name = function.args.args[0].arg if function.args.args else ""
+                checker.check(piece, function, self_name, shortest[function.name])
+
+
+def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[str]:
+    """Return the names of functions and of those that they call, directly or not."""
+    found: set[str] = set()
+    pending = list(names)
+    while pending:
+        name = pending.pop()
+        if name not in found:
+            found.add(name)
+            pending += calls.get(name, ())
+    return found
+
+
+class _Checker:
+    def __init__(self, analysis: Analysis, report: Report) -> None:
+        self._libraries = analysis.libraries
+        self._sleeps = _SLEEPS - {f"self.{name}" for name in analysis.defined}
+        self._report = report
+
+    def check(self, piece: Piece, tree: ast.AST, self_name: str, period: float | None) -> None:
+        """Check a piece of code, or a function in it; `period` is in ms, None before the first cycle."""
+        if period is None:
+            note = Note("the variables are set before the first cycle, which waits for them")
+        else:
+            who = "a cycle that calls the function" if piece.is_functions else "the cycle"
+            advice = "wait with a timed transition instead, or check in each cycle"
+            note = Note(f"{who} has {period:g} ms; {advice}")
+        modules = dict(self._libraries)
+        for node in own_nodes(tree):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                modules.update(imported_names(node))
+        for node in own_nodes(tree):
+            match node:
+                case ast.Call(func=func) as where:
+                    message = self._blocking(node, _full_name(func, self_name, modules), period)
+                case ast.While(test=where) if truth(where) is True and not _has_way_out(node):
+                    message = _ENDLESS
+                case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples")) as where) if not _has_way_out(
+                    node
+                ):
+                    message = f"{_ENDLESS}: `samples` continues as long as there are samples"
+                case _:
+                    continue
+            if message is not None:
+                self._report.warning(Code.BLOCKING_CALL, message, piece.place(where), [note])
+
+    def _blocking(self, call: ast.Call, name: str, period: float | None) -> str | None:
+        """Return why a call of a function, given by its full name, blocks, or None if it does not."""
+        if name in _WAITS:
+            return f"`{name}` waits without a limit"
+        has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
+        if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
+            return f"`{name}` waits without a limit: it has no `timeout`"
+        if name in self._sleeps and period is not None:
+            argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
+            duration = None if argument is None else seconds(argument)
+            if duration is not None and duration * 1000 > period:
+                return f"`{name}` waits for {duration:g} s, longer than the period"
+        return None
+
+
+def _has_way_out(loop: ast.While | ast.For) -> bool:
+    """Return whether a loop can end: by `break`, `return` or `raise`."""
+    pending: list[ast.AST] = list(loop.body)
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.Break | ast.Return | ast.Raise):
+            return True
+        if isinstance(node, ast.While | ast.For | ast.AsyncFor):
+            # A `break` in there ends only the inner loop.
+            inner = [other for other in own_nodes(node) if isinstance(other, ast.Return | ast.Raise)]
+            if inner or any(_has_break(statement) for statement in node.orelse):
+                return True
+        elif isinstance(node, ast.Call) and _full_name(node.func, "self", {}) in _EXITS:
+            return True
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
+            pending += ast.iter_child_nodes(node)
+    return False
+
+
+def _has_break(node: ast.AST) -> bool:
+    return isinstance(node, ast.Break) or any(isinstance(inner, ast.Break) for inner in own_nodes(node))
+
+
+def _full_name(node: ast.expr, self_name: str, modules: Mapping[str, str]) -> str:
+    """Return the full name of what is called, such as `time.sleep`, or an empty text."""
+    first, *others = dotted(node) or [""]
+    return ".".join(["self" if first == self_name else modules.get(first, first), *others])

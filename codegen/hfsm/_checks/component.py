@@ -1,0 +1,259 @@
+"""Check the declarations of a component: its file, policies, libraries, interfaces, functions, parameters.
+
+Interfaces, functions and parameters all become attributes of `self`, and need different names.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import sys
+import unicodedata
+from collections.abc import Collection
+from pathlib import Path
+from typing import Final
+
+from zenoh_ice.application import hidden_interfaces
+
+from ...diagnostics import Location, Note, did_you_mean
+from ...files import is_regular
+from .._extension import component_path
+from ..analysis import Analysis, imported_names
+from ..code._values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
+from ..code.names import COMPONENT_ATTRIBUTES, identifier
+from ..code.text import definitions
+from ..codes import Code
+from ..document import Document, Interface, Parameter, RosInterface
+from ..formats.reader import looks_like_document
+from ..known_interfaces import KnownInterfaces
+from .report import Report
+
+__all__ = [
+    "ON_ERROR",
+    "ON_REFUSED",
+    "STANDARD_OPTIONS",
+    "check_component",
+    "check_file_name",
+    "check_functions",
+    "check_hidden_interfaces",
+    "check_libraries",
+    "check_neighbors",
+    "check_parameters",
+]
+
+ON_ERROR: Final = ("stop", "continue")
+"""Policies after an error in the code; the first is the default."""
+
+ON_REFUSED: Final = ("pause", "error")
+"""Policies when the robot refuses a command; the first is the default."""
+
+STANDARD_OPTIONS: Final = frozenset(
+    {
+        *("realm", "connect", "listen", "mode", "authority", "certificate", "key"),
+        *("clock", "timeout", "config", "show_config", "log_level", "log_file", "log_format"),
+        *("on_error", "on_refused", "seconds", "begin_at", "breakpoint", "stay_halted"),
+        *("record", "record_images", "help"),
+        *("ros", "ros_domain", "ros_connect", "ros_namespace", "remap"),
+    }
+)
+"""Options that every component has, which cannot be names of parameters."""
+
+_LIBRARIES: Final = sys.stdlib_module_names | {
+    *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
+    *("hfsm_runtime", "interfaces", "naoserver", "rosbags", "zenoh_ros2"),
+    "zenoh_ice",
+}
+"""Packages that a component may import, directly or not."""
+
+_IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
+
+
+def check_component(document: Document, known: KnownInterfaces, report: Report) -> None:
+    """Check the policies for errors and refused commands, and the interfaces."""
+    policies = (("onerror", document.on_error, ON_ERROR), ("onrefused", document.on_refused, ON_REFUSED))
+    for element, text, values in policies:
+        value = text.text.strip()
+        if value not in ("", *values):
+            message = f"`{element}` must be {' or '.join(f'`{each}`' for each in values)}, not `{value[:40]}`"
+            report.error(Code.BAD_POLICY, message, report.place(document, text))
+    first: dict[str, Interface | RosInterface] = {}
+    for each in document.all_interfaces:
+        _check_name(each, first, report)
+        first.setdefault(each.name, each)
+    for interface in document.interfaces:
+        if not _IDENTITY.fullmatch(interface.identity):
+            message = f"`{interface.identity[:60]}` is not a valid identity of a servant"
+            note = Note("use only letters, digits and _ . -; `@realm` may follow")
+            report.error(Code.BAD_IDENTITY, message, interface, [note])
+        _check_type(interface, known, report)
+
+
+def check_file_name(analysis: Analysis, report: Report) -> None:
+    """Check that the component's file does not shadow a library."""
+    name = identifier(analysis.path.stem, "component")
+    imported = analysis.libraries.values()
+    if name in _LIBRARIES or name in {library.split(".")[0] for library in imported}:
+        message = f"its component {name}.py would shadow the library `{name}`: rename the document"
+        note = Note(f"programs that are started in its directory would import {name}.py instead")
+        report.warning(Code.HIDDEN_LIBRARY, message, Location(analysis.path), [note])
+
+
+def check_neighbors(path: Path, report: Report) -> None:
+    """Check that no other document beside this one has a component in the same file."""
+    target = component_path(path, None)
+    try:
+        others = sorted(each for each in path.parent.iterdir() if each.suffix.lower() == ".xml")
+    except OSError:
+        return
+    for other in others:
+        is_same = other.name != path.name and component_path(other, None) == target
+        if is_same and is_regular(other) and looks_like_document(other):
+            message = f"{other.name} has the same component, {target.name}: rename one of them"
+            report.error(Code.SAME_COMPONENT, message, Location(path))
+
+
+def check_hidden_interfaces(analysis: Analysis, report: Report) -> None:
+    """Check that no module hides the package `interfaces` from the component, which looks beside it first."""
+    target = component_path(analysis.path, analysis.output)
+    if hidden := hidden_interfaces([str(target.parent.resolve())]):
+        report.error(Code.HIDDEN_INTERFACES, hidden, Location(analysis.path))
+
+
+def check_libraries(analysis: Analysis, reserved: Collection[str], report: Report) -> None:
+    """Check that no library has a name that is `reserved` for the component."""
+    for each in analysis.imports:
+        for name in sorted(imported_names(each.node).keys() & reserved):
+            message = f"`{name}` is a reserved name: choose another"
+            place = Location(each.library.path or analysis.path, each.library.name.line)
+            report.error(Code.RESERVED_NAME, message, place)
+
+
+def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
+    """Check that the names of functions are unique; return the place of each function."""
+    first: dict[str, Location] = {}
+    for piece in analysis.all_functions:
+        for node in definitions(piece.tree):
+            name, place = node.name, Location(piece.path, piece.code.line + node.lineno - 1)
+            if name == "automaton" or name.startswith("_hfsm"):
+                message = f"`self.{name}` belongs to every component: rename the function"
+                report.error(Code.FUNCTION_NAME_TAKEN, message, place)
+            elif name in first:
+                note = Note("the first is here", first[name])
+                report.error(
+                    Code.FUNCTION_NAME_TAKEN, f"a second function has the name `{name}`", place, [note]
+                )
+            first.setdefault(name, place)
+    for interface in analysis.document.all_interfaces:
+        if interface.name in first:
+            note = Note("the function is here", first[interface.name])
+            message = f"`{interface.name}` is both an interface and a function"
+            report.error(Code.FUNCTION_NAME_TAKEN, message, interface, [note])
+    return first
+
+
+def check_parameters(document: Document, functions: dict[str, Location], report: Report) -> None:
+    """Check names, types and defaults of parameters; `functions` are those of the document."""
+    interfaces = {interface.name: interface for interface in document.all_interfaces}
+    first: dict[str, Parameter] = {}
+    for parameter in document.parameters:
+        name = parameter.name
+        notes: list[Note] = []
+        problem = ""
+        if not name.isidentifier() or not name.isascii() or keyword.iskeyword(name):
+            problem = f"`{name[:60]}` cannot be a parameter: use only ASCII letters, digits and _"
+        elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
+            problem = f"`self.{name}` belongs to every component: choose another name"
+        elif name in STANDARD_OPTIONS:
+            problem = f"`--{name.replace('_', '-')}` is an option of every component: choose another name"
+        elif name in first:
+            problem = f"a second parameter has the name `{name}`"
+            notes = [report.first(first[name])]
+        elif name.startswith("no_") and _is_flag(first.get(name[3:])):
+            problem = f"`--no-{name[3:]}` turns the parameter `{name[3:]}` off: choose another name"
+            notes = [Note("that parameter is here", report.place(first[name[3:]]))]
+        elif name in interfaces:
+            problem = f"`{name}` is both a parameter and an interface"
+            notes = [Note("the interface is here", report.place(interfaces[name]))]
+        elif name in functions:
+            problem = f"`{name}` is both a parameter and a function"
+            notes = [Note("the function is here", functions[name])]
+        if problem:
+            report.error(Code.BAD_PARAMETER, problem, parameter, notes)
+        first.setdefault(name, parameter)
+        _check_default(parameter, report)
+
+
+def _check_default(parameter: Parameter, report: Report) -> None:
+    type_name = parameter.type.text.strip()
+    wrong = parameter.type
+    if type_name not in PARAMETER_TYPES:
+        found = f", not `{type_name[:40]}`" if type_name else ""
+        problem = f"its type must be one of {', '.join(PARAMETER_TYPES)}{found}"
+    else:
+        wrong = parameter.default
+        try:
+            if not wrong.is_blank:
+                parse_value(type_name, wrong)
+                return
+            problem = f"it has no default: write one, such as `{EXAMPLES[type_name]}`"
+        except ValueTextError as error:
+            problem = str(error)
+    where = parameter if wrong.is_blank else wrong
+    place = Location(report.place(parameter).path, where.line, max(1, where.column))
+    report.error(Code.BAD_PARAMETER, f"the parameter `{parameter.name}`: {problem}", place)
+
+
+def _is_flag(parameter: Parameter | None) -> bool:
+    return parameter is not None and parameter.type.text.strip() == "bool"
+
+
+def _is_attribute(name: str) -> bool:
+    """Return whether Python keeps a name as it is written: it normalizes some characters."""
+    normal = unicodedata.normalize("NFKC", name)
+    return name.isidentifier() and not keyword.iskeyword(name) and name == normal
+
+
+def _check_name(
+    interface: Interface | RosInterface, first: dict[str, Interface | RosInterface], report: Report
+) -> None:
+    name = interface.name
+    place = report.place(interface)
+    if not _is_attribute(name):
+        message = f"`{name}` cannot be an attribute of `self`: use only letters, digits and _"
+        report.error(Code.BAD_INTERFACE_NAME, message, place)
+    elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
+        report.error(
+            Code.BAD_INTERFACE_NAME, f"`self.{name}` belongs to every component: choose another", place
+        )
+    elif name in first:
+        report.error(
+            Code.BAD_INTERFACE_NAME,
+            f"a second interface has the name `{name}`",
+            place,
+            [report.first(first[name])],
+        )
+
+
+def _check_type(interface: Interface, known: KnownInterfaces, report: Report) -> None:
+    found = known.find(interface.type)
+    if len(found) == 1:
+        return
+    place = report.place(interface)
+    if found:
+        names = " or ".join(f"`{candidate.scoped_name}`" for candidate in found)
+        report.error(Code.UNKNOWN_INTERFACE, f"`{interface.type}` is ambiguous: write {names}", place)
+        return
+    if not interface.type.strip():
+        report.error(
+            Code.UNKNOWN_INTERFACE,
+            f"the interface `{interface.name}` has no type: write one, such as `Camera`",
+            place,
+        )
+        return
+    notes = [
+        *did_you_mean(interface.type, known.by_name),
+        Note("run codegen on its IDL; proxies outside the package `interfaces` are found with -I"),
+    ]
+    report.error(
+        Code.UNKNOWN_INTERFACE, f"there is no proxy for an interface `{interface.type}`", place, notes
+    )

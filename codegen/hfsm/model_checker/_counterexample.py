@@ -1,0 +1,157 @@
+"""Write runs of automata as steps for people to read and for the editor to play."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from ._exploration import Run
+from .model import TransitionModel
+from .transition_system import Change, Move, StepKind, TransitionSystem
+
+__all__ = ["Counterexample", "Step", "StepKind", "counterexample"]
+
+_NANO: Final = 1e6
+_EVENT: Final = "event "
+_WORDS: Final = {
+    StepKind.ENTERS: "is entered",
+    StepKind.GHOST: "becomes a ghost",
+    StepKind.RESUMES: "resumes",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step, at `time_ms`. `automaton`, `transition`, `origin` and `state` are ids of the document.
+
+    `origin` is the state before a transition. `state` is the one after it, or the current state.
+    """
+
+    time_ms: float
+    automaton: int
+    kind: StepKind
+    text: str
+    state: int
+    origin: int | None = None
+    transition: int | None = None
+    event: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """The steps from the start until a property is violated, at `ends_ms`.
+
+    If it is violated because something never happens, the steps from the index `repeats` may repeat forever:
+    the first round lasts from `repeats_ms` to `ends_ms`. If nothing more has to happen, `repeats` is the
+    number of steps, and both times are equal.
+    """
+
+    steps: tuple[Step, ...]
+    ends_ms: float
+    repeats: int | None = None
+    repeats_ms: float | None = None
+
+    def __str__(self) -> str:
+        """Return the steps, numbered, one per line, with their times in seconds."""
+        lines = [
+            f"{number:3}. {step.time_ms / 1000:9.3f} s  {step.text}"
+            for number, step in enumerate(self.steps, 1)
+        ]
+        if self.repeats is not None:
+            again = f"from step {self.repeats + 1}" if self.repeats < len(self.steps) else "without a step"
+            lines.append(f"{'':4} {self.ends_ms / 1000:9.3f} s  and so on {again}")
+        return "\n".join(lines)
+
+
+def counterexample(run: Run) -> Counterexample:
+    """Return the steps of a run."""
+    narrator = _Narrator(run.system)
+    steps = list(narrator.begins())
+    repeats: int | None = None
+    for number, move in enumerate(run.moves):
+        if number == run.repeats:
+            repeats = len(steps)
+        steps += narrator.move(move)
+    if run.repeats == len(run.moves):
+        repeats = len(steps)
+    begins = None
+    if run.repeats is not None:
+        begins = (run.moves[run.repeats].time if run.repeats < len(run.moves) else run.ends) / _NANO
+    return Counterexample(tuple(steps), run.ends / _NANO, repeats, begins)
+
+
+class _Narrator:
+    """Describe the moves of a system by the names in its document."""
+
+    def __init__(self, system: TransitionSystem) -> None:
+        self._model = system.model
+        self._system = system
+
+    def begins(self) -> Iterator[Step]:
+        """Yield the steps in which the automata begin."""
+        for change in self._system.changes(None, None):
+            yield self._changed(change, 0.0)
+
+    def move(self, move: Move) -> Iterator[Step]:
+        """Yield the steps of one cycle."""
+        node = move.node
+        time = move.time / _NANO
+        fired = move.choice.transition
+        label = self._model.label(self._system.cone[node.position])
+        state = node.configuration[node.position][0]
+        for atom in sorted(move.choice.true):
+            if atom.startswith(_EVENT):
+                name = atom.removeprefix(_EVENT)
+                arrives = Change(StepKind.EVENT, node.position, state)
+                yield self._step(time, arrives, f"the event `{name}` arrives at {label}", event=name)
+        for transition in self._holding(move):
+            holds = Change(StepKind.GUARD, node.position, state)
+            yield self._step(time, holds, f"the guard of {_name(transition)} holds in {label}", transition)
+        for change in self._system.changes(node, move.choice):
+            yield self._changed(change, time, fired if change.kind is StepKind.FIRES else None)
+
+    def _holding(self, move: Move) -> Iterator[TransitionModel]:
+        """Yield the transitions whose guards are evaluated in a cycle and hold."""
+        true = move.choice.true
+        for transition in self._system.enabled(move.node):
+            evaluated = transition.guarded and (not transition.event or f"{_EVENT}{transition.event}" in true)
+            if evaluated and all((atom in true) is value for atom, value in transition.needs or ()):
+                yield transition
+            if transition is move.choice.transition:
+                return
+
+    def _changed(self, change: Change, time: float, fired: TransitionModel | None = None) -> Step:
+        index = self._system.cone[change.position]
+        text = f"`{self._model.state_path(index, change.state)}` {_WORDS.get(change.kind)}"
+        if change.kind is StepKind.FINISHES:
+            text = f"{self._model.label(index)} has finished"
+        if fired is not None:
+            target = self._model.automata[index].states[fired.target].source.name
+            text = f"`{self._model.state_path(index, fired.origin)}` -> `{target}` by {_name(fired)}"
+        return self._step(time, change, text, fired)
+
+    def _step(
+        self,
+        time: float,
+        change: Change,
+        text: str,
+        transition: TransitionModel | None = None,
+        event: str = "",
+    ) -> Step:
+        automaton = self._model.automata[self._system.cone[change.position]]
+        return Step(
+            time_ms=time,
+            automaton=automaton.source.id,
+            kind=change.kind,
+            text=text,
+            state=automaton.states[change.state].source.id,
+            origin=None if transition is None else transition.source.origin,
+            transition=None if transition is None else transition.source.id,
+            event=event,
+        )
+
+
+def _name(transition: TransitionModel) -> str:
+    source = transition.source
+    return f"`{source.name}`" if source.name.strip() else f"transition {source.id}"

@@ -1,0 +1,276 @@
+"""An automaton while it runs: its current state, whether it is a ghost, its active time, its events.
+
+Times are integer nanoseconds of component time, so that sums are exact.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict, deque
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, Final
+
+from ._automaton import REQUIRED, Automaton, Event, State, Transition
+from .errors import DefinitionError, EventError
+
+CAPACITY: Final = 64
+"""Capacity of an automaton's event queue; beyond it the oldest are dropped."""
+_DEEPEST_HISTORY: Final = 32
+
+
+class ChangeKind(StrEnum):
+    """A change of an automaton."""
+
+    ENTERED = "entered"
+    """It entered a state."""
+    GHOST = "ghost"
+    """An ancestor left the state above it: it remembers its own."""
+    RESUMED = "resumed"
+    """It resumes in the state that it remembered."""
+    FINISHED = "finished"
+    """It is in a final state, and runs no more cycles."""
+
+
+class DropReason(StrEnum):
+    """Why an event left the queue of an automaton without firing a transition."""
+
+    UNHANDLED = "no transition out of the current state used it"
+    GHOST = "the automaton became a ghost before its turn"
+    FINISHED = "the automaton has finished"
+    OVERFLOW = f"more than {CAPACITY} events waited"
+
+
+@dataclass(eq=False, repr=False, slots=True)
+class Run:
+    """An automaton while it runs. Its fields change only through `Tree`, and under its lock."""
+
+    automaton: Automaton
+    parent: Run | None
+    owner: State | None
+    """The state of the parent that owns it."""
+    depth: int
+    children: dict[int, tuple[Run, ...]] = field(default_factory=dict)
+    """The automata below it, by the id of the state that owns them."""
+    current: State = field(init=False)
+    first: State | None = None
+    """The state that it is to enter when it becomes active for the first time, instead of its initial one."""
+    active: bool = False
+    """Whether every ancestor is in the state that owns the chain down to here: if not, it is a ghost."""
+    finished: bool = False
+    """Whether it has reached a final state."""
+    activated: int = 0
+    """When it last became active."""
+    activations: int = 0
+    """Number of times that it became active."""
+    claimed: int = 0
+    """The activation to which its running, or its last, cycle belongs."""
+    entered: int | None = None
+    """When it entered its current state; None before it was active for the first time."""
+    owed: bool = False
+    """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
+    waking: bool = True
+    """Whether the automata below the current state have not been woken since it was entered."""
+    unseen: bool = True
+    """Whether the observers have not been notified yet that the current state was entered."""
+    cut: bool = False
+    """Whether the next cycle only continues where the last one paused, with the same events."""
+    code_first: bool = False
+    """Whether it continues at the code of the state."""
+    waited: int = 0
+    """The active time in the current state up to `since`."""
+    since: int | None = None
+    """The time from which active time counts; None while it stands still."""
+    last_transition: int = 0
+    forced: Transition | None = None
+    """A transition that fires in the next cycle, whatever its guard says."""
+    stepping: bool = False
+    """Whether one cycle is to run although the tree is held."""
+    in_cycle: bool = False
+    began: int | None = None
+    """When the running cycle really began, which may be later than the time it belongs to."""
+    began_wall: float = 0.0
+    """The same of the running or the last cycle, as `time.perf_counter()`."""
+    in_step: bool = False
+    """Whether the running cycle is a single step."""
+    queue: deque[Event] = field(default_factory=deque)
+    """The events that wait to be handled, oldest first; at most `CAPACITY`."""
+    due: int = 0
+    """Their number when the running cycle began: it handles no others."""
+    event: Event | None = None
+    """The event with which the running cycle tries its transitions."""
+    dropped: int = 0
+    """Number of dropped events."""
+    last_dropped: tuple[Event, DropReason, int] | None = None
+    """The newest dropped event, the reason, and the component time."""
+    guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
+    """The last value of each guard out of the current state, and the time of its cycle."""
+    last_slot: int = -1
+    """The time to which the last completed cycle belongs."""
+    next_slot: int = 0
+    """The time of the next cycle whose transitions are not decided yet."""
+    followers: OrderedDict[threading.Event, None] = field(default_factory=OrderedDict)
+    """What wakes the threads whose cycles come after that decision, in order."""
+    cycles: int = 0
+    overruns: int = 0
+    last_cycle: float = 0.0
+    longest_cycle: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.current = self.automaton.initial
+        self.owed = owes(self.current)
+
+    @property
+    def on_duty(self) -> bool:
+        """Whether the running cycle is still to run code: not when it has outlived its activation."""
+        return self.active and self.claimed == self.activations
+
+    @property
+    def awake(self) -> bool:
+        """Whether the automata below the current state are active."""
+        return self.active and not (self.owed or self.waking or self.current.final)
+
+    @property
+    def below(self) -> tuple[Run, ...]:
+        """The automata that the current state owns."""
+        return self.children.get(self.current.id, ())
+
+    def active_time(self, now: int) -> int:
+        """Return the active time since the entry into the current state in ns."""
+        return self.waited + (0 if self.since is None else max(0, now - self.since))
+
+    def may_change(self, now: int) -> bool:
+        """Return whether a cycle at a time may change anything: guards may hold, and any event may arrive."""
+        if self.owed or self.current.final:
+            return True
+        return self.active_time(now) >= self.automaton.soonest(self.current)
+
+    def release_followers(self) -> None:
+        """Wake the first of the threads that follow, which wakes the next one; newer ones form a new queue.
+
+        Many threads that woke at once would compete for the interpreter.
+        """
+        followers, self.followers = self.followers, OrderedDict()
+        wake_next(followers)
+
+    def begin_in(self, state: State) -> None:
+        """Make a state the first one to enter; call it before the start."""
+        self.first = self.current = state
+        self.owed = owes(state)
+
+    def adopt(self, automaton: Automaton) -> State | None:
+        """Continue as another version of the automaton; return the state that it lost, if any.
+
+        An automaton that lost its state has not entered any state.
+        """
+        left, self.automaton = self.current, automaton
+        found = _counterpart(left, automaton)
+        self.first = _counterpart(self.first, automaton) if self.first else None
+        forced = self.forced
+        self.forced = next((t for t in automaton.transitions if forced and t.id == forced.id), None)
+        if self.last_transition not in {transition.id for transition in automaton.transitions}:
+            self.last_transition = 0
+        self.guards = {}
+        if found is not None and self.entered is not None:
+            self.current = found
+            self.finished = self.finished and found.final
+            return None
+        entered, self.entered = self.entered, None
+        self.current = automaton.initial
+        self.owed = owes(self.current)
+        self.waking = self.unseen = True
+        self.finished = self.code_first = False
+        self.last_transition = 0
+        self.waited = 0
+        self.forced = None
+        return left if entered is not None else None
+
+    def descendants(self) -> Iterator[Run]:
+        """Yield all automata below this one."""
+        for children in self.children.values():
+            for child in children:
+                yield child
+                yield from child.descendants()
+
+    def paths(self) -> Iterator[str]:
+        """Yield the names of current states from here down, joined by `/`; one for each branch."""
+        below = () if self.current.final else self.below
+        if not below:
+            yield self.current.name
+        for child in below:
+            for path in child.paths():
+                yield f"{self.current.name}/{path}"
+
+
+def wake_next(followers: OrderedDict[threading.Event, None]) -> None:
+    """Wake the first of the threads in a queue, if any."""
+    with suppress(KeyError):
+        followers.popitem(last=False)[0].set()
+
+
+def grow(root: Automaton) -> tuple[Run, ...]:
+    """Return the runs of the automata of a tree, each before its children. Raises DefinitionError."""
+    runs = tuple(_grow(root, None, None, 0))
+    if len({run.automaton.id for run in runs}) != len(runs):
+        raise DefinitionError("two automata have one id")
+    for declared in root.inputs:
+        if declared.default is REQUIRED:
+            raise DefinitionError(f"nothing sets the input {declared.name!r} of the root: give it a default")
+    return runs
+
+
+def _counterpart(state: State, automaton: Automaton) -> State | None:
+    """Return the counterpart of a state in another version of its automaton."""
+    same = [other for other in automaton.states if other.id == state.id]
+    same = same or [other for other in automaton.states if other.name == state.name]
+    return same[0] if len(same) == 1 else None
+
+
+def owes(state: State) -> bool:
+    """Return whether there is anything to do at the entry into a state."""
+    return state.entry is not None or (state.arguments is not None and not state.final)
+
+
+def _grow(automaton: Automaton, parent: Run | None, owner: State | None, depth: int) -> Iterator[Run]:
+    run = Run(automaton, parent, owner, depth)
+    yield run
+    for state in automaton.states:
+        below: list[Run] = []
+        for child in state.children:
+            grown = list(_grow(child, run, state, depth + 1))
+            below.append(grown[0])
+            yield from grown
+        if below:
+            run.children[state.id] = tuple(below)
+
+
+def make_event(name: str, data: object = None) -> Event:
+    """Return an event with a copy of its data; raises EventError when JSON cannot represent the data."""
+    if not isinstance(name, str) or not name:
+        raise EventError(f"an event has a name, which is text, not {name!r}")
+    return Event(name, _copy(data, f"the data of the event {name!r}", 0))
+
+
+def _copy(value: object, where: str, depth: int) -> Any:  # noqa: ANN401 - whatever JSON knows
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        if math.isfinite(value):
+            return value
+        raise EventError(f"{where} is {value}, which JSON cannot represent")
+    if depth >= _DEEPEST_HISTORY:
+        raise EventError(f"{where} is nested deeper than {_DEEPEST_HISTORY} levels")
+    if isinstance(value, list | tuple):
+        return [_copy(item, f"{where}[{index}]", depth + 1) for index, item in enumerate(value)]
+    if isinstance(value, dict):
+        for key in value:
+            if not isinstance(key, str):
+                raise EventError(f"{where} has the key {key!r}: keys are text")
+        return {key: _copy(item, f"{where}[{key!r}]", depth + 1) for key, item in value.items()}
+    raise EventError(
+        f"{where} is a {type(value).__name__}: it may be None, bool, int, float, str, lists, "
+        "and dicts with text as keys"
+    )

@@ -1,0 +1,348 @@
+"""A component at run time: its automata, its time, its errors, and what clients may do to it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from types import FrameType
+from typing import Final
+
+from interfaces.hfsm import ComponentStatus, ErrorReport
+from zenoh_ice.clock import Clock
+
+from ._automaton import Automaton
+from ._automaton_run import make_event
+from ._marks import Mark, Marks
+from ._supervision import Refusal, Supervision
+from ._timeline import Timeline
+from ._variables import assign, convert, did_you_mean
+from .component import Component, equip, make_automata, parameters_of, source_of
+from .errors import (
+    OnError,
+    OnRefused,
+    ReloadRefusedError,
+    UnknownElementError,
+    ValueTypeError,
+    exit_code_of,
+)
+from .observer import Observer
+from .source_map import locate_frame
+from .tree import ChangeKind, Replaced, Run, Tree
+
+_GAP: Final = 0.5
+"""Wall seconds to wait for a moment without any cycle, in which the automata are replaced."""
+_CYCLES_LIMIT: Final = 0.5
+"""Wall seconds for running cycles to end if there is no such moment; meanwhile no other begins."""
+_CYCLE_LIMIT: Final = 2.0
+"""Wall seconds after which a cycle hangs, if its automaton has a short period."""
+_HANGS_PERIODS: Final = 10
+"""Periods after which the cycle of any other hangs."""
+
+
+class _RootWatch(Observer):
+    """Ends a component when its root has finished."""
+
+    def __init__(self, component: ComponentRun) -> None:
+        self._component = component
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        if kind is ChangeKind.FINISHED and run is self._component.tree.root:
+            self._component.request_stop()
+
+
+class ComponentRun:
+    """The life of a component: made, started, perhaps paused and resumed, and stopped once.
+
+    What drives its cycles is in the subclasses: threads, or virtual time. All control is for any thread.
+
+    Creating it runs the variables of the document; raises the exceptions of `make_automata`. `ended` is set
+    when the component is to end: by an error, by `request_stop`, by its own code, or because the root has
+    finished. `servers_present` returns whether the servants of the component's proxies can be reached, as far
+    as is known. `timeline` is component time, by default on the clock, and `tree` makes the automata's tree.
+    """
+
+    def __init__(
+        self,
+        component: Component,
+        clock: Clock,
+        on_error: OnError | None = None,
+        on_refused: OnRefused | None = None,
+        *,
+        servers_present: Callable[[], bool] = lambda: True,
+        timeline: Timeline | None = None,
+        tree: Callable[[Automaton], Tree] = Tree,
+    ) -> None:
+        self.component = component
+        self.clock = clock
+        """The clock of the component."""
+        self.reloads = 0
+        """Number of reloads of the component."""
+        self.ended = threading.Event()
+        self.exit_code = 0
+        """Why the component ended: 0 as it should, 1 by an error, or the code of `sys.exit` in user code."""
+        self.refusal: Refusal | None = None
+        """The refused command that pauses the component; None while it runs or is paused by a client."""
+        self.speed = 0.0
+        """Seconds of component time per wall second in a trial, where it can be changed; otherwise 0."""
+        self.joints: Callable[[], dict[str, float]] = dict
+        """Returns the joint angles in rad of a trial's fake robot; none outside a trial."""
+        self.marks = Marks()
+        """The component's marks on the pictures of its cameras."""
+        equip(component, clock, self._sleep, self.send, self.mark)
+        self.tree = tree(make_automata(component))
+        self.component_time = timeline or Timeline(clock)
+        """The time of the component in ns."""
+        self._supervision = Supervision(
+            self.tree,
+            self.component_time,
+            component,
+            on_error,
+            on_refused,
+            halt=self._halt,
+            refused=self._refused,
+            servers_present=servers_present,
+        )
+        self.tree.observers.append(_RootWatch(self))
+
+    @property
+    def name(self) -> str:
+        """The name of the component."""
+        return self.tree.root.automaton.name
+
+    @property
+    def status(self) -> ComponentStatus:
+        """State of the component."""
+        if self.ended.is_set():
+            return ComponentStatus.Halted
+        return ComponentStatus.Paused if self.component_time.paused else ComponentStatus.Running
+
+    @property
+    def errors(self) -> tuple[ErrorReport, ...]:
+        """The newest errors, oldest first."""
+        return self._supervision.records
+
+    @property
+    def failed(self) -> bool:
+        """Whether an error ended the component."""
+        return self.exit_code != 0
+
+    @property
+    def in_cycle(self) -> bool:
+        """Whether a cycle is running at this moment."""
+        return any(run.in_cycle for run in self.tree.runs)
+
+    def hanging(self, run: Run) -> tuple[float, str]:
+        """Return for how many wall seconds the cycle of an automaton hangs, and the line that it executes.
+
+        The line is in the form of `locate`. Both are 0 and empty for a cycle that is not longer than 2 s and
+        ten periods, or whose code sleeps by `self.sleep`, which ends when it must.
+        """
+        seconds = time.perf_counter() - run.began_wall
+        if not run.in_cycle or seconds < max(_CYCLE_LIMIT, _HANGS_PERIODS * run.automaton.period):
+            return 0.0, ""
+        frame = self._frame(run)
+        if frame is None or not run.in_cycle:
+            return 0.0, ""
+        return seconds, locate_frame(frame, source_of(self.component))
+
+    def begin_at(self, automaton: int, state: int) -> None:
+        """Make a state, and those above it, the first ones to enter; call it before `start`.
+
+        Raises UnknownElementError.
+        """
+        self.tree.begin_at(automaton, state)
+
+    def start(self) -> None:
+        """Start the automata."""
+        raise NotImplementedError
+
+    def request_stop(self) -> None:
+        """Let no further cycle begin, and set `ended`; returns at once."""
+        with self.tree.lock:
+            self.tree.held = True
+            self.ended.set()
+        self._wake()
+
+    def stop(self) -> None:
+        """End the automata: running cycles end, or are logged as errors when they do not in time."""
+        self.request_stop()
+
+    def pause(self) -> None:
+        """Let running cycles end, and start no others until `resume`."""
+        with self.tree.lock:
+            self.refusal = None
+            self._hold()
+
+    def resume(self, after: Refusal | None = None) -> None:
+        """Resume after a pause, or only after the pause for one refused command."""
+        with self.tree.lock:
+            if self.ended.is_set() or not (after is None or after is self.refusal):
+                return
+            self.refusal = None
+            self.component_time.resume()
+            self.tree.held = False
+        self._wake()
+
+    def retry(self, commands_accepted: Callable[[str], bool]) -> None:
+        """Resume after a refused command if commands are accepted again; call it often.
+
+        `commands_accepted` is called with the reported holder of the robot.
+        """
+        raise NotImplementedError
+
+    def step(self, automaton: int) -> None:
+        """Run one cycle of one automaton, or of all with 0, while paused. Raises UnknownElementError.
+
+        Ghosts run none. Component time moves on by the shortest period.
+        """
+        runs = self.tree.runs if automaton == 0 else (self.run(automaton),)
+        if not self.ended.is_set():
+            self._step(runs)
+
+    def force(self, automaton: int, transition: int) -> None:
+        """Fire a transition in the next cycle of its automaton, whatever its guard returns.
+
+        Raises UnknownElementError, also when the transition does not leave the current state.
+        """
+        run = self.run(automaton)
+        found = next((each for each in run.automaton.transitions if each.id == transition), None)
+        if found is None:
+            raise UnknownElementError(f"automaton {automaton} has no transition {transition}")
+        with self.tree.lock:
+            if found.origin != run.current.id:
+                origin = run.automaton.state(found.origin).name
+                raise UnknownElementError(
+                    f"the transition {found.name or transition} leaves the state {origin!r}, "
+                    f"and {run.automaton.name} is in {run.current.name!r}"
+                )
+            run.forced = found
+
+    def set_variable(self, automaton: int, name: str, value: object) -> None:
+        """Set a variable of an automaton, or with 0 a parameter of the component.
+
+        Raises UnknownElementError, and ValueTypeError for a value of the wrong type.
+        """
+        with self.tree.lock:
+            if automaton:
+                assign(self.run(automaton).automaton, name, value)
+                return
+            parameters = parameters_of(self.component)
+            if name not in parameters:
+                hint = did_you_mean(name, parameters)
+                raise UnknownElementError(f"the component has no parameter {name!r}{hint}")
+            wanted = type(parameters[name].default)
+            setattr(self.component, name, convert(value, wanted, f"the parameter {name}"))
+
+    def set_speed(self, speed: float) -> None:  # noqa: ARG002
+        """Set the speed of time, in s per wall second. Raises ValueTypeError outside a trial."""
+        raise ValueTypeError(f"{self.name} is no trial: it runs in the time of its robot")
+
+    def replace(
+        self,
+        component: Component,
+        runs: tuple[Run, ...],  # noqa: ARG002 - a subclass may have something to do for each
+        apply: Callable[[int], Replaced],
+    ) -> float:
+        """Replace the component with another version of it, between two cycles.
+
+        `runs` are its automata; `apply` puts them into the tree at a component time in ns. Returns the wall
+        seconds in which no cycle could begin. Raises ReloadRefusedError when the component has ended, or a
+        cycle does not end within 1 s.
+        """
+        with self.tree.lock:
+            began = self._wait_for_gap()
+            self.component = component
+            apply(self.component_time.now())
+            self.reloads += 1
+            self._supervision.turn_to(component)
+            return time.perf_counter() - began
+
+    def send(self, name: str, data: object = None) -> None:
+        """Send an event to every automaton that is active; raises EventError."""
+        self.tree.send(make_event(name, data), self.component_time.now())
+
+    def mark(self, mark: Mark) -> None:
+        """Show a mark on the picture of a camera."""
+        self.marks.add(mark, self.component_time.now())
+
+    def run(self, automaton: int) -> Run:
+        """Return an automaton by its id; raises UnknownElementError."""
+        run = self.tree.run(automaton)
+        if run is None:
+            known = ", ".join(str(run.automaton.id) for run in self.tree.runs)
+            raise UnknownElementError(f"there is no automaton {automaton}: there are {known}")
+        return run
+
+    def note(self, run: Run, message: str) -> None:
+        """Log and remember a problem of an automaton that is not an error of its code."""
+        self._supervision.note(run, message)
+
+    def _wait_for_gap(self) -> float:
+        """Wait for a moment without any cycle; return the `perf_counter` since which none could begin.
+
+        If there is no such moment in time, no cycle may begin until there is.
+        """
+        found, began = self.tree.wait_for_gap(_GAP), time.perf_counter()
+        if not found:
+            self.tree.held = True
+            self._wake()  # code that sleeps
+            found = self.tree.wait_for_gap(_CYCLES_LIMIT)
+            self.tree.held = self.ended.is_set() or self.component_time.paused
+        if self.ended.is_set():
+            raise ReloadRefusedError("the component has ended")
+        if not found:
+            run = next(run for run in self.tree.runs if run.in_cycle)
+            raise ReloadRefusedError(
+                f"the cycle of {run.automaton.name} in the state {run.current.name} "
+                f"did not end within {_GAP + _CYCLES_LIMIT:g} s: its code must not block"
+            )
+        return began
+
+    def _hold(self) -> None:
+        """Let no cycle begin, and component time stand still; with the lock of the tree."""
+        self.tree.held = True
+        self.component_time.pause()
+        self._wake()  # code that sleeps
+
+    def _refused(self, refusal: Refusal) -> None:
+        """Pause on the thread of the automaton whose command was refused, unless it is paused already."""
+        with self.tree.lock:
+            if not self.component_time.paused:
+                self._hold()
+                self.refusal = refusal
+
+    def _abandon(self, run: Run, seconds: float) -> None:
+        """Report a cycle that did not end when the component did."""
+        self.component._hfsm_log.error(
+            "the cycle of %s in the state %s did not end within %g s and is abandoned: "
+            "its code must not block",
+            run.automaton.name,
+            run.current.name,
+            seconds,
+        )
+
+    def _halt(self) -> None:
+        self.exit_code = self.exit_code or 1
+        self.request_stop()
+
+    def _crashed(self, run: Run, error: BaseException) -> None:
+        self._supervision.crashed(run, error)
+        code = exit_code_of(error) if isinstance(error, SystemExit) else 1
+        self.exit_code = self.exit_code or code
+        self.request_stop()
+
+    def _sleep(self, seconds: float) -> None:
+        """Wait on behalf of user code."""
+        raise NotImplementedError
+
+    def _step(self, runs: tuple[Run, ...]) -> None:
+        """Run one cycle of each automaton that is no ghost, in this order, while paused."""
+        raise NotImplementedError
+
+    def _frame(self, run: Run) -> FrameType | None:  # noqa: ARG002
+        """Return what the cycle of an automaton executes now; None where that is unknown, or it sleeps."""
+        return None
+
+    def _wake(self) -> None:
+        """Make whatever waits check for changes."""

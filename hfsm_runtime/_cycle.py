@@ -1,0 +1,273 @@
+"""The cycle of an automaton: the one function that both drivers, threads and virtual time, run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Final, Protocol
+
+from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
+from ._variables import convert
+from .errors import ArgumentError, ComponentStoppedError, CycleCutError
+from .tree import Run, Tree
+
+HAND_OVER: Final = 1.0
+"""The longest wait in s of wall time for the cycles below a state that is left."""
+
+
+class CycleEnded(Exception):
+    """Raised by a supervisor to skip the rest of a cycle; it is no error."""
+
+
+class Supervisor(Protocol):
+    """What a cycle needs from its environment."""
+
+    def now(self) -> int:
+        """Return the component time in ns."""
+
+    def failed(self, run: Run, error: Exception) -> None:
+        """Handle an exception of user code; raises CycleEnded to end the cycle."""
+
+    def succeeded(self, run: Run) -> None:
+        """Handle a cycle that was completed."""
+
+    def not_handed_over(self, run: Run, late: list[Run]) -> None:
+        """Handle automata still in a cycle below a state that `run` leaves."""
+
+
+def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+    """Run one cycle of an automaton, which belongs to the component time `now`; a ghost runs none.
+
+    First, the entry into the current state is completed, if it is still owed. Then the transitions out of it
+    are tried, and the first that holds fires: the automata below the old state become ghosts and end their
+    running cycles; exit code, change of state, the transition's code and entry code follow; then the timers
+    of the new state start and the automata below it wake. Finally the code of the current state runs.
+    If the entry ends within a period it counts as no time, so that timers keep to the schedule of cycles.
+    Cycles that fall due while this one lasts are not made up for.
+    """
+    if not tree.begin_cycle(run):
+        return
+    began = run.began = supervisor.now()
+    for observer in tree.observers:
+        observer.cycle_began(run, now)
+    try:
+        _run_steps(tree, run, now, supervisor)
+        supervisor.succeeded(run)
+    except (CycleEnded, CycleCutError, ComponentStoppedError):
+        pass
+    finally:
+        run.cycles += 1
+        run.last_cycle = time.perf_counter() - run.began_wall
+        run.longest_cycle = max(run.longest_cycle, run.last_cycle)
+        lasted = supervisor.now() - began
+        run.overruns += lasted > run.automaton.interval
+        run.last_slot = now
+        run.began = None
+        tree.decide(run, now + lasted)
+        for observer in tree.observers:
+            observer.cycle_ended(run, now)
+        tree.end_cycle(run)
+
+
+def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+    if run.code_first:
+        run.code_first = False
+    else:
+        if run.owed:
+            _enter(tree, run, now, supervisor)
+        if run.unseen and run.on_duty and not run.owed:
+            run.unseen = False
+            if _pauses(tree, run, None):
+                tree.suspend(run, code_first=False)
+                return
+        if not run.current.final:
+            transition = _first_that_holds(tree, run, now, supervisor)
+            if transition is not None and _fire(tree, run, transition, now, supervisor):
+                run.unseen = False
+                if _pauses(tree, run, transition):
+                    tree.suspend(run, code_first=True)
+                    return
+    if run.on_duty and not run.owed:
+        if run.current.final:
+            tree.finish(run, now)
+        elif run.current.code is not None:
+            tree.decide(run, now)  # nobody has to wait for the code
+            _call(tree, run, run.current.code, supervisor)
+
+
+def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
+    """Return whether an observer wants to pause where a state was entered; all of them are notified."""
+    pauses = [observer.entered(run, transition) for observer in tree.observers]
+    return any(pauses)
+
+
+def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
+    """Return the transition that is to fire, if any: the one that is forced, or the first that holds.
+
+    Transitions are tried with the oldest event. An event that fires none of them is dropped, and those that
+    wait for an event are tried with the next one. An event stays first in the queue when another transition
+    fires before it, and when the cycle is cut short in between.
+    """
+    forced = run.forced
+    if forced is not None:
+        run.forced = run.event = None
+        if forced.origin == run.current.id:
+            return forced
+    transitions = run.automaton.outgoing(run.current)
+    while True:
+        event = run.event = tree.next_event(run, now)
+        for transition in transitions:
+            if _holds(tree, run, transition, now, supervisor):
+                if event is not None and transition.event:
+                    tree.take_event(run, event, now, handled=True)
+                return transition
+        if event is None:
+            return None
+        tree.take_event(run, event, now, handled=False)
+        transitions = tuple(each for each in transitions if each.event)  # the others have been tried
+
+
+def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
+    if transition.delay is not None:
+        triggered = run.active_time(now) >= transition.delay
+    elif transition.event:
+        triggered = run.event is not None and transition.event == run.event.name
+    elif transition.finished:
+        triggered = bool(run.below) and all(child.finished for child in run.below)
+    else:
+        triggered = True
+    if not triggered or transition.guard is None:
+        return triggered
+    guard = _bound(run, transition, transition.guard)
+    value = _call(tree, run, lambda: bool(guard()), supervisor) is True  # bool() may fail, too
+    run.guards[transition.id] = value, now
+    for observer in tree.observers:
+        observer.guard_evaluated(run, transition, value, now)
+    return value
+
+
+def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
+    """Fire a transition; false when the new state is not entered, since the automaton became a ghost."""
+    if not tree.leave(run, now):
+        return False
+    for observer in tree.observers:
+        observer.fired(run, transition, now)
+    try:
+        late = tree.wait_for_cycles(run, HAND_OVER)
+        if late:
+            supervisor.not_handed_over(run, late)
+        for left, state in _left_for_good(run):
+            if state.exit is not None:
+                _call(tree, left, state.exit, supervisor)
+    finally:  # once the automata below have stopped, the state changes whatever its exit code does
+        changed = tree.change(run, transition, now)
+    if not changed:
+        return False
+    try:
+        if transition.code is not None:
+            _call(tree, run, _bound(run, transition, transition.code), supervisor)
+    finally:
+        if not run.owed:
+            tree.enter(run, _settled(run, now, supervisor))
+    if run.owed:
+        _enter(tree, run, now, supervisor)
+    return run.on_duty
+
+
+def _enter(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+    """Complete the entry into the current state; a ghost completes it later."""
+    state = run.current
+    if not run.on_duty:
+        return
+    if state.entry is not None:
+        _call(tree, run, state.entry, supervisor)
+    arguments = state.arguments
+    if arguments is not None and not state.final:
+        _call(tree, run, lambda: hand_over(state, arguments()), supervisor)
+    tree.enter(run, _settled(run, now, supervisor))
+
+
+def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
+    """Return the time from which the timers of a state count, now that its entry is complete."""
+    ended = supervisor.now()
+    assert run.began is not None
+    return now if ended - run.began < run.automaton.interval else ended
+
+
+def _left_for_good(run: Run) -> list[tuple[Run, State]]:
+    """Return the states whose exit code runs when an automaton leaves its state, in this order."""
+    left: list[tuple[Run, State]] = []
+    if run.current.restart and not run.waking:  # if not woken since, they have left already
+        for child in run.below:
+            if child.entered is not None and not child.owed and not child.finished:
+                left += _left_for_good(child)
+    left.append((run, run.current))
+    return left
+
+
+def _bound(run: Run, transition: Transition, code: Callable[..., object]) -> Callable[[], object]:
+    """Return a transition's guard or code as a function without parameters."""
+    if not transition.event:
+        return code
+    event = run.event
+    if event is None or event.name != transition.event:  # it was forced
+        event = Event(transition.event)
+    return lambda: code(event)
+
+
+def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervisor) -> object:
+    """Return the result of a piece of user code, or None when it failed and the cycle continues."""
+    try:
+        return code()
+    except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
+        for observer in tree.observers:
+            observer.code_failed(run, error)
+        supervisor.failed(run, error)
+        return None
+
+
+def hand_over(state: State, arguments: Arguments) -> None:
+    """Set the inputs of a state's automata; those without an argument keep their value.
+
+    Nothing is set when one of them cannot be: raises ArgumentError, and ValueTypeError for a value of another
+    type.
+    """
+    by_child = _by_child(state, arguments)
+    unknown = by_child.keys() - {child.id for child in state.children}
+    if unknown:
+        raise ArgumentError(f"the state {state.name!r} owns no automaton {min(unknown)}")
+    checked = [(child, _check(state, child, by_child.get(child.id, {}))) for child in state.children]
+    for child, values in checked:
+        if values and child.set_inputs is not None:
+            child.set_inputs(values)
+
+
+def _by_child(state: State, arguments: Arguments) -> dict[int, Mapping[str, object]]:
+    values: dict[str, object] = {}
+    found: dict[int, Mapping[str, object]] = {}
+    for key, value in arguments.items():
+        if isinstance(key, str):
+            values[key] = value
+        else:
+            assert isinstance(value, Mapping)
+            found[key] = value
+    if values:
+        if len(state.children) != 1:
+            raise ArgumentError(f"the state {state.name!r} does not own one automaton: say which by its id")
+        found[state.children[0].id] = values
+    return found
+
+
+def _check(state: State, child: Automaton, values: Mapping[str, object]) -> dict[str, object]:
+    inputs = {declared.name: declared for declared in child.inputs}
+    label = f"automaton {child.id} ({child.name!r}) of the state {state.name!r}"
+    for name in values:
+        if name not in inputs:
+            raise ArgumentError(f"{label} has no input {name!r}: it has {', '.join(inputs) or 'none'}")
+    for declared in child.inputs:
+        if declared.default is REQUIRED and declared.name not in values:
+            raise ArgumentError(f"{label} is not handed its input {declared.name!r}, which has no default")
+    return {
+        name: convert(value, inputs[name].type, f"the input {name!r} of {label}")
+        for name, value in values.items()
+    }

@@ -1,0 +1,67 @@
+"""The order of cycles on threads: by their times, and of cycles due at one time the ancestors' first.
+
+It concerns automata one below the other: the upper one decides whether the lower one is active, and may wait
+until that has finished. Virtual time has the same order. Each thread asks whether it is its turn. Nobody
+waits for a cycle that can change nothing, since no timer has expired; and a cycle follows another as soon as
+that has decided which transition fires: the code of states runs side by side.
+
+A late thread may hold the others up, code that hangs must not: a cycle that lasts longer than a period, its
+own or that of the automaton that waits, and longer than 0.1 s, is not waited for any more. Nor does an
+automaton wait for late ones below it for longer than its period and 0.1 s.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from ._automaton_run import Run
+from ._timeline import slot_at
+
+_LEAST_WAIT: Final = 100_000_000
+"""How long to wait in ns at least, however short the periods are: a busy machine may interrupt a cycle."""
+
+
+def turn_of(run: Run, now: int, latest: int) -> int | Run:
+    """Return the time of the next cycle of an automaton if it is its turn, or else whose turn it is.
+
+    The cycle is due. Its time is at most `latest`; of slots that were missed, the last one counts that comes
+    before the next cycles of the automata above.
+    """
+    first = above = run.parent
+    while above is not None:
+        if above.next_slot <= latest and above.may_change(latest) and not _lasts_too_long(above, run, now):
+            first, latest = above, above.next_slot - 1
+        above = above.parent
+    if latest < run.next_slot:
+        assert first is not None
+        return first
+    at, interval = run.next_slot, run.automaton.interval
+    if latest - at >= interval:
+        at = slot_at(latest, interval)
+    if run.children and run.may_change(at) and now - run.next_slot < patience(run, run):
+        return _late_below(run, run, now) or at
+    return at
+
+
+def patience(run: Run, first: Run) -> int:
+    """Return how long a running cycle may last for which the one of `run` waits, in ns."""
+    return max(_LEAST_WAIT, min(run.automaton.interval, first.automaton.interval))
+
+
+def _late_below(run: Run, waiting: Run, now: int) -> Run | None:
+    """Return an active automaton below the state of `run` whose cycle is due before that of `waiting`."""
+    for child in reversed(run.below):  # the last one will probably be the last to wake
+        if not child.active or child.finished:
+            continue
+        late = _late_below(child, waiting, now)
+        if late is not None:
+            return late
+        due = child.next_slot < waiting.next_slot and child.may_change(waiting.next_slot)
+        if due and not _lasts_too_long(child, waiting, now):
+            return child
+    return None
+
+
+def _lasts_too_long(first: Run, run: Run, now: int) -> bool:
+    began = first.began
+    return began is not None and now - began >= patience(run, first)

@@ -1,0 +1,120 @@
+"""Intercept a component's readings of its clock, and of the module `time` where user code imported it."""
+
+from __future__ import annotations
+
+import builtins
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import ModuleType
+from typing import Any, Final
+
+from zenoh_ice.clock import Clock
+
+from .._timeline import Timeline
+from ..component import Component
+
+_TIME_FUNCTIONS: Final = (
+    "time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time",
+    "sleep",
+)  # fmt: skip
+"""The functions of the module `time` that are intercepted."""
+
+
+Ask = Callable[[str, Callable[[], Any], Callable[[], float] | None], Any]
+"""Return a reading of a kind: one function makes it, the other returns for how many s it waits, if it does.
+
+A recording calls the function and writes the reading down; a replay returns the recorded reading.
+"""
+
+
+class InterceptedClock:
+    """The clock that user code sees while it is recorded or replayed."""
+
+    def __init__(self, clock: Clock, ask: Ask) -> None:
+        self._clock = clock
+        self._ask = ask
+
+    @property
+    def rate(self) -> float:
+        """The seconds of this clock that pass in a second of wall time."""
+        return float(self._ask("rate", lambda: self._clock.rate, None))
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the time is that of a simulation."""
+        return self._clock.simulated
+
+    def now(self) -> float:
+        """Return the time in s."""
+        return float(self._ask("now", self._clock.now, None))
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for a duration in s."""
+        self._ask("clock.sleep", lambda: self._clock.sleep(seconds), lambda: seconds)
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        """Wait for an event for at most `timeout` s; return whether it is set."""
+        return bool(self._ask("clock.wait", lambda: self._clock.wait(event, timeout), lambda: timeout))
+
+
+class InterceptedTimeline(Timeline):
+    """Component time while it is recorded or replayed."""
+
+    def __init__(self, clock: Clock, ask: Ask) -> None:
+        super().__init__(clock)
+        self._ask = ask
+
+    def now(self) -> int:
+        """Return the component time in ns."""
+        return int(self._ask("component", super().now, None))
+
+
+@contextmanager
+def intercepted_time(component: type, ask: Ask) -> Iterator[None]:
+    """Intercept what user code reads of the module `time`, in a `with` block.
+
+    Its functions are replaced in the modules of the component and of its extension, where these have imported
+    them, and in imports within their functions where a module has its own builtins.
+    """
+    made = {name: _intercepted(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
+    stand_in = ModuleType("time", time.__doc__)
+    vars(stand_in).update({**vars(time), **made})
+    functions = {getattr(time, name): made[name] for name in _TIME_FUNCTIONS}
+
+    def import_(name: str, *arguments: Any) -> Any:  # noqa: ANN401 - those of __import__
+        return stand_in if name == "time" else builtins.__import__(name, *arguments)
+
+    genuine: list[tuple[dict[str, Any], str, object]] = []
+    for module in _modules(component):
+        for name, value in list(module.items()):
+            is_function = getattr(value, "__module__", None) == "time" and value in functions
+            if value is time or is_function:
+                genuine.append((module, name, value))
+                module[name] = functions[value] if is_function else stand_in
+        own = module.get("__builtins__")
+        if isinstance(own, dict) and own is not vars(builtins):
+            genuine.append((own, "__import__", own["__import__"]))
+            own["__import__"] = import_
+    try:
+        yield
+    finally:
+        for namespace, name, value in genuine:
+            namespace[name] = value
+
+
+def _modules(component: type) -> list[dict[str, Any]]:
+    """Return the namespaces of the modules of a component and of its extension, which is one of its bases."""
+    classes = [component, *(base for base in component.__bases__ if base not in Component.__mro__)]
+    names = dict.fromkeys(each.__module__ for each in classes)
+    return [vars(sys.modules[name]) for name in names if name in sys.modules]
+
+
+def _intercepted(name: str, function: Callable[..., Any], ask: Ask) -> Callable[..., Any]:
+    def read(*arguments: Any) -> Any:  # noqa: ANN401 - those of the function
+        waits = (lambda: float(arguments[0])) if name == "sleep" and arguments else None
+        return ask(f"time.{name}", lambda: function(*arguments), waits)
+
+    return read

@@ -1,0 +1,287 @@
+"""A component's topics, services and actions of ROS 2, as user code sees them.
+
+They use a `RosNode`: a node of ROS, that of a test, or one that records or replays.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any, Final, Protocol
+
+import zenoh_ros2
+from zenoh_ice import Sample, ZenohIceError
+from zenoh_ros2 import QoS, RosError, Types
+
+from .component import Component, Ros, ros_of
+from .errors import ComponentError
+
+__all__ = ["Action", "Endpoints", "Goal", "Publisher", "RosNode", "Service", "Subscription", "message_of"]
+
+_LIMIT: Final = 0.5
+"""The longest wait in wall seconds for all goals of a component to be cancelled."""
+_LEAST: Final = 0.05
+"""The wait for each, however many there are."""
+
+_logger = logging.getLogger(__name__)
+
+
+class Outgoing(Protocol):
+    """The publishing end of a topic."""
+
+    @property
+    def subscribers(self) -> int: ...
+    def publish(self, message: Any, /) -> None: ...  # noqa: ANN401
+
+
+class Incoming(Protocol):
+    """The listening end of a topic."""
+
+    def latest(self) -> Sample[Any] | None: ...
+    def next(self, timeout: float) -> Sample[Any]: ...
+
+
+class Client(Protocol):
+    """The calling end of a service."""
+
+    def wait(self, timeout: float) -> object: ...
+    def call(self, request: Any, /, *, timeout: float) -> Any: ...  # noqa: ANN401
+    def call_async(self, request: Any, /) -> Future[Any]: ...  # noqa: ANN401
+
+
+class Goal(Protocol):
+    """A goal that an action's server has accepted."""
+
+    @property
+    def status(self) -> Any: ...  # noqa: ANN401
+    @property
+    def feedback(self) -> Any: ...  # noqa: ANN401
+    @property
+    def done(self) -> bool: ...
+    def result(self, timeout: float) -> Any: ...  # noqa: ANN401
+    def cancel(self, timeout: float) -> object: ...
+
+
+class ActionClient(Protocol):
+    """The commanding end of an action."""
+
+    def send(self, goal: Any, /, *, timeout: float) -> Goal: ...  # noqa: ANN401
+
+
+class RosNode(Protocol):
+    """A maker of the ends of topics, services and actions: `zenoh_ros2.Node`, or a stand-in for it."""
+
+    def create_publisher(self, type: str, name: str, qos: QoS, /) -> Outgoing: ...
+    def create_subscription(self, type: str, name: str, *, qos: QoS) -> Incoming: ...
+    def create_client(self, type: str, name: str, /) -> Client: ...
+    def create_action_client(self, type: str, name: str, /) -> ActionClient: ...
+
+
+class Node(zenoh_ros2.Node):
+    """A node of ROS for a component."""
+
+    def create_action_client(self, type_name: str, name: str, /) -> zenoh_ros2.ActionClient:
+        """Announce that goals of an action will be sent."""
+        return zenoh_ros2.ActionClient(self, type_name, name)
+
+
+class Publisher:
+    """A topic that the component publishes."""
+
+    def __init__(self, end: Outgoing, make: Callable[..., Any], *, stop: bool) -> None:
+        self.end = end
+        self._make: Final = make
+        self._stop: Final = stop
+        self._is_driving = False
+
+    @property
+    def subscribers(self) -> int:
+        """The current number of subscribers."""
+        return self.end.subscribers
+
+    def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
+        """Publish a message, or one with the given fields: the others are zero. Raises MessageError."""
+        whole = self._make(message, **fields)
+        self._is_driving = True  # set first: a stop may arrive during the publication
+        self.end.publish(whole)
+
+    def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
+        """Yield a function that publishes a default message, if that stops an earlier one."""
+        if self._stop and self._is_driving:
+            self._is_driving = False
+            yield lambda _limit: self.end.publish(self._make(None))
+
+
+class Subscription:
+    """A topic that the component listens to."""
+
+    def __init__(self, end: Incoming, make: Callable[..., Any]) -> None:
+        self.end = end
+        self._make: Final = make
+
+    @property
+    def value(self) -> Any:  # noqa: ANN401
+        """The newest message, or a default one before the first."""
+        sample = self.end.latest()
+        return self._make(None) if sample is None else sample.value
+
+    def latest(self) -> Sample[Any] | None:
+        """Return the newest sample, with its `value` and its `age`; None before the first."""
+        return self.end.latest()
+
+    def next(self, timeout: float = 2.0) -> Sample[Any]:
+        """Wait for the next sample, at most `timeout` s."""
+        return self.end.next(timeout)
+
+
+class Service:
+    """A service that the component calls."""
+
+    def __init__(self, end: Client, make: Callable[..., Any]) -> None:
+        self.end = end
+        self._make: Final = make
+
+    def wait(self, timeout: float = 2.0) -> object:
+        """Wait until a server offers the service, at most `timeout` s."""
+        return self.end.wait(timeout)
+
+    def call(self, request: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Any:  # noqa: ANN401
+        """Call the service with a request, or one with the given fields, and return the response."""
+        return self.end.call(self._make(request, **fields), timeout=timeout)
+
+    def call_async(self, request: Any = None, /, **fields: object) -> Future[Any]:  # noqa: ANN401
+        """Call the service without waiting: the response is the result of a future."""
+        return self.end.call_async(self._make(request, **fields))
+
+
+class Action:
+    """An action whose goals the component sends."""
+
+    def __init__(self, end: ActionClient, make: Callable[..., Any]) -> None:
+        self.end = end
+        self._make: Final = make
+        self._goals: list[Goal] = []
+
+    def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:  # noqa: ANN401
+        """Send a goal, or one with the given fields. Raises zenoh_ros2.GoalRejectedError.
+
+        The returned goal has `status`, `feedback` (the newest, or None), `done`, `result(timeout)` and
+        `cancel(timeout)`.
+        """
+        sent = self.end.send(self._make(goal, **fields), timeout=timeout)
+        self._goals = [*(each for each in self._goals if not each.done), sent]
+        return sent
+
+    def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
+        """Yield a function for each unfinished goal that cancels it."""
+        while self._goals:
+            goal = self._goals.pop()
+            if not goal.done:
+                yield goal.cancel
+
+
+class Endpoints:
+    """The ends of topics, services and actions that a component and its later versions use."""
+
+    def __init__(self, node: RosNode, types: Types) -> None:
+        self._node: Final = node
+        self._types: Final = types
+        self._made: dict[tuple[object, ...], object] = {}
+
+    def connect(self, component: Component) -> None:
+        """Connect the declared ends of a component that are not connected yet. Raises ComponentError.
+
+        Another version of a component gets the ends that have the same declaration.
+        """
+        try:
+            for name, text in component._hfsm_ros_types.items():
+                self._types.add(name, text)
+            for attribute, declared in ros_of(component).items():
+                if attribute not in vars(component):
+                    vars(component)[attribute] = self._end(declared)
+        except RosError as error:
+            raise ComponentError(f"the component cannot start: {error}") from error
+        if not hasattr(type(component), "ros"):
+            vars(component)["ros"] = self._types
+
+    def _end(self, declared: Ros) -> object:
+        key = (declared.kind, declared.target, declared.type, declared.stop, *sorted(declared.qos.items()))
+        if key not in self._made:
+            self._made[key] = self._make(declared)
+        return self._made[key]
+
+    def _make(self, declared: Ros) -> object:
+        node = self._node
+        name = declared.type
+        target = declared.target
+        qos = QoS(**declared.qos)  # type: ignore[arg-type]
+        match declared.kind:
+            case "publish":
+                end = node.create_publisher(name, target, qos)
+                return Publisher(end, self._maker(name), stop=declared.stop)
+            case "subscribe":
+                return Subscription(node.create_subscription(name, target, qos=qos), self._maker(name))
+            case "service":
+                return Service(node.create_client(name, target), self._maker(f"{name}_Request"))
+            case "action":
+                return Action(node.create_action_client(name, target), self._maker(f"{name}_Goal"))
+        raise ComponentError(f"self.{declared.name}: {declared.kind!r} is no kind of ROS interface")
+
+    def _maker(self, name: str) -> Callable[..., Any]:
+        return functools.partial(message_of, self._types, name)
+
+
+def message_of(types: Types, name: str, message: Any = None, /, **fields: object) -> Any:  # noqa: ANN401
+    """Return a message of a type: the given one, or one with the given fields. Raises MessageError."""
+    return types.coerce(name, message, **fields)
+
+
+def stop_ends(component: Component) -> None:
+    """Stop everything that a component drives over ROS; failures are logged."""
+    end = time.monotonic() + _LIMIT
+    for name in ros_of(component):
+        used = vars(component).get(name)
+        for stop in used._hfsm_stops() if isinstance(used, Publisher | Action) else ():
+            try:
+                stop(max(_LEAST, end - time.monotonic()))
+            except (RosError, ZenohIceError) as error:
+                _logger.warning("self.%s could not be stopped: %s", name, error)
+
+
+class Transformations:
+    """The part of the module `tf` of ROS 1 that documents of VisualStates use, as `tf.transformations`."""
+
+    @staticmethod
+    def euler_from_quaternion(quaternion: Sequence[float]) -> tuple[float, float, float]:
+        """Return roll, pitch and yaw in rad of a quaternion x, y, z, w (REP 103: about fixed x, y, z)."""
+        x, y, z, w = quaternion
+        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+        return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def types_of(component: Component) -> Types:
+    """Return all types of ROS, with those of a component's project."""
+    return _types_with(tuple(component._hfsm_ros_types.items()))
+
+
+@functools.lru_cache(maxsize=8)
+def _types_with(texts: tuple[tuple[str, str], ...]) -> Types:
+    """Return all types of ROS, with a project's own ones, by their texts."""
+    types = Types()
+    for name, text in texts:  # each after those that it needs
+        types.add(name, text)
+    return types
+
+
+def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
+    """Return a function that makes messages of a type with some fields, the others zero, as in ROS 1."""
+
+    def make(**fields: object) -> Any:  # noqa: ANN401
+        return _types_with(tuple((texts or {}).items())).make(name, **fields)
+
+    return make

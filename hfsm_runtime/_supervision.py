@@ -1,0 +1,259 @@
+"""Handle errors: log them, remember them for the monitor, and apply the policy."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+import msgspec
+
+from interfaces.hfsm import ErrorReport
+from interfaces.jderobot import CommandRefusedException, HardwareFailedException
+from zenoh_ice.exceptions import (
+    BusyException,
+    CommunicatorDestroyedException,
+    ConnectionLostException,
+    ObjectNotExistException,
+    TimeoutException,
+)
+
+from ._automaton import Event
+from ._cycle import CycleEnded
+from ._timeline import Timeline
+from .component import Component, source_of
+from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
+from .loading import how_to_install
+from .observer import Observer
+from .source_map import locate
+from .tree import DropReason, Run, Tree
+
+_KEPT: Final = 20
+_LONGEST_MESSAGE: Final = 1000
+_LOG_PERIOD: Final = 10.0
+"""Wall seconds in which a repeated error is logged once."""
+_HARDWARE_FAILURES: Final = 10
+"""Consecutive cycles with failing hardware that make an error; fewer may just mean a late picture."""
+
+UNAVAILABLE: Final = (
+    ConnectionLostException,
+    ObjectNotExistException,
+    BusyException,
+    TimeoutException,
+)
+"""Exceptions of a proxy while its server is offline: not the user's fault, and possibly temporary."""
+
+
+class Refusal(msgspec.Struct, frozen=True):
+    """A refused command: where and why (`message`), and the holder of the robot, if any.
+
+    `since` is monotonic wall time in s.
+    """
+
+    message: str
+    holder: str
+    since: float
+
+
+class _Outage:
+    """Automata that wait for the same thing, each until it completes a cycle or becomes a ghost."""
+
+    def __init__(self) -> None:
+        self._waiting: set[Run] = set()
+        self._began = 0.0
+
+    def __bool__(self) -> bool:
+        return bool(self._waiting)
+
+    def add(self, run: Run) -> bool:
+        """Add an automaton; return whether it is the first."""
+        first = not self._waiting
+        if first:
+            self._began = time.monotonic()
+        self._waiting.add(run)
+        return first
+
+    def recovered(self, run: Run) -> float | None:
+        """Note a completed cycle; return the duration of the outage in s if it is over now."""
+        before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not run}
+        return time.monotonic() - self._began if before and not self._waiting else None
+
+
+class Supervision(Observer):
+    """Handle the errors in the cycles of one component.
+
+    `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when an
+    error is to stop the component, and `refused` when a refused command is to pause it.
+
+    While a server is offline, the cycles that need it are ended, and tried again at their next time; the log
+    reports once that it is offline and once that it is back. It is back when `servers_present` returns true
+    and the automata that missed it have completed a cycle or become ghosts. A refusal is logged in the same
+    way: it is over when the refused automata complete a cycle.
+    """
+
+    def __init__(
+        self,
+        tree: Tree,
+        timeline: Timeline,
+        component: Component,
+        on_error: OnError | None = None,
+        on_refused: OnRefused | None = None,
+        *,
+        halt: Callable[[], None],
+        refused: Callable[[Refusal], None],
+        servers_present: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._tree = tree
+        self._timeline = timeline
+        self._policies = on_error, on_refused
+        self._halt = halt
+        self._pause = refused
+        self._servers_present = servers_present
+        self._lock = threading.Lock()
+        self._records: deque[ErrorReport] = deque(maxlen=_KEPT)
+        self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
+        self._without_server = _Outage()
+        self._refused = _Outage()
+        self._hardware_failures: dict[Run, int] = {}
+        """Cycles in a row that ended because hardware failed."""
+        self._dropped: set[tuple[int, int, str]] = set()
+        """Dropped events: the automaton, its state, and the event with the reason."""
+        tree.observers.append(self)
+        self.turn_to(component)
+
+    def turn_to(self, component: Component) -> None:
+        """Continue with another version of the component."""
+        self._log = component._hfsm_log
+        on_error, on_refused = self._policies
+        self._on_error = on_error or component._hfsm_on_error
+        self._on_refused = on_refused or component._hfsm_on_refused
+        self._file = source_of(component)
+
+    @property
+    def records(self) -> tuple[ErrorReport, ...]:
+        """The newest errors, oldest first."""
+        with self._lock:
+            return tuple(self._records)
+
+    def now(self) -> int:
+        """Return the component time in ns."""
+        return self._timeline.now()
+
+    def failed(self, run: Run, error: Exception) -> None:
+        """Handle an exception of user code; raises CycleEnded to end the cycle."""
+        if isinstance(error, CommunicatorDestroyedException):
+            raise CycleEnded from error  # the component has ended without this cycle
+        location = locate(error, self._file)
+        message = describe(error)[:_LONGEST_MESSAGE]
+        if isinstance(error, ModuleNotFoundError):
+            message = f"{message}: {how_to_install(error)}"
+        if isinstance(error, UNAVAILABLE):
+            self._wait(self._without_server, run, location, message, "waiting for the server")
+            raise CycleEnded from error
+        if isinstance(error, CommandRefusedException) and self._on_refused is OnRefused.PAUSE:
+            self._wait(self._refused, run, location, message, "pauses until commands are accepted again")
+            self._pause(Refusal(f"{_place(run)}: {message}", error.holder, time.monotonic()))
+            raise CycleEnded from error
+        self._record(run, location, message)
+        place = f" at {location}" if location else ""
+        self._log_seldom(run, location, f"{_place(run)}: {message}{place}", error)
+        if self._on_error is OnError.STOP:
+            if isinstance(error, HardwareFailedException):
+                failures = self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
+                if failures < _HARDWARE_FAILURES:
+                    raise CycleEnded from error
+            self._log.error("the component halts; `onerror` continue would ignore the error")
+            self._halt()
+            raise CycleEnded from error
+
+    def crashed(self, run: Run, error: BaseException) -> None:
+        """Log and remember what ends the component, such as `sys.exit()` in the code of an automaton."""
+        location = locate(error, self._file)
+        place = f" at {location}" if location else ""
+        if not isinstance(error, SystemExit):
+            self._record(run, location, describe(error)[:_LONGEST_MESSAGE])
+            trace = type(error), error, part_of_component(error, self._file)
+            self._log.critical("%s: its thread failed%s", _place(run), place, exc_info=trace)
+        elif exit_code_of(error) == 0:
+            self._log.warning("%s: sys.exit() ends the component%s", _place(run), place)
+        else:
+            message = (
+                f"sys.exit({error.code!r}) ends the component; a final state would end it without an error"
+            )
+            self._record(run, location, message)
+            self._log.error("%s: %s%s", _place(run), message, place)
+
+    def succeeded(self, run: Run) -> None:
+        """End the outages that a completed cycle has recovered from."""
+        if self._hardware_failures:
+            self._hardware_failures.pop(run, None)
+        if self._refused:
+            with self._lock:
+                seconds = self._refused.recovered(run)
+                if seconds is not None:
+                    self._log.warning("commands are accepted again: continuing after %.1f s", seconds)
+        if self._without_server and self._servers_present():
+            with self._lock:
+                seconds = self._without_server.recovered(run)
+                if seconds is not None:
+                    self._log.warning("the server is back after %.1f s", seconds)
+
+    def not_handed_over(self, run: Run, late: list[Run]) -> None:
+        """Report automata still in a cycle below a state that was left."""
+        for child in late:
+            message = (
+                f"still in a cycle 1 s after {run.automaton.name} left the state {run.current.name}: "
+                "its code must not block, and others drive the robot with it until it ends"
+            )
+            self._record(child, "", message)
+            self._log.error("%s: %s", _place(child), message)
+
+    def note(self, run: Run, message: str) -> None:
+        """Log and remember a problem of an automaton that is not an error of its code."""
+        self._record(run, "", message)
+        self._log.warning("%s: %s", _place(run), message)
+
+    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+        """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
+        message = f"the event {event.name!r} is dropped: {reason}"
+        if reason is DropReason.OVERFLOW:
+            self._record(run, "", message)
+            self._log_seldom(run, event.name, f"{_place(run)}: {message}", None)
+            return
+        place = (run.automaton.id, run.current.id, f"{event.name}: {reason}")
+        first = place not in self._dropped
+        self._dropped.add(place)
+        self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(run), message)
+
+    def _wait(self, outage: _Outage, run: Run, location: str, message: str, what: str) -> None:
+        with self._lock:
+            first = outage.add(run)
+        if first:
+            self._record(run, location, message)
+            level = logging.WARNING if outage is self._refused else logging.ERROR
+            self._log.log(level, "%s: %s; %s", _place(run), message, what)
+
+    def _record(self, run: Run, location: str, message: str) -> None:
+        report = ErrorReport(self.now() / 1e9, run.automaton.id, run.current.id, location, message)
+        with self._lock:
+            self._records.append(report)
+
+    def _log_seldom(self, run: Run, location: str, text: str, error: Exception | None) -> None:
+        key = (run.automaton.id, run.current.id, location)
+        now = time.monotonic()
+        with self._lock:
+            logged_at, repeated = self._logged.get(key, (float("-inf"), 0))
+            if now - logged_at < _LOG_PERIOD:
+                self._logged[key] = (logged_at, repeated + 1)
+                return
+            self._logged[key] = (now, 0)
+        again = f" ({repeated} times more since it was last logged)" if repeated else ""
+        trace = error and (type(error), error, part_of_component(error, self._file))
+        self._log.error("%s%s", text, again, exc_info=trace)
+
+
+def _place(run: Run) -> str:
+    return f"{run.automaton.name}/{run.current.name}"

@@ -1,0 +1,314 @@
+"""Run the automata of a component on threads, one each, by the component's clock."""
+
+from __future__ import annotations
+
+import heapq
+import logging
+import sys
+import threading
+import time
+from collections.abc import Callable
+from itertools import count
+from types import FrameType
+from typing import Final
+
+from zenoh_ice.clock import Clock
+
+from ._automaton_run import wake_next
+from ._cycle import Supervisor, run_cycle
+from ._order import patience, turn_of
+from ._timeline import Timeline, delay_in_slot
+from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
+from .observer import Observer
+from .tree import ChangeKind, Run, Tree
+
+_logger = logging.getLogger(__name__)
+
+_IDLE: Final = 2.0
+"""The longest wait in wall seconds of an idle thread; any change that concerns it wakes it."""
+_RESOLUTION: Final = 1e-9
+"""Seconds; sums of floats are not exact."""
+_STEP: Final = 2.0
+"""The longest wait in wall seconds for a cycle that was asked for."""
+
+_ALARM_ENDS: Final = 1.0
+"""The longest wait in wall seconds for the thread of the alarm to end."""
+
+
+class Threads(Observer):
+    """A thread for each automaton of a tree. Start and stop it once.
+
+    `crashed` is called on the thread of an automaton that ends by anything but an ordinary exception, such as
+    `sys.exit()` in its code.
+    """
+
+    def __init__(
+        self,
+        tree: Tree,
+        timeline: Timeline,
+        supervisor: Supervisor,
+        crashed: Callable[[Run, BaseException], None],
+    ) -> None:
+        self._tree = tree
+        self._timeline = timeline
+        self._supervisor = supervisor
+        self._crashed = crashed
+        self._stopping = False
+        self._one_step = threading.Lock()
+        self._own = threading.local()
+        # The upper ones wake earlier in their slots: most have decided when those wake that come after them.
+        by_depth = sorted(tree.runs, key=lambda run: run.depth)
+        self._workers = {run: _Worker(self, run, index) for index, run in enumerate(by_depth)}
+        self._alarm = Alarm(timeline)
+        tree.observers.append(self)
+
+    def start(self) -> None:
+        """Enter the initial states and start the cycles."""
+        self._timeline.restart()
+        self._tree.start(0)
+        self._alarm.start()
+        for worker in self._workers.values():
+            worker.thread.start()
+
+    def stop(self, timeout: float) -> list[Run]:
+        """Let running cycles end and start no other; return the automata whose cycle did not end.
+
+        `timeout` is in s of wall time. It may be called from user code, which it does not wait for.
+        """
+        with self._tree.lock:
+            self._tree.held = True
+            self._stopping = True
+        self.wake()
+        for worker in self._workers.values():
+            worker.stepped.set()  # nobody must wait for a step that will not run any more
+        self._alarm.stop()
+        deadline = time.monotonic() + timeout
+        threads = [worker.thread for worker in self._workers.values() if worker.thread.ident is not None]
+        for thread in threads:
+            if thread is not threading.current_thread():
+                thread.join(max(0.0, deadline - time.monotonic()))
+        return [run for run, worker in self._workers.items() if worker.thread.is_alive()]
+
+    def step(self, runs: tuple[Run, ...]) -> None:
+        """Run one cycle of each automaton that is no ghost, in this order, while paused.
+
+        Component time moves on by their shortest period.
+        """
+        with self._one_step:
+            with self._tree.lock:
+                active = [run for run in runs if run.active and not run.finished]
+                if self._stopping or not self._timeline.paused or not active:
+                    return
+                self._timeline.step(min(run.automaton.interval for run in active))
+            for run in active:
+                worker = self._workers.get(run)
+                if worker is None:  # it has left the tree in the meantime
+                    continue
+                worker.stepped.clear()
+                with self._tree.lock:
+                    ordered = run.stepping = not self._stopping
+                if not ordered:
+                    return
+                worker.wake.set()
+                if not worker.stepped.wait(_STEP):
+                    _logger.warning("the step of %s takes longer than %g s", run.automaton.name, _STEP)
+
+    def sleep(self, clock: Clock, seconds: float, ended: threading.Event) -> bool:
+        """Wait on behalf of user code; return false at once on a thread that is not an automaton's.
+
+        Returns early when the component has `ended`, and raises CycleCutError when the cycle is to end.
+        """
+        worker: _Worker | None = getattr(self._own, "worker", None)
+        if worker is None:
+            return False
+        end = clock.now() + seconds
+        worker.asleep = True
+        try:
+            while not ended.is_set():
+                worker.wake.clear()
+                if not self._tree.may_go_on(worker.run):
+                    raise CycleCutError
+                left = end - clock.now()
+                if left < _RESOLUTION:  # a clock of whole ns would not wait for less, and so never end
+                    break
+                clock.wait(worker.wake, left)
+        finally:
+            worker.asleep = False
+        return True
+
+    def frame(self, run: Run) -> FrameType | None:
+        """Return what the thread of an automaton executes; None while user code lets it sleep by `sleep`."""
+        worker = self._workers.get(run)
+        if worker is None or worker.asleep:
+            return None
+        return sys._current_frames().get(worker.thread.ident or 0)
+
+    def add(self, runs: tuple[Run, ...]) -> None:
+        """Start the threads of automata that are about to join the tree.
+
+        Raises ReloadRefusedError where the system gives the process no more threads; some may run then.
+        """
+        workers = {run: _Worker(self, run, index) for index, run in enumerate(runs, len(self._workers))}
+        self._workers = {**self._workers, **workers}
+        try:
+            for worker in workers.values():
+                worker.thread.start()
+        except RuntimeError as error:
+            raise ReloadRefusedError(f"{len(runs)} automata need a thread each: {error}") from error
+
+    def remove(self, runs: tuple[Run, ...]) -> None:
+        """End the threads of automata that are not in the tree, and in no cycle."""
+        leaving = set(runs)
+        retired = [worker for run, worker in self._workers.items() if run in leaving]
+        self._workers = {run: worker for run, worker in self._workers.items() if run not in leaving}
+        for worker in retired:
+            worker.retired = True
+            worker.wake.set()
+            worker.stepped.set()
+        for worker in retired:
+            if worker.thread.ident is not None:
+                worker.thread.join(_STEP)
+
+    def wake(self) -> None:
+        """Wake every thread to check for changes, such as the end of a pause."""
+        self._alarm.look()
+        for worker in self._workers.values():
+            worker.wake.set()
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        """Wake the thread of an automaton, at once or when its next cycle falls due."""
+        worker = self._workers[run]
+        if run.in_cycle:
+            worker.wake.set()  # its code may sleep
+        elif kind in (ChangeKind.ENTERED, ChangeKind.RESUMED):
+            self._alarm.set_at(run.next_slot + worker.delay, worker.wake)
+
+    def run_cycles(self, worker: _Worker) -> None:
+        """Run the cycles of one automaton until the end; the body of its thread."""
+        run = worker.run
+        interval = 0
+        usual = 0
+        while True:
+            worker.wake.clear()  # before the checks: later changes set it again
+            if self._stopping or worker.retired:
+                return
+            if run.stepping:
+                run_cycle(self._tree, run, self._timeline.now(), self._supervisor)
+                worker.stepped.set()
+            elif self._tree.held or not run.active or run.finished:
+                worker.wake.wait(_IDLE)
+            else:
+                if run.automaton.interval != interval:  # at first, and when the automaton was replaced
+                    interval, usual = run.automaton.interval, worker.delay
+                now = self._timeline.now()
+                delay = 0 if run.followers else usual
+                if now - delay < run.next_slot:
+                    self._timeline.wait_until(run.next_slot + delay, worker.wake)
+                    continue
+                turn = turn_of(run, now, now - delay)
+                if isinstance(turn, Run):
+                    self._follow(worker, turn)
+                else:
+                    run_cycle(self._tree, run, turn, self._supervisor)
+
+    def _follow(self, worker: _Worker, first: Run) -> None:
+        """Wait until the cycle of another automaton, which comes first, is decided or lasts too long."""
+        run, queue = worker.run, first.followers
+        queue[worker.wake] = None
+        now = self._timeline.now()
+        if turn_of(run, now, now) is first:  # if not, it was decided before it knew who follows
+            leader = self._workers.get(first)
+            if leader is not None:
+                leader.wake.set()  # it need not wake later in its slot
+            since = now if first.began is None else first.began
+            self._timeline.wait_until(since + patience(run, first), worker.wake)
+        if queue.pop(worker.wake, self) is self:  # it was released
+            wake_next(queue)
+
+    def guard(self, worker: _Worker) -> None:
+        """Run an automaton, and report when its thread ends before its time."""
+        self._own.worker = worker
+        try:
+            self.run_cycles(worker)
+        except BaseException as error:  # noqa: BLE001 - nothing may end a thread without being reported
+            if not isinstance(error, ComponentStoppedError):
+                self._crashed(worker.run, error)
+
+
+class _Worker:
+    """An automaton's thread and what wakes it."""
+
+    def __init__(self, threads: Threads, run: Run, index: int) -> None:
+        self.run = run
+        self.index = index
+        self.retired = False
+        self.asleep = False
+        self.wake = threading.Event()
+        self.stepped = threading.Event()
+        self.thread = threading.Thread(
+            target=threads.guard, args=(self,), name=f"automaton {run.automaton.name}", daemon=True
+        )
+
+    @property
+    def delay(self) -> int:
+        """How long after the beginning of its slots it wakes, in ns."""
+        return delay_in_slot(self.index, self.run.automaton.interval)
+
+
+class Alarm:
+    """Sets events at component times in ns, on its own thread. Start and stop it once.
+
+    Entering a state may wake hundreds of automata, whose threads would all compete for the interpreter only
+    to find out that their first cycles are spread over the period.
+    """
+
+    def __init__(self, timeline: Timeline) -> None:
+        self._timeline = timeline
+        self._lock = threading.Lock()
+        self._due: list[tuple[int, int, threading.Event]] = []
+        self._numbers = count()
+        self._news = threading.Event()
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="alarm", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread; events that are not due yet are never set."""
+        self._stopping = True
+        self._news.set()
+        if self._thread.ident is not None and self._thread is not threading.current_thread():
+            self._thread.join(_ALARM_ENDS)
+
+    def set_at(self, due: int, event: threading.Event) -> None:
+        """Set an event at a time, or at once when it is past."""
+        with self._lock:
+            first = not self._due or due < self._due[0][0]
+            heapq.heappush(self._due, (due, next(self._numbers), event))
+        if first:
+            self._news.set()
+
+    def look(self) -> None:
+        """Check the time again: it has stood still, or was far from the next alarm."""
+        self._news.set()
+
+    def _run(self) -> None:
+        while True:
+            self._news.clear()  # before the checks: later changes set it again
+            if self._stopping:
+                return
+            due = self._set_due()
+            if due is None:
+                self._news.wait(_IDLE)
+            else:
+                self._timeline.wait_until(due, self._news)
+
+    def _set_due(self) -> int | None:
+        """Set the events whose time has come; return that of the next, if any."""
+        now = self._timeline.now()
+        with self._lock:
+            while self._due and self._due[0][0] <= now:
+                heapq.heappop(self._due)[2].set()
+            return self._due[0][0] if self._due else None

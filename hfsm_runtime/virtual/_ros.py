@@ -1,0 +1,274 @@
+"""The ROS of a test, in virtual time: the test publishes, answers, carries out goals, and sees what was sent.
+
+Messages are encoded and decoded as on the wire, immediately and on the calling thread.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Final, TypeVar
+
+from zenoh_ice import Sample
+from zenoh_ros2 import CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
+
+from .._ros import message_of
+from .errors import UnknownName, says_it_all
+
+__tracebackhide__ = says_it_all
+
+_T = TypeVar("_T", "Topic", "Service", "Action")
+Called = Callable[[str, dict[str, Any], object, Exception | None], object]
+Answer = Callable[[Any], object]
+
+
+class FakeRos:
+    """All topics, services and actions that a behavior uses, by their ROS names.
+
+    `now` returns the time in s, and `wait` lets time pass until a condition holds or a limit in s is over. A
+    service without an answer has no server; with `stand_ins` it answers with zeros and empty values.
+    """
+
+    def __init__(
+        self,
+        now: Callable[[], float],
+        wait: Callable[[Callable[[], bool], float], bool],
+        called: Called = lambda *_: None,
+        *,
+        stand_ins: bool = False,
+    ) -> None:
+        self.types: Final = Types()
+        self.now: Final = now
+        self.wait: Final = wait
+        self.called: Final = called
+        self.stand_ins: Final = stand_ins
+        self._topics: Final[dict[str, Topic]] = {}
+        self._services: Final[dict[str, Service]] = {}
+        self._actions: Final[dict[str, Action]] = {}
+
+    def topic(self, name: str) -> Topic:
+        """Return a topic; raises UnknownName for one that the behavior does not use."""
+        return _find(self._topics, "topic", name)
+
+    def service(self, name: str, answer: Answer | None = None) -> Service:
+        """Return a service of the behavior; an `answer` is its response from now on.
+
+        The answer is a function of the request that returns a response or a mapping of its fields.
+        """
+        found = _find(self._services, "service", name)
+        found.answer = answer or found.answer
+        return found
+
+    def action(self, name: str, accept: Callable[[Any], bool] = lambda _goal: True) -> Action:
+        """Return an action of the behavior, which has a server from now on."""
+        found = _find(self._actions, "action", name)
+        found.accept = accept
+        return found
+
+    def copy(self, message: Any, type_name: str) -> Any:  # noqa: ANN401
+        """Return a message as its receiver gets it; raises MessageError."""
+        return self.types.decode(self.types.encode(message), type_name)
+
+    def create_publisher(self, type_name: str, name: str, _qos: QoS) -> _Publisher:
+        """Return the behavior's publisher of a topic."""
+        return _Publisher(self._topics.setdefault(_full(name), Topic(self, _full(name), type_name)))
+
+    def create_subscription(self, type_name: str, name: str, *, qos: QoS) -> Topic:  # noqa: ARG002
+        """Return the topic that the behavior listens to."""
+        return self._topics.setdefault(_full(name), Topic(self, _full(name), type_name))
+
+    def create_client(self, type_name: str, name: str) -> Service:
+        """Return the service that the behavior calls."""
+        return self._services.setdefault(_full(name), Service(self, _full(name), type_name))
+
+    def create_action_client(self, type_name: str, name: str) -> Action:
+        """Return the action that the behavior sends goals to."""
+        return self._actions.setdefault(_full(name), Action(self, _full(name), type_name))
+
+
+def _full(name: str) -> str:
+    return name if name.startswith("/") else f"/{name.removeprefix('~/')}"
+
+
+def _find(known: dict[str, _T], kind: str, name: str) -> _T:
+    if _full(name) not in known:
+        names = ", ".join(known) or "none"
+        raise UnknownName(f"the behavior uses no {kind} {name!r}; there are {names}")
+    return known[_full(name)]
+
+
+class Topic:
+    """A topic; `messages` are all that were published, by the behavior or the test."""
+
+    def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
+        self._ros: Final = ros
+        self.name: Final = name
+        self.type_name: Final = type_name
+        self.messages: Final[list[Any]] = []
+        self._count = 0
+        self._newest: Sample[Any] | None = None
+
+    def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
+        """Publish a message, or one with the given fields."""
+        made = message_of(self._ros.types, self.type_name, message, **fields)
+        at = self._ros.now()
+        arrived = self._ros.copy(made, self.type_name)
+        self.messages.append(arrived)
+        if self._ros.stand_ins:  # nobody reads their messages, perhaps for hours
+            del self.messages[:-1]
+        self._count += 1
+        self._newest = Sample(arrived, self._count, math.nan, at, _age=lambda: self._ros.now() - at)
+
+    def latest(self) -> Sample[Any] | None:
+        """Return the newest sample, None before the first."""
+        return self._newest
+
+    def next(self, timeout: float) -> Sample[Any]:
+        """Wait for the next sample that arrives."""
+        seen = self._count
+        if not self._ros.wait(lambda: self._count > seen, timeout):
+            raise CallTimeoutError(f"{self.name}: no message within {timeout:g} s")
+        assert self._newest is not None
+        return self._newest
+
+
+class _Publisher:
+    """The publishing end of a topic, whose messages are calls of the behavior."""
+
+    def __init__(self, topic: Topic) -> None:
+        self._topic: Final = topic
+
+    subscribers = 1
+
+    def publish(self, message: Any, /) -> None:  # noqa: ANN401
+        """Publish a message."""
+        self._topic.publish(message)
+        self._topic._ros.called(f"{self._topic.name}.publish", _fields(self._topic.messages[-1]), None, None)
+
+
+class Service:
+    """A service; `requests` are the requests of the behavior."""
+
+    def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
+        self._ros: Final = ros
+        self.name: Final = name
+        self.type_name: Final = type_name
+        self.requests: Final[list[Any]] = []
+        self.answer: Answer | None = (lambda _request: {}) if ros.stand_ins else None
+
+    def wait(self, timeout: float) -> None:
+        """Wait until the test provides an answer."""
+        if not self._ros.wait(lambda: self.answer is not None, timeout):
+            raise CallTimeoutError(
+                f"{self.name}: no server within {timeout:g} s: give ros.service() an answer"
+            )
+
+    def call(self, request: Any, /, *, timeout: float) -> Any:  # noqa: ANN401
+        """Return the response of the test."""
+        response, error = None, None
+        try:
+            self.wait(timeout)
+            assert self.answer is not None
+            arrived = self._ros.copy(request, f"{self.type_name}_Request")
+            if not self._ros.stand_ins:
+                self.requests.append(arrived)
+            answered = self.answer(arrived)
+            name = f"{self.type_name}_Response"
+            response = self._ros.copy(message_of(self._ros.types, name, answered), name)
+        except RosError as raised:
+            error = raised
+            raise
+        finally:
+            self._ros.called(f"{self.name}.call", _fields(request), response, error)
+        return response
+
+    def call_async(self, request: Any, /) -> Future[Any]:  # noqa: ANN401
+        """Return a completed future with the response of the test."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(self.call(request, timeout=0.0))
+        except RosError as error:
+            future.set_exception(error)
+        return future
+
+
+class Action:
+    """An action; `goals` are the accepted goals of the behavior."""
+
+    def __init__(self, ros: FakeRos, name: str, type_name: str) -> None:
+        self._ros: Final = ros
+        self.name: Final = name
+        self.type_name: Final = type_name
+        self.goals: Final[list[FakeGoal]] = []
+        self.accept: Callable[[Any], bool] | None = (lambda _goal: True) if ros.stand_ins else None
+
+    def send(self, goal: Any, /, *, timeout: float) -> FakeGoal:  # noqa: ANN401
+        """Accept a goal; the test carries it out."""
+        sent = FakeGoal(self._ros, self, self._ros.copy(goal, f"{self.type_name}_Goal"))
+        error: RosError | None = None
+        if not self._ros.wait(lambda: self.accept is not None, timeout):
+            error = CallTimeoutError(f"{self.name}: no server within {timeout:g} s: take it by ros.action()")
+        elif self.accept is not None and not self.accept(sent.request):
+            error = GoalRejectedError(f"{self.name}: the goal was rejected")
+        self._ros.called(f"{self.name}.send", _fields(goal), None, error)
+        if error is not None:
+            raise error
+        if self._ros.stand_ins:
+            sent.succeed()
+        else:
+            self.goals.append(sent)
+        return sent
+
+
+class FakeGoal:
+    """A goal of the behavior, which the test carries out."""
+
+    def __init__(self, ros: FakeRos, action: Action, request: Any) -> None:  # noqa: ANN401
+        self._ros: Final = ros
+        self._action: Final = action
+        self._result: Any = None
+        self.request: Final = request
+        self.status = Status.EXECUTING
+        self.feedback: Any = None
+
+    def publish_feedback(self, feedback: Any = None, /, **fields: object) -> None:  # noqa: ANN401
+        """Send the behavior feedback: a message, or one with the given fields."""
+        self.feedback = self._made("Feedback", feedback, fields)
+
+    def succeed(self, result: Any = None, /, **fields: object) -> None:  # noqa: ANN401
+        """End the goal with success."""
+        self._end(Status.SUCCEEDED, result, fields)
+
+    def abort(self, result: Any = None, /, **fields: object) -> None:  # noqa: ANN401
+        """End the goal without success."""
+        self._end(Status.ABORTED, result, fields)
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self._result is not None
+
+    def result(self, timeout: float = 2.0) -> Any:  # noqa: ANN401
+        """Wait for the end, and return the result."""
+        if not self._ros.wait(lambda: self.done, timeout):
+            raise CallTimeoutError(f"{self._action.name}: the goal did not end within {timeout:g} s")
+        return self._result
+
+    def cancel(self, timeout: float = 2.0) -> bool:  # noqa: ARG002
+        """Cancel the goal immediately."""
+        self._ros.called(f"{self._action.name}.cancel", {}, None, None)
+        if not self.done:
+            self._end(Status.CANCELED, None, {})
+        return True
+
+    def _end(self, status: Status, result: Any, fields: dict[str, object]) -> None:  # noqa: ANN401
+        self._result, self.status = self._made("Result", result, fields), status
+
+    def _made(self, part: str, message: Any, fields: dict[str, object]) -> Any:  # noqa: ANN401
+        name = f"{self._action.type_name}_{part}"
+        return self._ros.copy(message_of(self._ros.types, name, message, **fields), name)
+
+
+def _fields(message: Any) -> dict[str, Any]:  # noqa: ANN401
+    return {name: value for name, value in vars(message).items() if not name.startswith("_")}

@@ -1,0 +1,196 @@
+"""Ways of the whole body, leg by leg: to a posture, or into a motion.
+
+After each leg, a route is asked for the next one, which depends on how the body lies, sits or stands then. A
+failed attempt to get up is thus repeated, and the robot recovers from a fall on the way.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from operator import itemgetter
+from types import MappingProxyType
+from typing import Final, Protocol
+
+from naoserver._motions.keyframes import Interpolation, Key, Motion
+from naoserver._motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
+from naoserver.body import H25
+from naoserver.errors import InvalidCommand
+
+_FRACTION: Final = 0.3
+"""Highest speed of a change of posture at full pace, as a fraction of the joints' full speed."""
+SLOWEST_PACE: Final = 0.01
+"""Smallest fraction of the full pace; smaller ones are raised to it, so that every way ends."""
+_SHORTEST_CHANGE: Final = 0.4
+"""Minimum duration of a change of posture in s."""
+_SAME: Final = 0.02
+"""Angle in rad within which a joint's setpoint needs no separate leg."""
+_MOST_TRIES: Final = 3
+"""Number of attempts at a motion out of a stance."""
+
+
+class RouteError(InvalidCommand):
+    """The route cannot be continued; the message says why."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__("name", message)
+
+
+class Route(Protocol):
+    """The body's actions, leg by leg."""
+
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
+        """Return the next leg, None at the end; `commands` are the joints' setpoints. Raises RouteError."""
+
+    def abandoned(self) -> Route | None:
+        """Return the route to continue with when the client is lost; None to stop at once."""
+
+
+class PostureRoute:
+    """The way to a posture: legs from stance to stance, and then within the posture's stance."""
+
+    def __init__(self, posture: str, motions: Iterable[Motion], fraction: float = 1.0) -> None:
+        self._posture = posture
+        self._fraction = fraction
+        self._motions = tuple(motions)
+        self._tries: Counter[Stance] = Counter()
+        self._arrived = False
+
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
+        """Return the next leg; None once the body is in the posture. Raises RouteError."""
+        stance, wanted = stance_of(situation), STANCES[self._posture]
+        if stance is wanted:
+            if self._arrived:
+                return None
+            self._arrived = True
+            return within_stance(self._posture, self._motions, situation, commands, self._fraction)
+        self._arrived = False
+        if self._tries[stance] == _MOST_TRIES:
+            raise RouteError(f"it is still {stance} after {_MOST_TRIES} motions")
+        if stance in _SIDES:
+            self._tries[stance] += 1
+            # The arms in that posture tip the body onto its belly or its back: either will do.
+            leg = change_posture(_OFF_THE_SIDE[self._tries[stance] % 2], commands, self._fraction)
+            return dataclasses.replace(leg, end="")
+        bridge = self._first_bridge(stance, wanted)
+        if bridge is None:
+            raise RouteError(f"it is {stance}, and no motions lead from there to {self._posture}")
+        if stance in UPRIGHT and not _is_near(commands, bridge.start):
+            return within_stance(bridge.start, self._motions, situation, commands, self._fraction)
+        self._tries[stance] += 1
+        return bridge
+
+    def abandoned(self) -> Route:
+        """Return the route to the safest posture: half way, the body may fall."""
+        return SafestPostureRoute(self._motions)
+
+    def _first_bridge(self, begin: Stance, end: Stance) -> Motion | None:
+        """Return the first of the motions that lead from a stance to another in the least time."""
+        paths: list[tuple[float, Stance, Motion | None]] = [(0.0, begin, None)]
+        seen: set[Stance] = set()
+        while paths:
+            paths.sort(key=itemgetter(0), reverse=True)
+            seconds, stance, first = paths.pop()
+            if stance is end:
+                return first
+            if stance not in seen:
+                seen.add(stance)
+                paths += (
+                    (seconds + motion.duration, STANCES[motion.end], first or motion)
+                    for motion in self._motions
+                    if motion.start and motion.end and STANCES[motion.start] is stance
+                )
+        return None
+
+
+class MotionRoute:
+    """A motion, after the way into the posture in which it begins."""
+
+    def __init__(self, motion: Motion, motions: Iterable[Motion] = ()) -> None:
+        self._motion = motion
+        self._motions = tuple(motions)
+        self._legs = [motion]
+        self._prepared = not motion.start
+
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
+        """Return the next leg. Raises RouteError when the motion cannot begin in the body's situation."""
+        start = self._motion.start
+        if not self._prepared:
+            self._prepared = True
+            stance = stance_of(situation)
+            if stance is not STANCES[start]:
+                name = self._motion.name
+                raise RouteError(f"{name} begins {STANCES[start]}, in {start}, but the robot is {stance} now")
+            if stance in UPRIGHT and not _is_near(commands, start):
+                return within_stance(start, self._motions, situation, commands, 1.0)
+        return self._legs.pop() if self._legs else None
+
+    def abandoned(self) -> Route | None:
+        """Return the route to the safest posture while the motion changes the stance, None for a gesture."""
+        return SafestPostureRoute(self._motions) if changes_stance(self._motion) else None
+
+
+class SafestPostureRoute:
+    """The way into the safest posture of the stance that the body is in: it crouches, or stays as it is."""
+
+    def __init__(self, motions: Iterable[Motion]) -> None:
+        self._motions = tuple(motions)
+        self._crouched = False
+
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
+        """Return the leg into the crouch of a body that stands; None otherwise, and after it."""
+        if self._crouched or stance_of(situation) is not Stance.STANDING:
+            return None
+        self._crouched = True
+        return within_stance("Crouch", self._motions, situation, commands, 1.0)
+
+    def abandoned(self) -> Route:
+        """Return this route: nobody waits for its end."""
+        return self
+
+
+def changes_stance(motion: Motion) -> bool:
+    """Return whether a motion leads from one stance to another."""
+    return bool(motion.start and motion.end) and STANCES[motion.start] is not STANCES[motion.end]
+
+
+def within_stance(
+    posture: str,
+    motions: Iterable[Motion],
+    situation: Situation,
+    commands: Mapping[str, float],
+    fraction: float,
+) -> Motion:
+    """Return the leg into a posture of the same stance: a motion made for it, or else the straight way."""
+    begin = nearest_posture(situation)
+    for motion in motions:
+        if begin != posture and (motion.start, motion.end) == (begin, posture):
+            return motion
+    return change_posture(posture, commands, fraction)
+
+
+def change_posture(posture: str, commands: Mapping[str, float], fraction: float) -> Motion:
+    """Return the motion from where the joints are into a posture at a fraction of the full pace."""
+    seconds = max(
+        abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity
+        for joint in H25.joints
+        if joint.name in commands
+    )
+    seconds = max(
+        seconds * Interpolation.SMOOTH.peak / (_FRACTION * max(fraction, SLOWEST_PACE)), _SHORTEST_CHANGE
+    )
+    keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items() if joint in commands}
+    for pair in H25.couplings:
+        del keys[pair.follower]
+    return Motion(f"to {posture}", MappingProxyType(keys), end=posture)
+
+
+_SIDES: Final = (Stance.LEFT_SIDE, Stance.RIGHT_SIDE)
+_OFF_THE_SIDE: Final = ("LyingBack", "StandZero")
+UPRIGHT: Final = {Stance.STANDING, Stance.SITTING}
+
+
+def _is_near(commands: Mapping[str, float], posture: str) -> bool:
+    angles = POSTURES[posture]
+    return all(abs(command - angles[joint]) <= _SAME for joint, command in commands.items())

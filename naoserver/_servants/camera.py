@@ -1,0 +1,278 @@
+"""Servant of a camera: images on request, and a stream."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from interfaces.jderobot import (
+    Camera,
+    CameraDescription,
+    ConfigurationNotExistException,
+    FloorPoint,
+    HardwareFailedException,
+    ImageData,
+    ImageDescription,
+)
+from interfaces.nao import Severity
+from naoserver._pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
+from naoserver._servants.head_history import HeadHistory, Situation
+from naoserver._servants.shared import MOST_QUOTED, require_finite, to_time
+from naoserver.body import H25
+from naoserver.errors import HardwareFailure, RobotError
+from naoserver.event_log import EventLog
+from naoserver.kinematics import Matrix, matrix_of
+from naoserver.options import CameraOptions
+from naoserver.robot import CameraFacts, Frame, Robot
+from zenoh_ice import Current
+
+WINDOW: Final = 2.0
+"""Seconds over which a rate is measured."""
+_MOST_COUNTED: Final = 1000
+_ON_THE_HEAD: Final = {camera.name for camera in H25.cameras}
+
+
+class RateMeter:
+    """Return the rate of events over the last `WINDOW` seconds of the clock `now`. Thread-safe."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._times: deque[float] = deque(maxlen=_MOST_COUNTED)
+
+    def count(self, time: float) -> None:
+        """Count an event at a time in s."""
+        self._times.append(time)
+
+    @property
+    def rate(self) -> float:
+        """Events a second."""
+        now = self._now()
+        return sum(0.0 <= now - time < WINDOW for time in tuple(self._times)) / WINDOW
+
+
+class _Shot(NamedTuple):
+    """How an image was taken: its size in pixels, and the body at its time."""
+
+    width: int
+    height: int
+    situation: Situation
+
+
+class CameraI(Camera):
+    """Serve one camera of a robot.
+
+    No image is taken while nobody calls, listens or has started streaming with startCameraStreaming. A call
+    returns the newest image if that was taken less than one period ago, else it takes a new one.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        facts: CameraFacts,
+        options: CameraOptions,
+        events: EventLog,
+        head: HeadHistory,
+    ) -> None:
+        """Serve the camera `facts` of `robot`; raises RobotError for options that it does not support."""
+        if problem := _problem(facts, options):
+            raise RobotError(problem)
+        self.facts = facts
+        self._robot = robot
+        self._options = options
+        self._events = events
+        self._head = head
+        self._settings = options  # replaced as a whole, so that it may be read without a lock
+        self._streaming: set[str] = set()
+        """The clients that have started streaming. Each operation on the set is atomic: it needs no lock."""
+        self._newest: Frame | None = None
+        self._taken = -math.inf
+        """When it was taken, in robot time: its own time is that of the exposure, which may be earlier."""
+        self._shot: _Shot | None = None  # replaced as a whole, too
+        """How the newest image was taken."""
+        self._place: tuple[Situation | None, Matrix] = (None, np.eye(4))
+        """A situation and the camera's place in it: cached, because all points of an image share them."""
+        self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
+        self._meter = RateMeter(robot.clock.now)
+
+    # -- operations --------------------------------------------------------------------------------------
+
+    def getImageDescription(self, current: Current) -> ImageDescription:
+        width, height = self._settings.width, self._settings.height
+        return ImageDescription(
+            width=width, height=height, size=width * height * STREAMED_BYTES_A_PIXEL, format=STREAMED_FORMAT
+        )
+
+    def getImageFormat(self, current: Current) -> list[str]:
+        return list(PIXEL_FORMATS)
+
+    def getImageData(self, format: str, current: Current) -> ImageData:
+        if format not in PIXEL_FORMATS:
+            known = ", ".join(PIXEL_FORMATS)
+            message = f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; it has {known}"
+            if format == "JPEG":
+                message += "; JPEG needs Pillow where the server runs: pip install pillow"
+            raise ConfigurationNotExistException(message)
+        return _image(self._fresh(), format)
+
+    def getCameraDescription(self, current: Current) -> CameraDescription:
+        settings, facts = self._settings, self.facts
+        focal = self._focal_length(settings.width)
+        return CameraDescription(
+            name=facts.name,
+            shortDescription=f"{settings.width}x{settings.height}, {settings.rate:g} images/s of robot time",
+            streamingUri=_key(current) if self.wanted else "",
+            width=settings.width,
+            height=settings.height,
+            rate=settings.rate,
+            fdistx=focal,
+            fdisty=focal,
+            u0=(settings.width - 1) / 2,
+            v0=(settings.height - 1) / 2,
+            skew=0.0,
+            posx=facts.position[0],
+            posy=facts.position[1],
+            posz=facts.position[2],
+            tilt=facts.tilt,
+        )
+
+    def setCameraDescription(self, description: CameraDescription, current: Current) -> int:
+        settings = CameraOptions(description.width, description.height, description.rate)
+        if problem := _problem(self.facts, settings):
+            raise ConfigurationNotExistException(problem)
+        self._settings = settings
+        return 0
+
+    def startCameraStreaming(self, current: Current) -> str:
+        self._streaming.add(current.client)  # before the wait for an image: the client may die meanwhile
+        try:
+            self._fresh()
+        except HardwareFailedException:
+            self._streaming.discard(current.client)
+            raise
+        return _key(current)
+
+    def stopCameraStreaming(self, current: Current) -> None:
+        self._streaming.discard(current.client)
+
+    def getFloorPoint(self, u: float, v: float, height: float, current: Current) -> FloorPoint:
+        require_finite(u=u, v=v, height=height)
+        if self.facts.name not in _ON_THE_HEAD:
+            raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
+        settings = self._settings
+        shot = self._shot or _Shot(settings.width, settings.height, self._head.note())
+        situation, camera = self._place
+        if situation is not shot.situation:
+            mounted = matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
+            camera = self._head.place_in(shot.situation) @ mounted
+            self._place = shot.situation, camera
+        focal = self._focal_length(shot.width)
+        right, down = u - (shot.width - 1) / 2, v - (shot.height - 1) / 2
+        ray = camera[:3, :3] @ (1.0, -right / focal, -down / focal)
+        way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
+        if not 0.0 < way < math.inf:
+            return FloorPoint(math.inf, math.inf, math.inf)
+        x, y, _ = camera[:3, 3] + way * ray
+        return FloorPoint(float(x), float(y), float(way * np.linalg.norm(ray)))
+
+    def reset(self, current: Current) -> None:
+        self._settings = self._options
+        self._streaming.discard(current.client)
+
+    # -- for the server ----------------------------------------------------------------------------------
+
+    @property
+    def wanted(self) -> bool:
+        """Whether images are to be taken without calls."""
+        return bool(self._streaming) or self.getImageDataPublisher.listening
+
+    @property
+    def period(self) -> float:
+        """Robot seconds between two images of the stream."""
+        return 1.0 / self._settings.rate
+
+    @property
+    def delivered_rate(self) -> float:
+        """Images taken in a second of robot time, over the last two."""
+        return self._meter.rate
+
+    def drop_client(self, client: str) -> None:
+        """Stop streaming on behalf of a lost client."""
+        self._streaming.discard(client)
+
+    def publish(self) -> bool:
+        """Take an image and send it to the listeners; return whether there was one."""
+        try:
+            with self._taking:
+                frame = self._take()
+        except HardwareFailure as failure:
+            self._report(failure)
+            return False
+        if self.getImageDataPublisher.listening:
+            self.getImageDataPublisher.publish(_image(frame, STREAMED_FORMAT), time=frame.time)
+        return True
+
+    def _fresh(self) -> Frame:
+        with self._taking:
+            frame, settings = self._newest, self._settings
+            if (
+                frame is not None
+                and (frame.width, frame.height) == (settings.width, settings.height)
+                and 0.0 <= self._robot.clock.now() - self._taken < self.period
+            ):
+                return frame
+            try:
+                return self._take()
+            except HardwareFailure as failure:
+                self._report(failure)
+                raise HardwareFailedException(str(failure)) from failure
+
+    def _take(self) -> Frame:
+        settings = self._settings
+        self._newest = None  # not kept if the next capture fails
+        self._head.note()
+        frame = self._robot.capture(self.facts.name, settings.width, settings.height)
+        self._head.note()
+        self._newest, self._taken = frame, self._robot.clock.now()
+        self._shot = _Shot(frame.width, frame.height, self._head.at(frame.time))
+        self._meter.count(self._taken)
+        return frame
+
+    def _focal_length(self, width: int) -> float:
+        """Return the focal length in pixels of images of some width."""
+        return width / 2 / math.tan(self.facts.horizontal_fov / 2)
+
+    def _report(self, failure: HardwareFailure) -> None:
+        self._events.add(Severity.Error, self.facts.name, str(failure), "camera")
+
+
+def _problem(facts: CameraFacts, settings: CameraOptions) -> str:
+    """Return why a camera cannot have the settings; empty when it can."""
+    rates = dict(zip(facts.sizes, facts.rates, strict=True))
+    highest = rates.get((settings.width, settings.height))
+    if highest is None:
+        sizes = ", ".join(f"{width}x{height}" for width, height in facts.sizes)
+        return f"{facts.name} has no size {settings.width}x{settings.height}; it has {sizes}"
+    if not 0.0 < settings.rate <= highest:
+        return (
+            f"{facts.name} gives no {settings.rate:g} images/s at {settings.width}x{settings.height}; "
+            f"it gives more than 0, up to {highest:g}"
+        )
+    return ""
+
+
+def _image(frame: Frame, format: str) -> ImageData:
+    pixels = PIXEL_FORMATS[format](frame.pixels)
+    return ImageData(
+        description=ImageDescription(width=frame.width, height=frame.height, size=len(pixels), format=format),
+        timeStamp=to_time(frame.time),
+        pixelData=pixels,
+    )
+
+
+def _key(current: Current) -> str:
+    return f"{current.communicator.realm}/{current.identity}/getImageData"

@@ -1,0 +1,79 @@
+"""Servants of the lights and of the voice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from interfaces.jderobot import InvalidValueException
+from interfaces.nao import LedColor, Leds, LedState, Speech, SpeechState
+from naoserver._servants.shared import StateStream, refusals_raised, require_known, require_within
+from naoserver.capabilities import Lights, Voice
+from naoserver.expression import LONGEST_TEXT
+from zenoh_ice import Current
+
+_LONGEST_FADE: Final = 60.0  # s
+
+
+class LedsI(Leds):
+    """Set the lights, and report what they show. `robot_time` is in s."""
+
+    def __init__(self, lights: Lights, robot_time: Callable[[], float]) -> None:
+        self._lights = lights
+        self._robot_time = robot_time
+        self.stream: Final = StateStream(
+            self._state, self.getLedsPublisher, lambda state: state, news=lambda state: state.colors
+        )
+
+    def getLedNames(self, current: Current) -> list[str]:
+        return list(self._lights.names)
+
+    def setLed(self, name: str, color: LedColor, seconds: float, current: Current) -> None:
+        require_known("light", name, self._lights.names)
+        require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
+        require_within(0.0, _LONGEST_FADE, seconds=seconds)
+        with refusals_raised():
+            self._lights.set(name, (color.red, color.green, color.blue), seconds)
+
+    def reset(self, current: Current) -> None:
+        self._lights.reset()
+
+    def getLeds(self, current: Current) -> LedState:
+        return self._state()
+
+    def _state(self) -> LedState:
+        colors = {name: LedColor(*color) for name, color in self._lights.colors().items()}
+        return LedState(time=self._robot_time(), colors=colors)
+
+
+class SpeechI(Speech):
+    """Say texts, and report the present utterance. `robot_time` is in s."""
+
+    def __init__(self, voice: Voice, robot_time: Callable[[], float]) -> None:
+        self._voice = voice
+        self._robot_time = robot_time
+        self.stream: Final = StateStream(
+            self._state,
+            self.getSpeechPublisher,
+            lambda state: state,
+            news=lambda state: (state.speaking, state.text, state.count),
+        )
+
+    def say(self, text: str, current: Current) -> None:
+        if not text.strip():
+            raise InvalidValueException("text is empty: there is nothing to say", "text")
+        if len(text) > LONGEST_TEXT:
+            message = f"text has {len(text)} characters: at most {LONGEST_TEXT} are said at a time"
+            raise InvalidValueException(message, "text")
+        with refusals_raised():
+            self._voice.say(text)
+
+    def stop(self, current: Current) -> None:
+        self._voice.stop()
+
+    def getSpeech(self, current: Current) -> SpeechState:
+        return self._state()
+
+    def _state(self) -> SpeechState:
+        said = self._voice.utterance()
+        return SpeechState(time=self._robot_time(), speaking=said.speaking, text=said.text, count=said.count)

@@ -1,0 +1,121 @@
+"""Servants of the robot's clock, of the server's health, and of the gate in front of every command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from interfaces.nao import Clock as ClockServant
+from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
+from naoserver._gate import Gate
+from naoserver._servants.camera import CameraI
+from naoserver._servants.shared import refusals_raised
+from naoserver.event_log import ConditionWatch, EventLog
+from naoserver.robot import Robot
+from zenoh_ice import Clock, Current
+
+
+class ClockI(ClockServant):
+    """Report the robot's time, in calls and as a stream."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+
+    def getTime(self, current: Current) -> ClockReading:
+        return self._reading()
+
+    def publish(self) -> None:
+        """Send the time to the listeners."""
+        reading = self._reading()
+        self.getTimePublisher.publish(reading, time=reading.time)
+
+    def _reading(self) -> ClockReading:
+        return ClockReading(time=self._clock.now(), rate=self._clock.rate, simulated=self._clock.simulated)
+
+
+class HealthI(Health):
+    """Report the health of the robot and its server, in calls and as a stream."""
+
+    def __init__(self, robot: Robot, events: EventLog, cameras: Sequence[CameraI]) -> None:
+        self._robot = robot
+        self._events = events
+        self._cameras = cameras
+        self._started = events.wall_time()
+        self._condition = ConditionWatch(robot, events)
+
+    def getHealth(self, current: Current) -> HealthReport:
+        return self._report()
+
+    def publish(self) -> None:
+        """Check the robot, and send a report to the listeners."""
+        self._condition.look(self._robot.state())
+        self.report_now()
+
+    def report_now(self) -> None:
+        """Send a report at once, for an event that cannot wait for the next one."""
+        if self.getHealthPublisher.listening:
+            report = self._report()
+            self.getHealthPublisher.publish(report, time=report.time)
+
+    def _report(self) -> HealthReport:
+        state = self._robot.state()
+        events, limited, timeouts = self._events.snapshot()
+        return HealthReport(
+            time=self._robot.clock.now(),
+            uptime=self._events.wall_time() - self._started,
+            realTimeFactor=state.real_time_factor,
+            lag=state.lag,
+            torsoTilt=state.torso_tilt,
+            fallen=state.fallen,
+            cameraRates={camera.facts.name: camera.delivered_rate for camera in self._cameras},
+            limitedCommands=limited,
+            velocityTimeouts=timeouts,
+            events=events,
+        )
+
+
+class SafetyI(Safety):
+    """Stop the robot for everybody, or hold it for one client."""
+
+    ice_concurrent = True  # a stop waits for no other call
+    ice_urgent = True  # and is never refused for lack of a thread
+    ice_frozen = frozenset({"emergencyStop"})  # zenoh_ice/application/emergency_stop.py says what is sent
+
+    def __init__(self, gate: Gate, moves_for: Callable[[str], bool]) -> None:
+        self._gate = gate
+        self._moves_for = moves_for
+
+    def emergencyStop(self, reason: str, current: Current) -> None:
+        try:
+            self._gate.stop(reason)
+        finally:
+            self.publish()
+
+    def resetEmergencyStop(self, current: Current) -> None:
+        self._gate.reset()
+        self.publish()
+
+    def acquireLease(self, holder: str, seconds: float, current: Current) -> None:
+        with refusals_raised():
+            self._gate.acquire(current.client, holder, seconds)
+        self.publish()
+
+    def releaseLease(self, current: Current) -> None:
+        if self._gate.release(current.client):
+            self.publish()
+
+    def getSafetyState(self, current: Current) -> SafetyState:
+        return self._gate.state()
+
+    def isMoving(self, current: Current) -> bool:
+        return self._moves_for(current.client)
+
+    def publish(self) -> None:
+        """Publish the present right to command the robot."""
+        if self.getSafetyStatePublisher.listening:
+            state = self._gate.state()
+            self.getSafetyStatePublisher.publish(state, time=state.time)
+
+    def drop_client(self, client: str) -> None:
+        """Give back the lease of a lost client."""
+        if self._gate.release(client):
+            self.publish()

@@ -1,0 +1,201 @@
+"""Servants of motions made of key frames, and of postures: by key frames, or the robot's own way."""
+
+from __future__ import annotations
+
+import threading
+from abc import abstractmethod
+from typing import Final
+
+from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
+from naoserver._guarded_device import GuardedDevice
+from naoserver._motions.keyframes import load_motions
+from naoserver._motions.player import MotionPlayer
+from naoserver._motions.postures import POSTURES, nearest_posture
+from naoserver._motions.routes import MotionRoute, PostureRoute
+from naoserver._servants.shared import action_stream, refusals_raised, require_known, require_positive
+from naoserver.capabilities import OwnPostures, PostureProgress
+from naoserver.errors import CommandRefused, RobotError
+from zenoh_ice import Current
+
+_HIGHEST_SPEED: Final = 2.0
+MOTION: Final = "motion"
+"""The player's kind for actions of `Motions`."""
+POSTURE: Final = "posture"
+"""The player's kind for actions of `Postures`."""
+_OWNER: Final = "the way into a posture"
+"""The claim on the joints while a robot goes its own way."""
+_PERIOD: Final = 0.05
+"""Wall seconds between two checks whether such a way has ended."""
+
+
+class MotionsI(Motions):
+    """Play motions, and report their progress."""
+
+    def __init__(self, player: MotionPlayer) -> None:
+        self._player = player
+        self.stream: Final = action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
+
+    def getMotions(self, current: Current) -> list[MotionFacts]:
+        return [
+            MotionFacts(name=of.name, description=of.description, duration=of.duration, start=of.start)
+            for of in load_motions().values()
+        ]
+
+    def play(self, name: str, pace: float, current: Current) -> None:
+        motions = load_motions()
+        require_known("motion", name, motions)
+        require_positive(_HIGHEST_SPEED, pace=pace)
+        route = MotionRoute(motions[name], motions.values())
+        with refusals_raised():
+            self._player.begin(MOTION, name, route, pace=pace, client=current.client)
+
+    def stop(self, current: Current) -> None:
+        self._player.stop(MOTION)
+
+    def getMotionState(self, current: Current) -> ActionState:
+        return self._player.progress(MOTION)
+
+
+class PosturesI(Postures):
+    """Common part of both kinds of postures."""
+
+    def __init__(self) -> None:
+        self.stream: Final = action_stream(self.progress, self.getPostureStatePublisher)
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """The postures that the body can be brought into."""
+
+    @abstractmethod
+    def progress(self) -> ActionState:
+        """Return the progress of the way to the newest posture."""
+
+    @abstractmethod
+    def go(self, name: str, fraction: float, client: str) -> None:
+        """Begin to go to a posture. Raises InvalidCommand or CommandRefused."""
+
+    def getPostures(self, current: Current) -> list[str]:
+        return list(self.names)
+
+    def goToPosture(self, name: str, fraction: float, current: Current) -> None:
+        require_known("posture", name, self.names)
+        require_positive(1.0, fraction=fraction)
+        with refusals_raised():
+            self.go(name, fraction, current.client)
+
+    def getPostureState(self, current: Current) -> ActionState:
+        return self.progress()
+
+
+class KeyFramePosturesI(PosturesI):
+    """Bring a body into postures by the server's own motions."""
+
+    names = tuple(POSTURES)
+
+    def __init__(self, player: MotionPlayer) -> None:
+        super().__init__()
+        self._player = player
+
+    def progress(self) -> ActionState:
+        return self._player.progress(POSTURE)
+
+    def go(self, name: str, fraction: float, client: str) -> None:
+        """Begin to go to a posture, getting up on the way if the body lies."""
+        route = PostureRoute(name, load_motions().values(), fraction)
+        self._player.begin(POSTURE, name, route, client=client)
+
+    def stop(self, current: Current) -> None:
+        self._player.stop(POSTURE)
+
+    def getPosture(self, current: Current) -> str:
+        return nearest_posture(self._player.situation())
+
+
+class OwnPosturesI(PosturesI):
+    """Pass postures on to a robot that knows the way itself, through the gate of its `body`.
+
+    On the way it claims all joints: stopping one of them ends the way. `watch` must be called
+    regularly, so that the joints are freed at its end.
+    """
+
+    def __init__(self, postures: OwnPostures, body: GuardedDevice) -> None:
+        super().__init__()
+        self.name: Final = "postures"
+        self._postures = postures
+        self._body = body
+        self._lock = threading.Lock()
+        self._closed = False
+        self._count = 0
+        self._client = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self._postures.names
+
+    def progress(self) -> ActionState:
+        of = self._look()
+        if of.moving:
+            status = ActionStatus.Moving
+        elif of.reached:
+            status = ActionStatus.Done
+        else:
+            status = ActionStatus.Failed if of.message else ActionStatus.Idle
+        time = self._body.events.robot_time()
+        return ActionState(time, of.name, status, float(of.reached), of.message, self._count)
+
+    def go(self, name: str, fraction: float, client: str) -> None:
+        joints = [joint.name for joint in self._body.joints]
+        with self._lock:
+            self._body.gate.require(client)
+            if self._closed:
+                return
+            self._body.claims.claim(_OWNER, joints, self._end)
+            try:
+                self._postures.go(name, fraction)
+            except RobotError:
+                self._body.claims.release(_OWNER)
+                raise
+            self._count += 1
+            self._client = client
+        self._body.look_within(_PERIOD)
+        try:
+            self._body.gate.require(client)
+        except CommandRefused:  # an emergency stop came in between
+            self._end()
+            raise
+
+    def stop(self, current: Current) -> None:
+        self._end()
+
+    def getPosture(self, current: Current) -> str:
+        return self._postures.current()
+
+    def watch(self) -> float | None:
+        """Free the joints at the end of the way; return the wall seconds until the next check."""
+        return _PERIOD if self._look().moving else None
+
+    def moves_for(self, client: str) -> bool:
+        """Return whether it is on a way that a client commanded."""
+        return self._client == client and self._look().moving
+
+    def drop_client(self, client: str) -> None:
+        """Do nothing: the robot's own way runs to its end, because half way the body may fall."""
+
+    def close(self) -> None:
+        """Stop on the way, and refuse further ones."""
+        with self._lock:
+            self._closed = True
+        self._end()
+
+    def _end(self) -> None:
+        """Stop on the way, and free the joints: they need nothing more to come to rest."""
+        self._postures.stop()
+        self._body.claims.release(_OWNER)
+
+    def _look(self) -> PostureProgress:
+        with self._lock:
+            progress = self._postures.progress()
+            if not progress.moving:
+                self._body.claims.release(_OWNER)
+        return progress

@@ -1,0 +1,306 @@
+"""The walk behind its safety layer, the only way to command it; and walks to a place.
+
+On the way to a place, the velocity is renewed through the guard until the robot arrives.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, astuple, dataclass
+from typing import Final
+
+from msgspec.structs import replace
+
+from interfaces.nao import ActionState, ActionStatus, Severity
+from naoserver._guarded_device import GuardedDevice
+from naoserver.capabilities import Odometry, Walker, WalkVelocity
+from naoserver.errors import InvalidCommand, RobotError
+from naoserver.options import SafetyOptions
+
+WALK: Final = "the walk"
+"""Owner of the legs while it walks."""
+_SOURCE: Final = "Walk"
+_STILL: Final = WalkVelocity()
+_LEG: Final = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+_LEGS: Final = [side + joint for side in "LR" for joint in _LEG]
+
+
+@dataclass(frozen=True, slots=True)
+class _Drive:
+    """A velocity of one kind, with its client and its end in steady wall time."""
+
+    value: float
+    client: str
+    deadline: float
+
+
+class WalkGuard:
+    """Pass velocities to `walker`: limited, and each for as long as its client renews it.
+
+    The velocities forwards, to the left and of the turn are commanded, and stop, independently. During the
+    walk, the legs of `body` belong to it. The gate of `body` accepts or refuses each command, but never
+    refuses a stop.
+    """
+
+    def __init__(self, walker: Walker, body: GuardedDevice, options: SafetyOptions) -> None:
+        self.name: Final = WALK
+        self.limits: Final = walker.limits
+        """The highest velocity of each kind."""
+        self.read: Final = walker.odometry
+        """Return where the robot believes it is."""
+        self.commanded: Final = walker.commanded
+        """Return the commanded velocity, after limiting."""
+        self._walker = walker
+        self._body = body
+        self._events = body.events
+        self._options = options
+        self._highest: dict[str, float] = asdict(walker.limits)
+        self._lock = threading.Lock()
+        self._drives: dict[str, _Drive] = {}
+        self._closed = False
+
+    def drive(
+        self,
+        velocities: Mapping[str, float],
+        client: str,
+        limits: WalkVelocity | None = None,
+        after: WalkVelocity | None = None,
+    ) -> bool:
+        """Walk at velocities, by fields of `WalkVelocity`, until the timeout; return whether any was limited.
+
+        `limits` are tighter than the robot's. With `after`, the command is refused unless that velocity is
+        still commanded, and lasts four timeouts. Raises InvalidCommand or CommandRefused, and then commands
+        nothing.
+        """
+        limitations = []
+        with self._lock:
+            if after is not None and (commanded := self._walker.commanded()) != after:
+                if commanded == _STILL and self._walker.ended:
+                    raise InvalidCommand("walk", f"the robot ended the walk: {self._walker.ended}")
+                raise InvalidCommand("walk", "the walk was stopped, or walks by another command now")
+            if any(velocities.values()):  # everybody may stop it
+                self._body.gate.require(client)
+            drives = dict(self._drives)
+            # The server itself renews its commands: only a stall of the machine delays that.
+            timeout = self._options.velocity_timeout * (1 if after is None else 4)
+            deadline = self._events.wall_time() + timeout
+            for kind, velocity in velocities.items():
+                if not math.isfinite(velocity):
+                    raise InvalidCommand(kind, f"{kind} is {velocity}: it must be a finite number")
+                highest = min(self._highest[kind], getattr(limits or self.limits, kind))
+                safe = max(-highest, min(highest, velocity))
+                if safe != velocity:
+                    reason = f"{kind} velocity {velocity:.4g} is too high, limited to {safe:.4g}"
+                    limitations.append((_SOURCE, reason))
+                drives.pop(kind, None)
+                if safe:
+                    drives[kind] = _Drive(safe, client, deadline)
+            if not self._closed:
+                self._command(drives)
+        self._events.add_limited(limitations)
+        self._body.look_within(self._options.period)
+        return bool(limitations)
+
+    def stop(self) -> None:
+        """End the walk, on both feet."""
+        with self._lock:
+            self._command({})
+
+    def moves_for(self, client: str) -> bool:
+        """Return whether it walks at a velocity of a client."""
+        with self._lock:
+            return any(drive.client == client for drive in self._drives.values())
+
+    def drop_client(self, client: str) -> None:
+        """Stop the velocities of a lost client."""
+        stopped = self._stop_where(lambda drive: drive.client == client)
+        if stopped:
+            kinds = " and ".join(stopped)
+            message = f"stopped ({kinds}): the client that drove it is gone"
+            self._events.add(Severity.Warning, _SOURCE, message, "lost")
+
+    def watch(self) -> float | None:
+        """Stop expired velocities; return the wall seconds until the next check, None while it rests."""
+        now = self._events.wall_time()
+        stopped = self._stop_where(lambda drive: now >= drive.deadline)
+        if stopped:
+            self._events.count_timeout()
+            message = f"stopped ({' and '.join(stopped)}): its velocity was not renewed in time"
+            self._events.add(Severity.Warning, _SOURCE, message, "timeout")
+        with self._lock:
+            walking = self._walker.walking
+            given_up = bool(self._drives) and not walking
+            if given_up:
+                self._drives = {}
+            if not walking:
+                self._body.free(WALK)  # the legs are to stay where they are now
+        if given_up:
+            reason = self._walker.ended or "it fell, its legs became limp, or it was moved"
+            message = f"the robot ended the walk: {reason}"
+            self._events.add(Severity.Error, _SOURCE, message, "ended")
+        return self._options.period if walking else None
+
+    def close(self) -> None:
+        """End the walk and refuse further commands."""
+        with self._lock:
+            if not self._closed:
+                self._command({})
+                self._closed = True
+
+    def _stop_where(self, condition: Callable[[_Drive], bool]) -> list[str]:
+        """Stop the velocities that meet a condition; return their kinds."""
+        with self._lock:
+            if not self._walker.walking:
+                return []  # the robot has ended the walk, as `watch` reports
+            stopped = [kind for kind, drive in self._drives.items() if condition(drive)]
+            if stopped:
+                self._command({kind: drive for kind, drive in self._drives.items() if kind not in stopped})
+        return stopped
+
+    def _command(self, drives: dict[str, _Drive]) -> None:
+        """Command the walker. Raises InvalidCommand, and then commands nothing."""
+        if not drives:
+            self._drives = {}
+            self._walker.command(_STILL)
+            return
+        self._body.claims.claim(WALK, _LEGS, self.stop)
+        try:
+            self._walker.command(WalkVelocity(**{kind: drive.value for kind, drive in drives.items()}))
+        except InvalidCommand:
+            if not self._walker.walking:
+                self._drives = {}
+                self._body.claims.release(WALK)
+            raise
+        self._drives = drives
+
+
+PERIOD: Final = 0.05
+"""Robot seconds between two corrections of the velocity."""
+_GAIN: Final = 1.5
+"""Ratio of the velocity to the rest of the way, in 1/s."""
+_PLACE_TOLERANCE: Final = 0.02
+"""Distance in m, and in rad / 2, within which a place counts as reached."""
+_SPARE_TIME: Final = 10.0
+"""Robot seconds that a way may take in addition to three times its duration at full speed."""
+_IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
+
+
+class Way:
+    """The straight way to x and y in m and a heading in rad, relative to the robot's place at `start`."""
+
+    def __init__(self, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity) -> None:
+        x, y, heading = place
+        # In the plane, x + iy.
+        self._goal = complex(start.x, start.y) + cmath.rect(1.0, start.heading) * complex(x, y)
+        self._heading = start.heading + heading
+        self._highest = highest
+        self._length = abs(complex(x, y)) + abs(heading)
+        self.patience: Final = _SPARE_TIME + 3.0 * (
+            math.hypot(x / highest.forward, y / highest.left) + abs(heading) / highest.turn
+        )
+        """Robot seconds that it may take."""
+
+    def velocity(self, now: Odometry) -> WalkVelocity:
+        """Return the velocity for the rest of the way, within the limits of each; all 0 at its end."""
+        way, turn = self._rest(now)
+        if abs(way) < _PLACE_TOLERANCE and abs(turn) < 2 * _PLACE_TOLERANCE:
+            return _STILL
+        parts = list(zip((way.real, way.imag, turn), astuple(self._highest), strict=True))
+        gain = min(_GAIN, *(limit / abs(part) for part, limit in parts if part))
+        return WalkVelocity(*(min(max(gain * part, -limit), limit) for part, limit in parts))
+
+    def progress(self, now: Odometry) -> float:
+        """Return the completed fraction of the way."""
+        way, turn = self._rest(now)
+        return min(max(1.0 - (abs(way) + abs(turn)) / max(self._length, _PLACE_TOLERANCE), 0.0), 1.0)
+
+    def _rest(self, now: Odometry) -> tuple[complex, float]:
+        way = (self._goal - complex(now.x, now.y)) * cmath.rect(1.0, -now.heading)
+        return way, math.remainder(self._heading - now.heading, math.tau)
+
+
+class WalkTo:
+    """Walk to places through `guard`; `tick` is due every PERIOD of robot time while it is `busy`.
+
+    `on_begin` is called when it begins. Thread-safe.
+    """
+
+    def __init__(
+        self, guard: WalkGuard, robot_time: Callable[[], float], on_begin: Callable[[], None]
+    ) -> None:
+        self._guard = guard
+        self._robot_time = robot_time
+        self._on_begin = on_begin
+        self._lock = threading.Lock()
+        self._way: Way | None = None
+        self._client = ""
+        self._commanded = _STILL
+        self._end = math.inf
+        self._state = _IDLE
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is on the way, or ending the walk there."""
+        return self._way is not None
+
+    def state(self) -> ActionState:
+        """Return the state of the newest walk to a place."""
+        return replace(self._state, time=self._robot_time())
+
+    def begin(self, way: Way, client: str) -> None:
+        """Begin to walk to the end of a way, in place of the previous walk.
+
+        Raises InvalidCommand when the robot cannot walk now, CommandRefused when the client may not command.
+        """
+        with self._lock:
+            self._drive(way, client, None)
+            self._way = way
+            self._client = client
+            self._end = self._robot_time() + way.patience
+            self._state = replace(_IDLE, status=ActionStatus.Moving, count=self._state.count + 1)
+        self._on_begin()
+
+    def stop(self) -> None:
+        """End the walk on both feet."""
+        with self._lock:
+            self._guard.stop()
+            if self._way is not None:
+                self._commanded = _STILL
+                self._state = replace(self._state, message="stopped")
+
+    def tick(self) -> None:
+        """Correct and renew the velocity; end the walk at the end of the way."""
+        with self._lock:
+            way = self._way
+            if way is None:
+                return
+            try:
+                if self._commanded != _STILL:
+                    self._go_on(way)
+            except RobotError as error:
+                self._finish(ActionStatus.Stopped, str(error))
+                with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
+                    self._guard.drive(asdict(_STILL), self._client, after=self._commanded)
+            # The legs are free when the guard has nothing more to watch.
+            if self._commanded == _STILL and self._guard.watch() is None:
+                self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)
+
+    def _go_on(self, way: Way) -> None:
+        self._state = replace(self._state, progress=way.progress(self._guard.read()))
+        if self._robot_time() > self._end:
+            raise RobotError(f"it did not get there within {way.patience:.0f} s")
+        self._drive(way, self._client, self._commanded)
+
+    def _drive(self, way: Way, client: str, after: WalkVelocity | None) -> None:
+        self._guard.drive(asdict(way.velocity(self._guard.read())), client, after=after)
+        self._commanded = self._guard.commanded()  # as it was limited
+
+    def _finish(self, status: ActionStatus, message: str = "") -> None:
+        self._way = None
+        progress = 1.0 if status is ActionStatus.Done else self._state.progress
+        message = message or self._state.message
+        self._state = replace(self._state, status=status, message=message, progress=progress)

@@ -1,0 +1,242 @@
+"""Measurements of the robot, by one call per cycle, and its setpoints between NAOqi's reports of them."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from naoserver.body import Body
+from naoserver.capabilities import InertialReading, SenseReading
+from naoserver.errors import HardwareFailure
+from naoserver.naoqi._connection import SILENCE
+from naoserver.naoqi._link import NAME, CallFailed, Link, call, is_nao6
+from naoserver.naoqi._memory_keys import FARTHEST_ECHO, Measurements, MemoryLayout
+from naoserver.robot import FALLEN_TILT, BodyState, JointFacts, JointReading
+from zenoh_ice import Clock
+
+_logger = logging.getLogger(__name__)
+
+_WINDOW: Final = 4
+"""Measurements for a velocity that the robot does not report: its cycle and ours drift."""
+_LISTING: Final = 5.0
+"""Seconds for the robot to list its keys, some thousands."""
+_REPORT: Final = 0.2
+"""Seconds after which NAOqi's report shows a command."""
+_SLACK: Final = 0.05
+"""Distance in rad by which a setpoint may differ from its report in addition to the effect of the delay."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """The course of a setpoint from `time` on: it moves at `rate` until it is at `end`."""
+
+    time: float
+    value: float
+    rate: float
+    end: float
+
+    def at(self, time: float) -> float:
+        if self.rate == 0.0:
+            return self.value
+        value = self.value + self.rate * max(0.0, time - self.time)
+        return min(value, self.end) if self.rate > 0.0 else max(value, self.end)
+
+    @property
+    def arrival(self) -> float:
+        return self.time + (abs((self.end - self.value) / self.rate) if self.rate else 0.0)
+
+
+class Setpoints:
+    """The setpoint of each joint, computed from the commands and corrected by NAOqi's reports.
+
+    A report is some hundredths of a second old, too old to plan the next step from where a
+    setpoint is. While a joint follows a command, the model counts, unless the report shows that
+    something else moves the joint; otherwise the report counts. Callers serialise the calls.
+    """
+
+    def __init__(self, joints: Sequence[JointFacts]) -> None:
+        self._joints = {joint.name: joint for joint in joints}
+        self._ways = {joint.name: _Way(-math.inf, 0.0, 0.0, 0.0) for joint in joints}
+
+    def at(self, time: float) -> tuple[float, ...]:
+        """Return every setpoint at a time in s."""
+        return tuple(way.at(time) for way in self._ways.values())
+
+    def send(self, joint: str, target: float, speed: float, time: float) -> bool:
+        """Move a setpoint to a target at a speed; return False if it already rests there."""
+        facts, value = self._joints[joint], self._ways[joint].at(time)
+        if value == target and not self.moving(joint, time):
+            return False
+        end = min(max(target, facts.lower), facts.upper)
+        self._ways[joint] = _Way(time, value, math.copysign(speed, end - value) if end != value else 0.0, end)
+        return True
+
+    def moving(self, joint: str, time: float) -> bool:
+        """Return whether a setpoint is on its way."""
+        way = self._ways[joint]
+        return way.rate != 0.0 and time < way.arrival
+
+    def hold(self, joint: str, time: float) -> None:
+        """Keep a setpoint where it is."""
+        value = self._ways[joint].at(time)
+        self._ways[joint] = _Way(time, value, 0.0, value)
+
+    def report(
+        self,
+        commands: Sequence[float],
+        positions: Sequence[float],
+        stiffnesses: Sequence[float],
+        time: float,
+    ) -> None:
+        """Take NAOqi's report of every joint; the setpoint of a limp motor follows its joint."""
+        reports = zip(self._ways.copy(), commands, positions, stiffnesses, strict=True)
+        for joint, command, position, stiffness in reports:
+            if stiffness == 0.0:
+                self._ways[joint] = _Way(-math.inf, position, 0.0, position)
+                continue
+            way = self._ways[joint]
+            value = way.at(time)
+            if time > way.arrival + _REPORT:
+                if command != value or way.rate:
+                    self._ways[joint] = _Way(-math.inf, command, 0.0, command)
+            elif time > way.time + _REPORT and abs(command - value) > _SLACK + abs(way.rate) * _REPORT:
+                self._ways[joint] = replace(way, time=time, value=command)  # something else moved it
+
+
+class NaoqiState:
+    """The newest measurements of a robot, and its setpoints."""
+
+    def __init__(self, clock: Clock, facts: Body) -> None:
+        self.facts: Final = facts
+        """The facts of its body."""
+        self._clock = clock
+        self._layout: MemoryLayout | None = None
+        self._setpoints = Setpoints(facts.joints)
+        self._lock = threading.Lock()  # of setpoints; held for microseconds
+        self._history: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=_WINDOW)
+        self._newest: Measurements | None = None  # replaced as a whole
+        self._frozen: float | None = None
+
+    def open(self, link: Link) -> None:
+        """Find out which keys the robot has. Raises HardwareFailure when it has another body."""
+        known = call(link, "ALMemory.getDataListName", timeout=_LISTING)
+        nao6 = is_nao6(link)
+        try:
+            self._layout = MemoryLayout(known, self.facts, nao6=nao6)
+        except KeyError as error:
+            try:
+                kind = str(call(link, "ALMemory.getData", "RobotConfig/Body/Type"))[:40]
+            except HardwareFailure:
+                kind = "robot of unknown kind"
+            lacks = f"the robot, a {kind}, has no joint {error.args[0]}"
+            message = f"{lacks}, as a Nao {self.facts.name} has; --body names another body"
+            raise HardwareFailure(message) from None
+        self._history.clear()
+        self._frozen = None
+
+    def tick(self, link: Link) -> None:
+        """Measure. Raises CallFailed, CallTimeout or LinkLost."""
+        layout = self._layout
+        assert layout is not None
+        begun = self._clock.now()
+        values = call(link, "ALMemory.getListData", layout.keys, timeout=SILENCE)
+        time = (begun + self._clock.now()) / 2
+        try:
+            measured = layout.read(values, time)
+        except (TypeError, ValueError) as error:
+            raise CallFailed(f"ALMemory.getListData: {error}") from None
+        joints = measured.joints
+        self._history.append((time, joints.positions))
+        first, positions = self._history[0]
+        passed = time - first
+
+        def measured_velocity(velocity: float, now: float, before: float) -> float:
+            if not math.isnan(velocity):
+                return velocity
+            return (now - before) / passed if passed > 0.0 else 0.0
+
+        velocities = tuple(map(measured_velocity, joints.velocities, joints.positions, positions))
+        with self._lock:
+            self._setpoints.report(joints.commands, joints.positions, joints.stiffnesses, time)
+        self._newest = measured._replace(joints=replace(joints, velocities=velocities))
+
+    def freeze(self) -> None:
+        """Keep setpoints where they are from now on: the robot is lost."""
+        self._frozen = self._clock.now()
+
+    def joints(self) -> JointReading:
+        """Return the newest reading of the joints; the setpoints are those of this moment."""
+        with self._lock:
+            commands = self._setpoints.at(self._now())
+        return replace(self._require().joints, commands=commands)
+
+    def send(self, ways: Mapping[str, tuple[float, float]]) -> list[str]:
+        """Move setpoints to targets at speeds from now on, by joint; return the joints that this changes."""
+        with self._lock:
+            now = self._now()
+            return [joint for joint, way in ways.items() if self._setpoints.send(joint, *way, now)]
+
+    def hold(self, joints: Iterable[str]) -> None:
+        """Keep setpoints where they are now."""
+        with self._lock:
+            now = self._now()
+            for joint in joints:
+                self._setpoints.hold(joint, now)
+
+    def senses(self) -> SenseReading:
+        """Return the newest reading of the senses."""
+        return self._require().senses
+
+    def body(self) -> BodyState:
+        """Return the state of the body, according to the inertial unit."""
+        tilt = self.senses().inertial.tilt
+        factor = 1.0 if self._frozen is None else 0.0
+        return BodyState(torso_tilt=tilt, fallen=tilt > FALLEN_TILT, real_time_factor=factor, lag=0.0)
+
+    def _now(self) -> float:
+        return self._clock.now() if self._frozen is None else self._frozen
+
+    def _require(self) -> Measurements:
+        if self._newest is None:
+            raise HardwareFailure("the robot has not been asked yet: start it first")
+        return self._newest
+
+
+class NaoqiSenses:
+    """The senses of the robot, with the sonar on while they are open. Implements Senses."""
+
+    sonar_cone = math.radians(60.0)
+
+    def __init__(self, state: NaoqiState) -> None:
+        self.touch_names: Final = state.facts.touch_sensors
+        self.read: Final = state.senses
+        self._sonar = False
+
+    @property
+    def sonar_range(self) -> tuple[float, float] | None:
+        return (0.25, FARTHEST_ECHO) if self._sonar else None
+
+    def inertial(self) -> InertialReading:
+        return self.read().inertial
+
+    def open(self, link: Link) -> None:
+        """Turn the sonar on, if the robot has one."""
+        self._sonar = False
+        try:
+            call(link, "ALSonar.subscribe", NAME)
+            self._sonar = True
+        except CallFailed as error:
+            _logger.info("the sonar stays off: %s", error)
+
+    def close(self, link: Link | None) -> None:
+        """Turn the sonar off, unless another program uses it."""
+        try:
+            if link is not None:
+                call(link, "ALSonar.unsubscribe", NAME, timeout=1.0)
+        except HardwareFailure as error:
+            _logger.debug("the sonar stays as it is: %s", error)

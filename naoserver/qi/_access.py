@@ -1,0 +1,261 @@
+"""The services' access to a robot: readings, guarded commands, the walk, and the other services."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import qi
+
+from interfaces.nao import ActionStatus
+from naoserver._servants.motions import PosturesI
+from naoserver._walk import WalkGuard, Way
+from naoserver.assembly import Assembly
+from naoserver.capabilities import Odometry, Support, WalkVelocity
+from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
+from naoserver.kinematics import Matrix, place_of, rotation, torso_place
+from naoserver.qi._arguments import JointNames, text
+from naoserver.qi._calls import Faults, failed
+from naoserver.qi._clients import MOTION, SERVER, Belongings, Call, CallTable, Client, begins_any
+from naoserver.robot import Robot
+
+_logger = logging.getLogger(__name__)
+
+PERIOD: Final = 0.02
+"""Robot seconds between two setpoints: ALMotion's cycle."""
+_TORSO = 0
+_WORLD = 1
+_ROBOT = 2
+"""NAOqi's numbers of frames."""
+_END_LIMIT: Final = 5.0
+"""Robot seconds within which a walk or a motion has to end."""
+RENEWAL: Final = 0.15
+"""Wall seconds after which a command is renewed: well within the guard's timeout."""
+_STILL: Final = WalkVelocity()
+
+A = TypeVar("A")
+
+
+def needed(ability: A | None, what: str) -> A:
+    """Return an ability of the robot. Raises HardwareFailure, naming `what` it lacks, when it is None."""
+    if ability is None:
+        raise HardwareFailure(f"this robot {what}")
+    return ability
+
+
+class Access:
+    """A robot, the guards in front of its joints and its walk, and the services that use it."""
+
+    def __init__(self, robot: Robot, assembly: Assembly, disk: Path, *, faults: bool = False) -> None:
+        self.robot: Final = robot
+        self.disk = disk.resolve()
+        """The folder that represents its disk."""
+        self.faults: Final = Faults(robot.senses, assembly.hearing, enabled=faults)
+        self.calls: Final = CallTable(robot.clock)
+        """The calls of all clients."""
+        self.body: Final = assembly.body
+        """Its joints."""
+        self.joints: Final = JointNames(robot.body.joint_names)
+        """Their names, and those of the chains."""
+        self.walk: Final = next((guard for guard in assembly.watched if isinstance(guard, WalkGuard)), None)
+        """Its walk; None when it has none."""
+        self.walk_to: Final = assembly.walk_to
+        """Its walk to a place; None when it has none."""
+        self.player: Final = assembly.player
+        self.hearing: Final = assembly.hearing
+        """Passes on what is said to it, as text."""
+        postures = assembly.servants["Postures"]
+        assert isinstance(postures, PosturesI)
+        self.postures: Final = postures
+        self.support = Support.LEGS
+        """The feet over which it balances while paths of its legs are followed."""
+        self.walking: Final = Walking(self)
+        """Its walk, renewed."""
+        self.lend: Callable[[object], object] = lambda lent: lent
+        """Return an object as one that libqi lends to clients, and releases."""
+        self.find: Callable[[str], qi.Future] = lambda name: failed(f"there is no service {name}")
+        """Begin to look up the service of a program by its name."""
+        self._services: dict[type[Service], Service] = {}
+        self._drop_client: Final = assembly.drop_client
+        assembly.gate.on_stop(self._stop)
+
+    def service(self, kind: type[S]) -> S:
+        """Return the only service of a kind."""
+        service = self._services.get(kind) or self._services.setdefault(kind, kind(self))
+        assert isinstance(service, kind)
+        return service
+
+    def lose(self, client: Client) -> None:
+        """End everything that a lost client commanded, and remove what it kept in the services."""
+        with ExitStack() as steps:  # each whatever the others raise
+            steps.callback(client.close)
+            for service in self._services.copy().values():
+                steps.callback(service._forget, client)
+            steps.callback(self._drop_client, client.name)
+            with self.calls.stopping(lambda call: call.client is client):
+                client.gone = True
+                self.walking.drop(client)
+
+    def _stop(self) -> None:
+        """End all calls that move the robot, in an emergency, lest one begins after the reset."""
+        with self.calls.stopping(begins_any(*MOTION), "the robot was stopped before it began"):
+            pass
+
+    def free(self, call: Call) -> None:
+        """End the walk and other motion; return when no joint is claimed, or after some seconds."""
+        joints = [joint.name for joint in self.body.joints]
+        for _ in range(round(_END_LIMIT / PERIOD)):
+            if call.stopped.is_set() or not self.body.claims.stop(joints):
+                return
+            call.wait(PERIOD)
+
+    def balance(self, joints: Iterable[str]) -> None:
+        """Let the robot balance over `support`, if it can, once any of some joints is in a leg."""
+        balancer = self.robot.balancer
+        if balancer is None or balancer.support() is self.support:
+            return
+        if not set(self.joints.chains["Legs"]).isdisjoint(joints):
+            balancer.command(self.support)
+
+    def angles(self, *, measured: bool) -> dict[str, float]:
+        """Return the measured angle or the setpoint of every joint in rad."""
+        reading = self.body.read()
+        values = reading.positions if measured else reading.commands
+        return {joint.name: value for joint, value in zip(self.body.joints, values, strict=True)}
+
+    def place(self, name: object, frame: object, *, measured: bool) -> Matrix:
+        """Return where a joint, effector or camera is, by measured angles or by setpoints.
+
+        `frame` is 0 for the torso's, 1 for the world's, which is that of odometry, and 2 for the robot's,
+        which is upright on the floor below the torso and has its heading. Raises InvalidCommand for other
+        values.
+        """
+        if frame not in (_TORSO, _WORLD, _ROBOT):
+            raise InvalidCommand("frame", f"there is no frame {str(frame)[:60]!r}; 0 torso, 1 world, 2 robot")
+        angles = self.angles(measured=measured)
+        place = place_of(text(name, "name"), angles)
+        if frame == _TORSO:
+            return place
+        inertial = self.robot.senses.inertial() if self.robot.senses else None
+        place = torso_place(angles, *((inertial.roll, inertial.pitch) if inertial else ())) @ place
+        if frame == _WORLD and self.walk is not None:
+            at = self.walk.read()
+            floor = rotation((0.0, 0.0, 1.0), at.heading)
+            floor[:2, 3] = at.x, at.y
+            place = floor @ place
+        return place
+
+
+class Service:
+    """A service of NAOqi, or a part of one."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+        self._robot = access.robot
+        self._lock = threading.Lock()
+        self._belongings: list[Belongings[Any, Any]] = []
+        self.kept: Final[dict[tuple[Any, ...], Any]] = {}
+        """Values that clients set, and that have no effect."""
+
+    def _bounded(self, what: str, most: int) -> Belongings[Any, Any]:
+        """Return a place for at most `most` values of each client, which are removed when it is lost."""
+        place: Belongings[Any, Any] = Belongings(self._access.calls, what, most)
+        self._belongings.append(place)
+        return place
+
+    def _forget(self, client: Client) -> None:
+        """Remove what a lost client kept."""
+        with self._lock:
+            for place in self._belongings:
+                place.take(client)
+
+
+S = TypeVar("S", bound=Service)
+
+
+class Walking:
+    """Walk through the guard, and renew its commands until something ends the walk.
+
+    The guard stops commands that are not renewed. A walk continues until stopMove, another client, a fall,
+    the emergency stop or the service's end, and unlike that of the real robot until its client is lost.
+    """
+
+    def __init__(self, access: Access) -> None:
+        self._walker = access.robot.walker
+        self._access = access
+        self._lock = threading.Lock()
+        self._wanted = _STILL
+        self._client = SERVER  # of the wanted velocity
+
+    @property
+    def guard(self) -> WalkGuard:
+        """The walk behind its safety layer. Raises HardwareFailure when there is none."""
+        return needed(self._access.walk, "does not walk")
+
+    @property
+    def active(self) -> bool:
+        """Whether a velocity is commanded."""
+        return self._access.walk is not None and self._access.walk.commanded() != _STILL
+
+    @property
+    def moving(self) -> bool:
+        """Whether it moves the legs: from a command until it stands on both feet again."""
+        return self.active or (self._walker is not None and self._walker.walking)
+
+    def go(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
+        """Walk at a velocity within limits until further notice. Raises as `WalkGuard.drive` does."""
+        calls = self._access.calls
+        with calls.beginning() as may, self._lock:
+            if may:
+                self._client = calls.current.client
+                self.guard.drive(asdict(velocity), self._client.name, limits)
+                self._wanted = self.guard.commanded()  # as it was limited
+
+    def stop(self) -> None:
+        """End the walk on both feet, never refused."""
+        with self._lock:
+            self._wanted = _STILL
+            if self._access.walk is not None:
+                self._access.walk.stop()
+
+    def drop(self, client: Client) -> None:
+        """Renew the velocity of a lost client no more; the guard stops it."""
+        with self._lock:
+            if self._client is client:
+                self._wanted = _STILL
+
+    def go_to(
+        self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
+    ) -> bool:
+        """Walk to a place in m and rad relative to `start`; return whether the robot arrived."""
+        walk_to = needed(self._access.walk_to, "does not walk")
+        with self._access.calls.beginning(call) as may, self._lock:
+            if not may:
+                return False
+            self._client, self._wanted = call.client, _STILL
+            walk_to.begin(Way(place, start, highest), call.client.name)
+            count = walk_to.state().count
+        while walk_to.busy and walk_to.state().count == count:
+            if call.wait(PERIOD):
+                with self._lock:
+                    if walk_to.busy and walk_to.state().count == count:  # no later walk has replaced it
+                        self.guard.stop()
+                return False
+        now = walk_to.state()
+        return now.count == count and now.status is ActionStatus.Done
+
+    def renew(self) -> None:
+        """Renew the commanded velocity, unless something ended the walk; due every RENEWAL while `active`."""
+        with self._lock:
+            if self._wanted == _STILL:
+                return
+            try:
+                self.guard.drive(asdict(self._wanted), self._client.name, after=self._wanted)
+            except RobotError as error:
+                _logger.warning("the walk ends: %s", error)
+                self._wanted = _STILL

@@ -1,0 +1,220 @@
+"""ALBehaviorManager, ALAnimationPlayer and ALFrameManager: motions of the server, and animations.
+
+Each is a behavior, which is stopped by stopBehavior and its kin, by whatever stops all motion, and by the end
+of its program.
+"""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+from typing import Final
+
+from interfaces.nao import ActionStatus
+from naoserver._motions.keyframes import Motion, load_motions
+from naoserver._motions.routes import MotionRoute, Route
+from naoserver._servants.motions import MOTION
+from naoserver.errors import InvalidCommand
+from naoserver.qi._access import Access, Service
+from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations
+from naoserver.qi._arguments import chosen, constant, keepable, kept, refused, text, texts
+from naoserver.qi._clients import Activity, Call, Client, begins, begins_any
+from naoserver.qi._modules import CHECK_PERIOD
+from naoserver.qi._postures import ALRobotPosture
+
+_PACE: Final = 0.8
+_FOLDER: Final = PurePosixPath("/home/nao/behaviors")
+"""The folder of behaviors on a robot's disk."""
+_MOST_PARTS: Final = 8
+"""Parts of a behavior's name at most, which are folders."""
+_NO_BOXES: Final = "Choregraphe's boxes and timelines are not played here; ALBehaviorManager has behaviors"
+
+
+class ALBehaviorManager(Service):
+    """Run motions such as `wave`, and animations such as `animations/Stand/Gestures/Hey_1`."""
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._player = access.player
+
+    setDefaultBehaviors, getDefaultBehaviors = kept(
+        "the behaviors that a robot runs when it starts", [], behaviors=texts
+    )
+
+    @begins(Activity.BEHAVIOR)
+    def runBehavior(self, call: Call, name: object) -> None:
+        """Run a behavior; returns at its end. Whatever else moves the body is stopped first."""
+        motion = self._motion(name)
+        self._access.free(call)
+        count = self._start(call, motion)
+        while self._runs(count):
+            if call.wait(CHECK_PERIOD):
+                self._halt(call.client, count)
+                return
+
+    @begins(Activity.BEHAVIOR)
+    def startBehavior(self, name: object) -> None:
+        """Start a behavior; returns at once."""
+        self._start(self._access.calls.current, self._motion(name))
+
+    def stopBehavior(self, name: object) -> None:
+        """Stop a behavior."""
+        motion, behaves = self._motion(name), begins_any(Activity.BEHAVIOR)
+
+        def runs_it(call: Call) -> bool:
+            named = call.arguments[0] if call.arguments else None
+            return behaves(call) and isinstance(named, str) and self._find(named) is motion
+
+        with self._access.calls.stopping(runs_it):
+            if motion.name in self.getRunningBehaviors():
+                self._player.stop(MOTION)
+
+    def stopAllBehaviors(self) -> None:
+        """Stop the running behavior, and those that are about to start."""
+        with self._access.calls.stopping(begins_any(Activity.BEHAVIOR)):
+            self._player.stop(MOTION)
+
+    def getInstalledBehaviors(self) -> list[str]:
+        """Return the names of the behaviors."""
+        return [*load_motions(), *load_animations()]
+
+    def getRunningBehaviors(self) -> list[str]:
+        """Return the name of the behavior that runs; one at most does."""
+        progress = self._player.progress(MOTION)
+        return [progress.name] if progress.status is ActionStatus.Moving else []
+
+    def addDefaultBehavior(self, behavior: object) -> None:
+        """Add a default behavior, which has no effect."""
+        self.setDefaultBehaviors([*dict.fromkeys((*self.getDefaultBehaviors(), text(behavior, "behavior")))])
+
+    def removeDefaultBehavior(self, behavior: object) -> None:
+        """Remove a default behavior."""
+        name = text(behavior, "behavior")
+        self.setDefaultBehaviors([each for each in self.getDefaultBehaviors() if each != name])
+
+    def isBehaviorInstalled(self, name: object) -> bool:
+        """Return whether there is a behavior of a name."""
+        return self._find(text(name, "name")) is not None
+
+    isBehaviorPresent = isBehaviorInstalled  # its former name
+
+    def isBehaviorRunning(self, name: object) -> bool:
+        """Return whether a behavior runs."""
+        motion = self._find(text(name, "name"))
+        return motion is not None and motion.name in self.getRunningBehaviors()
+
+    def _start(self, call: Call, motion: Motion) -> int:
+        """Start a behavior for a call; return the count of the player, 0 if the call was stopped."""
+        route: Route = MotionRoute(motion, load_motions().values())
+        if motion.name in load_animations():
+            route = AnimationRoute(motion)
+        with self._access.calls.beginning(call) as may:
+            if not may:
+                return 0
+            self._player.begin(MOTION, motion.name, route, client=call.client.name)
+            return self._player.progress(MOTION).count
+
+    def _runs(self, count: int) -> bool:
+        """Return whether the behavior with a count of the player runs."""
+        progress = self._player.progress(MOTION)
+        return progress.status is ActionStatus.Moving and progress.count == count
+
+    def _halt(self, client: Client, count: int) -> None:
+        """Stop the behavior with a count of the player; that of a lost client is stopped with it."""
+        if not client.gone and self._runs(count):
+            self._player.stop(MOTION)
+
+    def _motion(self, name: object) -> Motion:
+        """Return a behavior. Raises InvalidCommand, which lists them."""
+        if isinstance(name, str) and (motion := self._find(name)) is not None:
+            return motion
+        return load_motions()[chosen(name, "behavior", self.getInstalledBehaviors())]
+
+    def _find(self, name: str) -> Motion | None:
+        return load_motions().get(name) or find_animation(name)
+
+
+class ALAnimationPlayer(Service):
+    """Run animations: ALBehaviorManager runs them, too."""
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._behaviors = access.service(ALBehaviorManager)
+
+    @begins(Activity.BEHAVIOR)
+    def run(self, call: Call, name: object) -> None:
+        """Run an animation; returns at its end. Whatever else moves the body is stopped first."""
+        self._behaviors.runBehavior(call, name)
+
+    @begins(Activity.BEHAVIOR)
+    def runTag(self, call: Call, tag: object) -> None:
+        """Run the animation of a tag such as `hello`; returns at its end."""
+        self._behaviors.runBehavior(call, TAGS[chosen(tag, "tag", TAGS)])
+
+    @begins(Activity.POSTURE)
+    def reset(self, call: Call) -> None:
+        """Go into the posture `Stand`; returns at its end."""
+        self._access.service(ALRobotPosture).goToPosture(call, "Stand", _PACE)
+
+    declarePathForTags = constant("Do nothing: each tag has one animation.", path=text)
+    declareTagForAnimations = constant("Do nothing: each tag has one animation.", tagsToAnimations=keepable)
+    declareAnimationsPackage = constant("Do nothing: no packages can be installed.", packageUid=text)
+
+
+_no_boxes: Final = refused(_NO_BOXES)
+
+
+class ALFrameManager(Service):
+    """Run behaviors as NAOqi 1 does; the identifier of a behavior is its name."""
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._manager = access.service(ALBehaviorManager)
+
+    def newBehaviorFromFile(self, xmlFilePath: object, behName: object) -> str:
+        """Return the behavior in whose folder a file is, `wave` for `/home/nao/wave/behavior.xar`."""
+        text(behName, "name")
+        folder = PurePosixPath(text(xmlFilePath, "file name")).parent
+        names = ["/".join(folder.parts[i:]) for i in range(len(folder.parts))]
+        for name in names[-_MOST_PARTS:]:
+            if self._manager.isBehaviorInstalled(name):
+                return name
+        raise InvalidCommand("file name", f"{str(folder)[-200:]!r} is the folder of no behavior: {_NO_BOXES}")
+
+    @begins(Activity.BEHAVIOR)
+    def playBehavior(self, id_: object) -> None:
+        """Start a behavior; returns at once."""
+        self._manager.startBehavior(id_)
+
+    @begins(Activity.BEHAVIOR)
+    def completeBehavior(self, call: Call, id_: object) -> None:
+        """Run a behavior; returns at its end. Whatever else moves the body is stopped first."""
+        self._manager.runBehavior(call, id_)
+
+    def exitBehavior(self, id_: object) -> None:
+        """Stop a behavior."""
+        self._manager.stopBehavior(id_)
+
+    deleteBehavior = stopBehavior = exitBehavior
+
+    def cleanBehaviors(self) -> None:
+        """Stop every behavior."""
+        self._manager.stopAllBehaviors()
+
+    def isBehaviorRunning(self, id_: object) -> bool:
+        """Return whether a behavior runs."""
+        return self._manager.isBehaviorRunning(id_)
+
+    def behaviors(self) -> list[str]:
+        """Return the names of the behaviors that run."""
+        return self._manager.getRunningBehaviors()
+
+    def getBehaviorPath(self, id_: object) -> str:
+        """Return the folder of a behavior on the robot's disk, which may be missing there."""
+        return f"{_FOLDER / self._manager._motion(id_).name}/"
+
+    def getMotionLength(self, id_: object) -> float:
+        """Return the duration of a behavior in s, from the posture in which it begins."""
+        return self._manager._motion(id_).duration
+
+    newBehavior = newBehaviorFromChoregraphe = createTimeline = _no_boxes
+    playTimeline = stopTimeline = gotoAndPlay = gotoAndStop = _no_boxes

@@ -1,0 +1,392 @@
+"""The connections of programs: each is passed on to libqi, and its calls reach its own objects.
+
+libqi lets a service in Python know neither who calls nor who is gone. So libqi listens at a private address,
+and this module at the public one. It reads the headers of messages, and sends what a program addresses to a
+service to the object that libqi has lent to this program for it. Such an object is lent by a service, the
+door, when the program first addresses the service in question.
+
+A message is a header of 28 bytes and its payload; numbers are little-endian. Source: message.hpp and
+binarycodec.cpp of libqi 4.0.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import logging
+import secrets
+import socket
+import struct
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any, Final, NamedTuple
+from urllib.parse import urlsplit
+
+from naoserver.errors import RobotError
+from naoserver.qi._clients import Client
+
+_logger = logging.getLogger(__name__)
+
+LARGEST_MESSAGE: Final = 1 << 18
+"""Maximum bytes of a message from a program: libqi decodes it in one go, 20,000 numbers in some 0.1 s."""
+MOST_CONNECTIONS: Final = 500
+"""Maximum connections, also silent ones."""
+MOST_PROGRAMS: Final = 64
+"""Maximum connections that use services."""
+MOST_SHORT: Final = 4
+"""Maximum short calls and posts of a program in libqi; what follows them waits in the connection."""
+_END_LIMIT: Final = 5.0
+"""Wall seconds in which every client is dealt with as lost at the end."""
+_ANSWERING: Final = 0.05
+"""Wall seconds in which the client that requests an interruption gets its answer."""
+_TALK_LIMIT: Final = 10.0
+"""Wall seconds in which a program begins to talk, and in which it takes what is sent to it."""
+_KEEP_ALIVE: Final = {"TCP_KEEPIDLE": 2, "TCP_KEEPINTVL": 1, "TCP_KEEPCNT": 3}
+"""Options that notice a computer that is gone: s until the first question, between two, and how many."""
+
+_HEADER: Final = struct.Struct("<IIIHBBIII")
+_MAGIC: Final = 0x42ADDE42
+_NUMBER: Final = struct.Struct("<I")
+_ADDRESS: Final = struct.Struct("<II")
+_CALL = 1
+_REPLY = 2
+_ERROR = 3
+_POST = 4
+_CANCELED = 8
+"""Types of messages."""
+_DIRECTORY, _MAIN = 1, 1
+"""The service that knows the others, and the object of a service itself."""
+_QUESTION: Final = 80
+"""The number of `isStatsEnabled`, an operation of every object, without arguments."""
+_FIRST_METHOD: Final = 100
+"""The number of the first method of an object."""
+_UID: Final = 20
+"""Bytes of the identity that may follow the address of a lent object."""
+_OWN_CALLS: Final = 0xF000_0000
+"""The number of the first call that this module itself makes; programs count from 1."""
+
+
+class _Header(NamedTuple):
+    magic: int
+    id: int
+    size: int
+    version: int
+    type: int
+    flags: int
+    service: int
+    object: int
+    action: int
+
+
+class Offer(NamedTuple):
+    """What libqi offers at its own address on the loopback interface."""
+
+    url: str
+    services: Mapping[int, str]
+    """The services whose objects are lent, and their names."""
+    door: int
+    """The service whose only method lends them; its argument is a text, `key` and the name of a service."""
+    key: Callable[[Client], str]
+    """Admit a client; return the secret by which the door knows it."""
+
+
+class Connections:
+    """Accept programs until it is closed; `lose` is called with each client that is gone."""
+
+    def __init__(self, url: str, offer: Offer, lose: Callable[[Client], None]) -> None:
+        """Listen at a URL such as tcp://127.0.0.1:9559. Raises RobotError when it cannot."""
+        parts = urlsplit(url)
+        try:
+            if parts.scheme != "tcp" or not parts.hostname:
+                raise ValueError("an address is tcp://HOST:PORT")
+            self._host = parts.hostname
+            listening = self._bind(parts.port or 0)
+        except (OSError, ValueError) as error:
+            raise RobotError(f"cannot listen at {url}: {error}; give another address") from None
+        self._port: int = listening.getsockname()[1]
+        self.url: Final = _url_of((self._host, self._port))
+        """The address, with the port that the system picked."""
+        self._offer = offer
+        self._lose = lose
+        self._open: dict[asyncio.Task[None], _Program] = {}
+        self._loop = asyncio.new_event_loop()
+        self._changed = asyncio.Event()
+        self._closing = False
+        self._pause = 0.0
+        self._thread = threading.Thread(
+            target=self._run, args=(listening,), name="NAOqi connections", daemon=True
+        )
+        self._thread.start()
+
+    def interrupt(self, seconds: float) -> None:
+        """Close every connection soon, and accept again after some wall seconds."""
+
+        def begin() -> None:
+            self._pause = seconds
+            self._changed.set()
+
+        self._loop.call_soon_threadsafe(self._loop.call_later, _ANSWERING, begin)
+
+    def close(self) -> None:
+        """Close every connection, and wait, with a limit, until each client is dealt with as lost."""
+
+        def begin() -> None:
+            self._closing = True
+            self._changed.set()
+
+        with suppress(RuntimeError):  # the loop has ended, since it could not listen again
+            self._loop.call_soon_threadsafe(begin)
+        self._thread.join(_END_LIMIT)
+        if self._thread.is_alive():
+            _logger.error("%s did not end within %g s", self._thread.name, _END_LIMIT)
+
+    def _bind(self, port: int) -> socket.socket:
+        family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
+        return socket.create_server((self._host, port), family=family)
+
+    def _run(self, listening: socket.socket) -> None:
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            runner.run(self._accept(listening))
+
+    async def _accept(self, listening: socket.socket | None) -> None:
+        while listening is not None:
+            server = await asyncio.start_server(self._begin, sock=listening)
+            await self._changed.wait()
+            self._changed.clear()
+            server.close()
+            for task in self._open:
+                task.cancel()
+            await asyncio.gather(*self._open, return_exceptions=True)
+            listening = await self._listen_again()
+
+    async def _listen_again(self) -> socket.socket | None:
+        """Return the socket to listen on after a pause; None at the end."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(self._pause):
+                while not self._closing:
+                    await self._changed.wait()
+                    self._changed.clear()
+        if self._closing:
+            return None
+        try:
+            return self._bind(self._port)
+        except OSError:
+            _logger.exception("NAOqi is not served any more")
+            return None
+
+    def _begin(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve a new connection in a separate task."""
+        program = _Program(self._offer, self._admit, reader, writer)
+        if len(self._open) >= MOST_CONNECTIONS:
+            writer.transport.abort()
+        else:
+            self._open[self._loop.create_task(self._serve(program))] = program
+
+    async def _serve(self, program: _Program) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        try:
+            await program.pass_messages()
+        finally:
+            try:
+                if program.client is not None:
+                    await self._lose_on_a_thread(program.client)
+            finally:
+                del self._open[task]
+
+    async def _lose_on_a_thread(self, client: Client) -> None:
+        try:
+            lost = self._loop.run_in_executor(None, self._lose, client)
+        except RuntimeError:  # no thread can start: better that all wait than that the robot goes on
+            self._lose(client)
+        else:
+            await lost
+
+    def _admit(self) -> Client:
+        """Return a new client. Raises _Refused when there are too many."""
+        if sum(program.client is not None for program in self._open.values()) >= MOST_PROGRAMS:
+            raise _Refused(f"{MOST_PROGRAMS} programs are connected already: end one of them")
+        return Client(f"NAOqi {secrets.token_hex(8)}")
+
+
+class _Refused(Exception):
+    """A message is not passed on; the text says why."""
+
+
+class _Program:
+    """A connection of a program, and that to libqi that belongs to it."""
+
+    def __init__(
+        self,
+        offer: Offer,
+        admit: Callable[[], Client],
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+    ) -> None:
+        self.client: Client | None = None
+        """The program as a client; None until it first addresses a service."""
+        self._offer = offer
+        self._admit = admit
+        self._reader = reader
+        self._writer = writer
+        self._key = ""
+        self._lent: dict[int, tuple[int, int]] = {}  # addresses of lent objects by service
+        self._origins: dict[tuple[int, int], int] = {}  # and the reverse
+        self._borrowing: asyncio.Future[tuple[int, bytes]] | None = None
+        # Calls by their numbers, and whether the program wants answers.
+        self._unanswered: dict[int, bool] = {}
+        self._fewer = asyncio.Event()  # whenever fewer short ones may be left
+        self._own_calls = itertools.count(_OWN_CALLS)
+
+    async def pass_messages(self) -> None:
+        """Pass messages both ways until one side is gone, or breaks the rules."""
+        connection = self._writer.get_extra_info("socket")
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        # asyncio does so only for sockets that know their protocol, which accepted ones do not.
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        for option, value in _KEEP_ALIVE.items():
+            if hasattr(socket, option):
+                connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
+        self._announced, self._reached = (
+            _NUMBER.pack(len(url)) + url.encode()
+            for url in (self._offer.url, _url_of(self._writer.get_extra_info("sockname")))
+        )
+        writer: asyncio.StreamWriter | None = None
+        try:
+            async with asyncio.timeout(_TALK_LIMIT):
+                first = await _header(self._reader)
+                inner = urlsplit(self._offer.url)
+                reader, writer = await asyncio.open_connection(inner.hostname, inner.port)
+            async with asyncio.TaskGroup() as directions:
+                directions.create_task(self._pass_calls(first, writer))
+                directions.create_task(self._pass_answers(reader))
+        except* (OSError, EOFError, ValueError):  # one side is gone, silent or talks something else
+            pass
+        finally:
+            self._writer.transport.abort()
+            if writer is not None:
+                writer.transport.abort()
+
+    async def _pass_calls(self, header: _Header, libqi: asyncio.StreamWriter) -> None:
+        """Pass messages of the program to libqi, the first of which begins with `header`."""
+        while True:
+            calls = header.type in (_CALL, _POST)
+            if calls and header.id in self._unanswered:
+                raise ValueError("two calls have one number")
+            try:
+                payload = await self._payload(header.size)
+                if calls:
+                    await self._have_room()
+                    self._unanswered[header.id] = header.type == _CALL
+                if header.service in self._offer.services and header.object == _MAIN:
+                    service, lent = self._lent.get(header.service) or await self._borrow(
+                        header.service, libqi
+                    )
+                    header = header._replace(service=service, object=lent)
+            except _Refused as error:
+                if calls and self._unanswered.pop(header.id, header.type == _CALL):
+                    name = self._offer.services.get(header.service, "NAOqi")
+                    await _send(self._writer, *_error(header, f"{name}: {error}"))
+            else:
+                if header.type == _POST:
+                    header, payload = await self._as_call(header, payload, libqi)
+                await _send(libqi, header, payload)
+            header = await _header(self._reader)
+
+    async def _payload(self, size: int) -> bytes:
+        """Return the payload of a message. Raises _Refused when it is too large."""
+        if size <= LARGEST_MESSAGE:
+            return await self._reader.readexactly(size)
+        left = size
+        while left:
+            left -= len(await self._reader.readexactly(min(left, LARGEST_MESSAGE)))
+        raise _Refused(f"a message of {size} bytes is too large: {LARGEST_MESSAGE} at most")
+
+    async def _as_call(
+        self, post: _Header, payload: bytes, libqi: asyncio.StreamWriter
+    ) -> tuple[_Header, bytes]:
+        """Return what stands for a post, so that libqi answers: it does not report the end of a post."""
+        call = post._replace(type=_CALL)
+        if (post.service, post.object) in self._origins:  # an object of a service has only operations
+            return call, payload
+        await _send(libqi, post, payload)  # perhaps to a signal, which cannot be called
+        return call._replace(action=_QUESTION, flags=0, size=0), b""
+
+    async def _pass_answers(self, libqi: asyncio.StreamReader) -> None:
+        """Pass messages of libqi to the program."""
+        while True:
+            header = await _header(libqi)
+            payload = await libqi.readexactly(header.size)
+            if header.service == self._offer.door and header.id >= _OWN_CALLS and self._borrowing is not None:
+                self._borrowing.set_result((header.type, payload))
+                self._borrowing = None
+                continue
+            if header.type in (_REPLY, _ERROR, _CANCELED):
+                wanted = self._unanswered.pop(header.id, True)
+                self._fewer.set()
+                if not wanted:
+                    continue
+            if header.service == _DIRECTORY:  # services are where the program has found this one
+                payload = payload.replace(self._announced, self._reached)
+            origin = self._origins.get((header.service, header.object))
+            if origin is not None:
+                header = header._replace(service=origin, object=_MAIN)
+            await _send(self._writer, header._replace(size=len(payload)), payload)
+
+    async def _have_room(self) -> None:
+        """Wait while libqi is busy with the program: others' calls, such as a stop, queue behind few."""
+        while len(self._unanswered) - (self.client.awaited_calls if self.client else 0) >= MOST_SHORT:
+            self._fewer.clear()
+            await self._fewer.wait()
+
+    async def _borrow(self, service: int, libqi: asyncio.StreamWriter) -> tuple[int, int]:
+        """Return the address of the program's own object of a service. Raises _Refused."""
+        if self.client is None:
+            self.client = client = self._admit()
+            loop = asyncio.get_running_loop()
+            client.on_awaited_call = lambda: loop.call_soon_threadsafe(self._fewer.set)
+            self._key = self._offer.key(self.client)
+        door = self._offer.door
+        argument = f"{self._key} {self._offer.services[service]}".encode()
+        payload = _NUMBER.pack(len(argument)) + argument
+        call = _Header(_MAGIC, next(self._own_calls), len(payload), 0, _CALL, 0, door, _MAIN, _FIRST_METHOD)
+        borrowing = self._borrowing = asyncio.get_running_loop().create_future()
+        await _send(libqi, call, payload)
+        async with asyncio.timeout(_TALK_LIMIT):
+            kind, answer = await borrowing
+        for end in (_ADDRESS.size, _ADDRESS.size + _UID):  # the address ends the answer, or an identity does
+            if kind == _REPLY and len(answer) >= end:
+                address = _ADDRESS.unpack_from(answer, len(answer) - end)
+                if address[0] == door:
+                    self._lent[service] = address
+                    self._origins[address] = service
+                    return address
+        raise _Refused("the robot is shutting down")
+
+
+async def _header(reader: asyncio.StreamReader) -> _Header:
+    """Return the next header. Raises ValueError when it is none."""
+    header = _Header(*_HEADER.unpack(await reader.readexactly(_HEADER.size)))
+    if header.magic != _MAGIC:
+        raise ValueError("this is not libqi")
+    return header
+
+
+async def _send(writer: asyncio.StreamWriter, header: _Header, payload: bytes) -> None:
+    """Send a message. Raises TimeoutError when the other side does not take it."""
+    writer.writelines((_HEADER.pack(*header), payload))
+    async with asyncio.timeout(_TALK_LIMIT):
+        await writer.drain()
+
+
+def _error(call: _Header, what: str) -> tuple[_Header, bytes]:
+    """Return the message that a call failed: a value of any type (m), which is a text (s)."""
+    text = what.encode()
+    payload = b"".join((_NUMBER.pack(1), b"s", _NUMBER.pack(len(text)), text))
+    return call._replace(type=_ERROR, flags=0, size=len(payload)), payload
+
+
+def _url_of(address: tuple[Any, ...]) -> str:
+    host, port, *_ = address
+    return f"tcp://[{host}]:{port}" if ":" in host else f"tcp://{host}:{port}"

@@ -1,0 +1,185 @@
+"""The keys of ALMemory that the robot itself keeps: what it measures, shows and is."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Final
+
+from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
+from naoserver.body import Body
+from naoserver.capabilities import FootReading, SenseReading
+from naoserver.event_log import HOT, TOO_HOT
+from naoserver.qi._access import Access
+from naoserver.qi._lamps import LAMPS, brightness
+from naoserver.qi._postures import ALRobotPosture
+from naoserver.qi._sensors import ALSonar, touch_part
+from naoserver.robot import JointReading
+
+TOUCH: Final = "TouchChanged"
+"""The event of all touch sensors; its value is their states."""
+NOTHING_NEAR: Final = 5.0
+"""Distance in m of the sonar when nothing is in its range."""
+_ECHOES: Final = 9
+"""Further echoes for which each side of the sonar has a key; none is heard here."""
+_FULL: Final = 0.99
+"""Charge of a battery that counts as full."""
+_STANDS: Final = 1.0
+"""Mass in kg on a foot that touches the ground."""
+_CONFIG: Final = {
+    "RobotConfig/Body/Type": "Nao",
+    "RobotConfig/Body/BaseVersion": "V6.0",
+    "RobotConfig/Head/Type": "Nao",
+    "RobotConfig/Head/BaseVersion": "V6.0",
+    "Device/DeviceList/ChestBoard/BodyId": "00000ALDR1008E000000",
+}
+"""Facts of the body. Source: what NAOqi 2.1 logs in its own simulator when it starts."""
+_WARM: Final = HOT + 0.3 * (TOO_HOT - HOT)
+"""Temperature above which a motor gives less than 70 % of its torque."""
+_STEPS: Final = (HOT, _WARM, TOO_HOT)
+"""Temperatures in degrees Celsius from which the status of a motor is 1, 2 and 3."""
+_FOOT_KEYS: Final = {
+    "FrontLeft": "front_left",
+    "FrontRight": "front_right",
+    "RearLeft": "rear_left",
+    "RearRight": "rear_right",
+    "TotalWeight": "total",
+}
+"""The part of a FootReading under each key of a foot."""
+
+Part = Callable[[], Mapping[str, Any]]
+"""Reads a part of the keys that the robot itself keeps, always the same ones, with their values."""
+
+
+def parts_of(access: Access) -> Iterator[Part]:
+    """Return the parts of the keys that the robot itself keeps."""
+    robot, postures = access.robot, access.service(ALRobotPosture)
+    yield lambda: {**_CONFIG, "robotHasFallen": robot.state().fallen}
+    yield lambda: {"PostureChanged": postures.getPosture()}
+    yield lambda: {"PostureFamilyChanged": postures.getPostureFamily()}
+    yield lambda: {"robotPoseChanged": postures._pose()}
+    joints = _JointKeys(robot.body)
+    yield lambda: dict(joints.read(access.body.read()))
+    if (lights := robot.lights) is not None:
+        yield lambda: dict(_of_lights(lights.colors()))
+    if (senses := robot.senses) is not None:
+        sonar, feet = access.service(ALSonar), _FootKeys(robot.body)
+        yield lambda: dict(_of_senses(senses.touch_names, senses.read(), sonar._distances(), feet))
+        if (walk := access.walk) is not None:
+            yield lambda: {f"{DEVICES}InertialSensor/AngleZ/Sensor/Value": walk.read().heading}
+
+
+class _JointKeys:
+    """The keys of the joints of a body."""
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        names = body.joint_names
+        self._keys = {part: [key.format(name) for name in names] for part, key in JOINT_KEYS.items()}
+        sensor = f"{DEVICES}{{}}/{{}}/Sensor/{{}}"
+        self._currents, self._statuses = (
+            [sensor.format(name, *what) for name in names]
+            for what in (("ElectricCurrent", "Value"), ("Temperature", "Status"))
+        )
+
+    def read(self, reading: JointReading) -> Iterator[tuple[str, object]]:
+        """Yield keys and values."""
+        for part, names in self._keys.items():
+            yield from zip(names, getattr(reading, part), strict=True)
+        yield from zip(self._currents, self._body.motor_currents(reading.torques), strict=True)
+        statuses = (bisect_right(_STEPS, temperature) for temperature in reading.temperatures)
+        yield from zip(self._statuses, statuses, strict=True)
+        yield "DCM/Time", round(reading.time * 1000)
+        yield "robotIsWakeUp", min(reading.stiffnesses) > 0.0
+
+
+def _of_lights(shown: Mapping[str, tuple[float, float, float]]) -> Iterator[tuple[str, object]]:
+    """Yield keys and values of the lamps."""
+    for name, lamp in LAMPS.items():
+        yield f"{DEVICES}{name}", brightness(lamp, shown)
+
+
+class _FootKeys:
+    """The keys of the feet of a body."""
+
+    def __init__(self, body: Body) -> None:
+        self._sensors = body.facts["fsr"]
+
+    def read(self, side: str, foot: FootReading) -> Iterator[tuple[str, object]]:
+        """Yield keys and values of the foot on a side, `Left` or `Right`."""
+        prefix = f"{DEVICES}{side[0]}Foot/FSR/"
+        for name, part in _FOOT_KEYS.items():
+            yield f"{prefix}{name}/Sensor/Value", getattr(foot, part) / GRAVITY
+        for axis, at in zip("XY", self._center(side, foot), strict=True):
+            yield f"{prefix}CenterOfPressure/{axis}/Sensor/Value", at
+        mass = foot.total / GRAVITY
+        yield f"{side.lower()}FootTotalWeight", mass
+        yield f"{side.lower()}FootContact", float(mass > _STANDS)
+
+    def _center(self, side: str, foot: FootReading) -> tuple[float, float]:
+        """Return x and y in m, in the frame of the foot, of the center of pressure; 0 for a free foot."""
+        if foot.total <= 0.0:
+            return 0.0, 0.0
+        places = self._sensors[side.lower()]
+        moments = [(getattr(foot, _FOOT_KEYS[name]), place) for name, place in places.items()]
+        x, y = (sum(force * place[axis] for force, place in moments) / foot.total for axis in (0, 1))
+        return x, y
+
+
+def _of_senses(
+    touch_names: Sequence[str], reading: SenseReading, distances: tuple[float, float], feet: _FootKeys
+) -> Iterator[tuple[str, object]]:
+    """Yield keys and values; `distances` are those of the sonar to the left and to the right in m."""
+    unit = f"{DEVICES}InertialSensor/"
+    inertial = reading.inertial
+    battery = reading.battery
+    for axis, pull, turning in zip(AXES, inertial.acceleration, inertial.angular_velocity, strict=True):
+        # The short names are those of the NAO4 and older, the long ones were introduced with the NAO5.
+        for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z on a standing NAO6
+            yield f"{unit}{name}{axis}/Sensor/Value", -pull
+        for name in ("Gyr", "Gyroscope"):
+            yield f"{unit}{name}{axis}/Sensor/Value", turning
+    yield f"{unit}GyrRef/Sensor/Value", 0.0  # what those of a NAO4 subtract
+    yield f"{unit}AngleX/Sensor/Value", inertial.roll
+    yield f"{unit}AngleY/Sensor/Value", inertial.pitch
+    yield from feet.read("Left", reading.left_foot)
+    yield from feet.read("Right", reading.right_foot)
+    heavier = max(reading.left_foot.total, reading.right_foot.total) / GRAVITY
+    for name in ("footContact", "footContactChanged"):
+        yield name, float(heavier > _STANDS)
+    yield from _of_sonar(distances)
+    for part in ("Charge", "Current", "Temperature"):
+        yield f"{DEVICES}Battery/{part}/Sensor/Value", getattr(battery, part.lower())
+    yield "BatteryChargeChanged", round(100 * battery.charge)
+    yield "BatteryPowerPluggedChanged", battery.plugged
+    yield "BatteryFullChargedFlagChanged", battery.charge >= _FULL
+    for name in touch_names:
+        yield touch_key(name), float(name in reading.touched)
+        if event := _touch_event(name):
+            yield event, float(name in reading.touched)
+    yield TOUCH, [[touch_part(name), name in reading.touched] for name in touch_names]
+    for side in ("Left", "Right"):
+        bumpers = [name for name in touch_names if name.startswith(f"{side[0]}FootBumper")]
+        yield f"{side}BumperPressed", float(not reading.touched.isdisjoint(bumpers))
+
+
+def _of_sonar(distances: tuple[float, float]) -> Iterator[tuple[str, object]]:
+    """Yield keys and values: the nearest echo of each side, no further ones, and the nearest of both."""
+    prefix = f"{DEVICES}US/"
+    yield f"{prefix}Actuator/Value", 0.0
+    yield f"{prefix}Sensor/Value", min(*distances, NOTHING_NEAR)
+    for side, distance in zip(("Left", "Right"), distances, strict=True):
+        yield f"{prefix}{side}/Sensor/Value", min(distance, NOTHING_NEAR)
+        for echo in range(1, _ECHOES + 1):
+            yield f"{prefix}{side}/Sensor/Value{echo}", NOTHING_NEAR
+
+
+def _touch_event(name: str) -> str | None:
+    """Return the event of a touch sensor; None for a bumper, because both of a foot share one event."""
+    if name == "ChestButton":
+        return "ChestButtonPressed"
+    if name.startswith("Head"):
+        return f"{name.removeprefix('Head')}TactilTouched"
+    if name[1:].startswith("Hand"):
+        return f"Hand{'Left' if name[0] == 'L' else 'Right'}{name[5:]}Touched"
+    return None

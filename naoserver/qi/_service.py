@@ -1,0 +1,261 @@
+"""Listen as a NAOqi that serves a robot."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import secrets
+import tempfile
+import time
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import cache, partial
+from importlib import resources
+from pathlib import Path
+from typing import Final
+from weakref import WeakSet
+
+import msgspec
+import qi
+
+from naoserver._libqi import start_libqi
+from naoserver.assembly import Assembly
+from naoserver.errors import HardwareFailure
+from naoserver.jobs import JobThreads, Periodic
+from naoserver.qi import (
+    _behaviors as behaviors,
+)
+from naoserver.qi import (
+    _leds as leds,
+)
+from naoserver.qi import (
+    _memory as memory,
+)
+from naoserver.qi import (
+    _motion as motion,
+)
+from naoserver.qi import (
+    _photos as photos,
+)
+from naoserver.qi import (
+    _postures as postures,
+)
+from naoserver.qi import (
+    _recognition as recognition,
+)
+from naoserver.qi import (
+    _sensors as sensors,
+)
+from naoserver.qi import (
+    _sound as sound,
+)
+from naoserver.qi import (
+    _speech as speech,
+)
+from naoserver.qi import (
+    _tracker as tracker,
+)
+from naoserver.qi import (
+    _video as video,
+)
+from naoserver.qi import (
+    _vision as vision,
+)
+from naoserver.qi._access import RENEWAL, Access, Service
+from naoserver.qi._calls import Calls
+from naoserver.qi._clients import Client
+from naoserver.qi._connections import Connections, Offer
+from naoserver.qi._effectors import EffectorMotion
+from naoserver.qi._whole_body import WholeBody
+from naoserver.robot import Robot
+from zenoh_ice import WallClock
+
+_MODULES: Final = (
+    behaviors,
+    leds,
+    memory,
+    motion,
+    photos,
+    postures,
+    recognition,
+    sensors,
+    sound,
+    speech,
+    tracker,
+    video,
+    vision,
+)
+SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {
+    **{name: (kind,) for module in _MODULES for name, kind in vars(module).items() if name.startswith("AL")},
+    "ALMotion": (motion.ALMotion, EffectorMotion, WholeBody),
+}
+"""The classes with the operations of each service; a class with a name such as ALLeds is a service."""
+
+
+class _Refused(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    reason: str
+    operations: tuple[str, ...]
+
+
+REFUSED: Final = msgspec.convert(
+    tomllib.loads(resources.files("naoserver.qi").joinpath("refused.toml").read_text("utf-8")),
+    dict[str, _Refused],
+)
+"""The services that this robot cannot offer."""
+
+_logger = logging.getLogger(__name__)
+
+_RELEASING: Final = 2.0
+"""Wall seconds for libqi to release the services."""
+_CHECK_PERIOD: Final = 0.005  # s
+_GRACE: Final = 0.05
+"""Wall seconds for libqi to release the objects that it lent to clients."""
+
+
+@contextmanager
+def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faults: bool) -> Iterator[str]:
+    """Serve a robot as NAOqi in a `with` block, which gets the URL; see `naoserver.qi.serve_as_naoqi`."""
+    with ExitStack() as steps:  # all run, the last first, whatever they raise
+        folder = disk or Path(steps.enter_context(tempfile.TemporaryDirectory(prefix="nao-disk-")))
+        access = Access(robot, assembly, folder, faults=faults)
+        calls = Calls(robot.clock, access.calls, access.faults)
+        parts: dict[str, Sequence[object]] = {
+            name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
+        }
+        parts |= {name: [_refused_service(name)] for name in REFUSED}
+        if faults:
+            parts["Faults"] = [access.faults]
+        libqi = _Libqi({name: calls.facade(name, own) for name, own in parts.items()})
+        steps.callback(libqi.close)
+        access.find, access.lend = libqi.find, libqi.lend
+
+        def lose(client: Client) -> None:
+            libqi.door.close(client)
+            access.lose(client)
+
+        connections = Connections(url, libqi.offer, lose)
+        access.faults.interrupt = connections.interrupt
+        wall = WallClock()
+        walking = access.walking
+        follower = access.service(tracker.ALTracker)
+        detectors = [each for own in parts.values() for each in own if isinstance(each, vision.Detector)]
+        sight = partial(Periodic, clock=robot.clock, period=lambda: vision.LOOKING, thread="NAOqi sight")
+        notify = access.service(memory.ALMemory)._notify
+        jobs = [
+            Periodic("ALMemory", wall, lambda: memory.NOTIFYING, notify, thread="NAOqi"),
+            Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
+            *(sight(each.KEY, work=each._look, wanted=each._wanted) for each in detectors),
+            sight("ALTracker", work=follower._follow, wanted=follower.isActive),
+        ]
+        steps.callback(walking.stop)
+        steps.callback(connections.close)  # no client can walk any more
+        steps.callback(calls.close)
+        steps.callback(follower.stopTracker)
+        steps.enter_context(JobThreads(jobs))
+        yield connections.url
+
+
+@cache
+def _refused_service(name: str) -> object:
+    """Return a service each of whose operations raises HardwareFailure."""
+    refused = REFUSED[name]
+
+    def refuse(_self: object, *_arguments: object) -> None:
+        raise HardwareFailure(f"{name} is not offered: {refused.reason}")
+
+    reason = refuse.__doc__ = f"Refused: {refused.reason}."
+    service: object = type(name, (), {"__doc__": reason, **dict.fromkeys(refused.operations, refuse)})()
+    return service
+
+
+class _Door:
+    """Lends each client its own objects of the services; see `naoserver.qi._connections`."""
+
+    def __init__(
+        self, facades: Mapping[str, Callable[[Client], object]], lend: Callable[[object], object]
+    ) -> None:
+        self._facades = facades
+        self._lend = lend
+        self._clients: dict[str, Client] = {}  # by their secrets
+
+    def admit(self, client: Client) -> str:
+        """Admit a client; return its secret."""
+        key = secrets.token_hex(16)
+        self._clients[key] = client
+        return key
+
+    def close(self, client: Client) -> None:
+        """Lend a client nothing more."""
+        for key in [key for key, known in self._clients.items() if known is client]:
+            del self._clients[key]
+
+    def object(self) -> object:
+        """Return the object for libqi, whose only method lends objects."""
+
+        def borrow(_self: object, key_and_name: str) -> object:
+            key, _, name = key_and_name.partition(" ")
+            return self._lend(self._facades[name](self._clients[key]))
+
+        borrow.__qi_signature__, borrow.__qi_return_signature__ = "(s)", "o"  # type: ignore[attr-defined]
+        made: object = qi.multiThreaded()(type("_Door", (), {"borrow": borrow}))()
+        return made
+
+
+class _Libqi:
+    """The services in libqi, at a private address on the loopback interface, until it is closed."""
+
+    def __init__(self, facades: Mapping[str, Callable[[Client], object]]) -> None:
+        start_libqi()
+        self._given: WeakSet[object] = WeakSet()  # to libqi
+        self._numbers = itertools.count(1)
+        self._session, self._workshop = self._opened(), self._opened()
+        self.door: Final = _Door(facades, self.lend)
+        # What is called here is the door alone: a program's calls of a service reach an object that it lent.
+        services = {self._register(name, type(name, (), {})()): name for name in facades}
+        door = self._register("_Door", self.door.object())
+        url = str(self._session.endpoints()[0])
+        self.offer: Final = Offer(url, services, door, self.door.admit)
+
+    def lend(self, lent: object) -> object:
+        """Return an object as one that libqi lends to clients, and releases when they are gone.
+
+        It is a service for a moment, in a separate session: libqi never releases an object that an
+        operation in Python returns as it is.
+        """
+        self._given.add(lent)
+        name = str(next(self._numbers))
+        number = self._workshop.registerService(name, lent)
+        result: object = self._workshop.service(name)
+        self._workshop.unregisterService(number)
+        return result
+
+    def find(self, name: str) -> qi.Future:
+        """Begin to look up a service of a client."""
+        return self._session.service(name, _async=True)
+
+    def close(self) -> None:
+        """End the services."""
+        for session in (self._session, self._workshop):
+            session.close()
+        del self._session, self._workshop, session
+        # libqi releases the services on its own thread. A process that ends meanwhile hangs: that
+        # thread waits for Python's lock, which is held while libqi waits for its threads.
+        limit = time.monotonic() + _RELEASING
+        while self._given:
+            if time.monotonic() > limit:
+                _logger.warning("libqi has not released the services within %g s", _RELEASING)
+                break
+            time.sleep(_CHECK_PERIOD)
+        time.sleep(_GRACE)
+
+    def _register(self, name: str, service: object) -> int:
+        self._given.add(service)
+        number: int = self._session.registerService(name, service)
+        return number
+
+    @staticmethod
+    def _opened() -> qi.Session:
+        session = qi.Session()
+        session.listenStandalone("tcp://127.0.0.1:0")
+        return session

@@ -1,0 +1,159 @@
+"""ALMotion's whole body control: over which feet the robot balances, and effectors that follow targets."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from naoserver.capabilities import Support
+from naoserver.kinematics import Matrix, center_of_mass, place_of
+from naoserver.qi._access import Access, Service
+from naoserver.qi._arguments import chosen, constant, number, one_of, switch, vector
+from naoserver.qi._clients import SERVER, Activity, Call, Client, begins
+from naoserver.qi._effectors import EffectorMotion, reach_places
+from naoserver.qi._motion import ALMotion
+
+_LEGS: Final = ("LLeg", "RLeg")
+_SUPPORTS: Final = ("Legs", *_LEGS)
+_STATES: Final = ("Fixed", "Plane", "Free")
+_EFFECTORS: Final = ("Head", "LArm", "RArm")
+_ROBOT: Final = 2
+"""NAOqi's number of the robot's frame."""
+_POSITION: Final = 7
+"""The mask of the axes x, y and z."""
+_ALL_AXES: Final = 63
+_PACE: Final = 0.3
+"""Fraction of full speed at which an effector follows its target."""
+_AHEAD: Final = 0.02
+"""Distance in m of a sole's middle in front of its ankle."""
+_ROUNDS: Final = 4
+"""Computations of the torso's shift, each of which removes three quarters of the error."""
+
+
+class WholeBody(Service):
+    """Choose over which feet the robot balances while its legs are commanded.
+
+    A robot without a balancer only moves its center of mass.
+    """
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._motion = access.service(ALMotion)
+        self._effectors = access.service(EffectorMotion)
+        self._client = SERVER  # that enabled it, or ended it
+        self._enabled = False
+        self._free: set[str] = set()  # feet
+        self._constraint = Support.LEGS
+        self._controlled: set[str] = set()  # effectors
+
+    def wbEnable(self, isEnabled: object) -> None:
+        """Balance from now on, over the feet that carry the robot; or end every choice of other feet."""
+        with self._lock:
+            self._client = self._access.calls.current.client
+            self._enabled = bool(isEnabled)
+            self._free.clear()
+            self._controlled.clear()
+            self._constraint = Support.LEGS
+            self._choose()
+
+    def wbFootState(self, stateName: object, supportLeg: object) -> None:
+        """Say whether a foot stays on the floor: `Fixed`, `Plane`, or `Free`, when the other one carries."""
+        free = chosen(stateName, "state of a foot", _STATES) == "Free"
+        leg = chosen(supportLeg, "leg", _SUPPORTS)
+        feet = _LEGS if leg == "Legs" else (leg,)
+        with self._lock:
+            (self._free.update if free else self._free.difference_update)(feet)
+            self._choose()
+
+    def wbEnableBalanceConstraint(self, isEnable: object, supportLeg: object) -> None:
+        """Keep the center of mass over a foot, or over `Legs`; or no longer over a certain foot."""
+        support = Support(chosen(supportLeg, "leg", _SUPPORTS))
+        with self._lock:
+            self._constraint = support if isEnable else Support.LEGS
+            self._choose()
+
+    @begins(Activity.JOINTS)
+    def wbGoToBalance(self, call: Call, supportLeg: object, duration: object) -> bool:
+        """Move the center of mass over a foot, or between both, in s; returns whether it is there.
+
+        Both feet stay where they are. Does nothing unless whole body control is enabled.
+        """
+        support = Support(chosen(supportLeg, "leg", _SUPPORTS))
+        seconds = number(duration, "duration")
+        with self._lock:
+            if not self._enabled:
+                return False
+            self._constraint = Support.LEGS
+            self._choose()
+        forward, left = self._shift(support)
+        self._effectors.positionInterpolation(
+            call, "Torso", _ROBOT, [forward, left, 0.0, 0.0, 0.0, 0.0], _ALL_AXES, seconds, False
+        )
+        with self._lock:
+            arrived = self._enabled and not call.stopped.is_set()
+            if arrived:
+                self._constraint = support
+                self._choose()
+        return arrived
+
+    def wbEnableEffectorControl(self, effectorName: object, isEnabled: object) -> None:
+        """Let an effector, `Head`, `LArm` or `RArm`, follow the targets of wbSetEffectorControl, or not."""
+        name = chosen(effectorName, "effector", _EFFECTORS)
+        with self._lock:
+            (self._controlled.add if isEnabled else self._controlled.discard)(name)
+
+    @begins(Activity.JOINTS)
+    def wbSetEffectorControl(self, effectorName: object, targetCoordinate: object) -> None:
+        """Send an effector to x, y and z in m in the robot's frame, the head to angles in rad about them.
+
+        Does nothing unless it is controlled.
+        """
+        name = chosen(effectorName, "effector", _EFFECTORS)
+        target = vector(targetCoordinate, "targetCoordinate", 3)
+        with self._lock:
+            if not (self._enabled and name in self._controlled):
+                return
+        if name == "Head":
+            self._motion.setAngles(["HeadPitch", "HeadYaw"], target[1:], _PACE)
+        else:
+            self._effectors.setPosition(name, _ROBOT, [*target, 0.0, 0.0, 0.0], _PACE, _POSITION)
+
+    wbEnableEffectorOptimization = constant(
+        "Do nothing but check the values: effectors are never given up for balance.",
+        effectorName=one_of("effector", (*_EFFECTORS, *_LEGS)),
+        isActive=switch,
+    )
+
+    def _forget(self, client: Client) -> None:
+        """End the choices of a lost client; the robot still balances."""
+        super()._forget(client)
+        if client is self._client:
+            self.wbEnable(False)
+
+    def _choose(self) -> None:
+        """Balance over the feet that the present choices leave; during a motion of the server, after it."""
+        support = self._constraint
+        if support is Support.LEGS and len(self._free) == 1:
+            support = Support.RIGHT if "LLeg" in self._free else Support.LEFT
+        access, balancer = self._access, self._robot.balancer
+        access.support = support if self._enabled else Support.LEGS
+        if balancer is None or access.player.busy:
+            return
+        if self._enabled or balancer.support() is not None:
+            balancer.command(access.support)
+
+    def _shift(self, support: Support) -> tuple[float, float]:
+        """Return how far forward and left in m the torso has to move, on both feet, to bring it there."""
+        start = self._access.angles(measured=False)
+        base = self._access.place("Torso", _ROBOT, measured=False)
+        feet = _LEGS if support is Support.LEGS else (support.value,)
+        ahead = np.array([_AHEAD, 0.0, 0.0, 1.0])
+        goal = sum((base @ place_of(foot, start) @ ahead)[:2] for foot in feet) / len(feet)
+        torso: Matrix = base.copy()
+        for _ in range(_ROUNDS):
+            found = reach_places({"Torso": (torso, _ALL_AXES)}, base, start, start)
+            _, center = center_of_mass("Body", found)
+            torso[:2, 3] += goal - (torso @ [*center, 1.0])[:2]
+        forward, left = (torso - base)[:2, 3].tolist()
+        return forward, left

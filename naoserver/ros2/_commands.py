@@ -1,0 +1,334 @@
+"""Commands from ROS: topics, actions and services, each executed through the servants of the robot server.
+
+Watchdog, lease, emergency stop and the limits of joints thus apply as for any other client, and motion that
+the gateway drives stops when it dies. Refusals are logged, with the joint's name.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Final
+
+from interfaces.jderobot import EncodersPrx, MotorsPrx
+from interfaces.nao import (
+    ActionState,
+    ActionStatus,
+    JointsPrx,
+    MotionsPrx,
+    PosturesPrx,
+    SafetyPrx,
+    SpeechPrx,
+    WalkPrx,
+)
+from zenoh_ice import Communicator, SystemException, UserException
+from zenoh_ros2 import LARGEST_COMMAND, Aborted, ActionServer, Canceled, Node, QoS, Sender, ServerGoal
+
+from . import _trajectory as trajectory
+from . import _trajectory_topic as trajectory_topic
+from ._description import FOOTPRINT, ODOM, ROOT
+from ._messages import Stamps
+from ._parameters import Speeds
+from ._telemetry import find, require
+from ._trajectory_topic import TrajectoryTopic
+from ._vigil import JointMotion, Vigil, WalkMotion
+
+_TWIST: Final = "geometry_msgs/msg/Twist"
+_STAMPED: Final = "geometry_msgs/msg/TwistStamped"
+_NEWEST: Final = QoS(depth=1)
+_FULL_PACE: Final = 1.0
+_CHECK_PERIOD: Final = 0.05
+"""Wall seconds between two checks of a motion, a posture or speech."""
+_SILENCE: Final = 1.0
+"""Wall seconds of silence after which a text that was not begun is taken as dropped."""
+_ATTEMPTS: Final = 3
+"""Number of attempts to begin a motion while others begin the same one."""
+_LARGEST_TRAJECTORY: Final = 4 << 20
+"""Maximum bytes of the goal of a trajectory: 10,000 points of all joints."""
+_LOG_PERIOD: Final = 1.0
+"""Wall seconds in which the same refusal is logged only once."""
+_MOST_REFUSALS: Final = 10
+"""Maximum refusals that are logged in that time."""
+
+_logger = logging.getLogger(__name__)
+
+
+class RefusedError(Exception):
+    """A message from ROS has an invalid request."""
+
+
+_REFUSALS: Final = (RefusedError, trajectory.TrajectoryError, UserException, SystemException)
+
+
+class Commands:
+    """Serves a node's commands to a robot, as far as the robot supports them."""
+
+    def __init__(
+        self, node: Node, communicator: Communicator, stamps: Stamps, speeds: Speeds | None = None
+    ) -> None:
+        """Serve the commands of a node; `speeds` limits those of /cmd_vel."""
+        self._node: Final = node
+        self._speeds: Final = speeds or Speeds()
+        self._refusals: deque[tuple[str, float]] = deque(maxlen=_MOST_REFUSALS)
+        self._body = require(communicator, JointsPrx, "Body")
+        self._names: Final = self._body.getJointNames()
+        self._safety = require(communicator, SafetyPrx, "Safety")
+        motors = find(communicator, MotorsPrx, "Motors")
+        walk, encoders = find(communicator, WalkPrx, "Walk"), find(communicator, EncodersPrx, "Encoders")
+        speech = find(communicator, SpeechPrx, "Speech")
+        postures = find(communicator, PosturesPrx, "Postures")
+        motions = find(communicator, MotionsPrx, "Motions")
+
+        self.emergency_stop: Final = node.create_service(
+            "std_srvs/srv/Trigger", "~/emergency_stop", self._stop, urgent=True
+        )
+        node.create_service("std_srvs/srv/Trigger", "~/reset", self._reset, urgent=True)
+        self._vigil: Final = Vigil()
+        node.on_close(self._vigil, self._vigil.close)
+        self._joint_motion: Final = JointMotion(self._body, tuple(self._names))
+        self._listen("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "joint_angles", self._move)
+        follower = trajectory.TrajectoryFollower(self._body, stamps.robot_time)
+        ActionServer(
+            node,
+            trajectory.TYPE,
+            "joint_trajectory_controller/follow_joint_trajectory",
+            follower.execute,
+            largest_goal=_LARGEST_TRAJECTORY,
+            needs_client=True,
+        )
+        topic = "joint_trajectory_controller/joint_trajectory"
+        followed = TrajectoryTopic(node.types, follower, partial(self._refuse, topic))
+        node.on_close(followed, followed.close)
+        self._listen(trajectory_topic.MESSAGE, topic, followed.receive, _NEWEST, largest=_LARGEST_TRAJECTORY)
+        if motors is not None:
+            self._motors = motors
+            for kind, drive in ((_TWIST, self._drive), (_STAMPED, self._drive_stamped)):
+                self._listen(kind, "cmd_vel", drive, _NEWEST, besides=(_TWIST, _STAMPED))
+        if walk is not None and encoders is not None:
+            self._walk, self._encoders = walk, encoders
+            self._listen("geometry_msgs/msg/PoseStamped", "move_base_simple/goal", self._go, _NEWEST)
+        if speech is not None:
+            self._speech = speech
+            self._listen("std_msgs/msg/String", "speech", lambda message, _: speech.say(message.data))
+            self._serve("SpeechWithFeedback", "speech_action", self._say)
+        if postures is not None:
+            self._postures = postures
+            self._serve(
+                "BodyPose", "body_pose", lambda goal: self._pose(goal, goal.request.pose_name, _FULL_PACE)
+            )
+            self._serve(
+                "BodyPoseWithSpeed",
+                "body_pose_naoqi",
+                lambda goal: self._pose(goal, goal.request.posture_name, goal.request.speed),
+            )
+        if motions is not None:
+            self._motions = motions
+            self._serve("RunBehavior", "run_behavior", self._play, needs_client=True)
+
+    # -- topics ------------------------------------------------------------------------------------------
+
+    def _listen(
+        self,
+        type_name: str,
+        name: str,
+        handle: Callable[[Any, Sender], object],
+        qos: QoS = QoS(),  # noqa: B008
+        *,
+        largest: int = LARGEST_COMMAND,
+        besides: Sequence[str] = (),
+    ) -> None:
+        def receive(message: Any, sender: Sender) -> None:  # noqa: ANN401 - its class is made at run time
+            try:
+                handle(message, sender)
+            except _REFUSALS as error:
+                self._refuse(name, str(error))
+
+        self._node.create_subscription(
+            type_name, name, receive, qos, largest=largest, with_sender=True, besides=besides
+        )
+
+    def _refuse(self, name: str, why: str) -> None:
+        """Log why a message was refused: each reason once, and at most ten in a second."""
+        now = time.monotonic()
+        recent = [text for text, logged in tuple(self._refusals) if now - logged < _LOG_PERIOD]
+        if why not in recent and len(recent) < _MOST_REFUSALS:
+            self._refusals.append((why, now))
+            _logger.warning("/%s: refused: %s", name, why)
+
+    def _drive(self, twist: Any, _: Sender) -> None:  # noqa: ANN401
+        """Walk at a velocity until the next message; the server stops the walk 0.5 s after the last one."""
+        velocity = {"linear.x": twist.linear.x, "linear.y": twist.linear.y, "angular.z": twist.angular.z}
+        for field, value in velocity.items():
+            if not math.isfinite(value):
+                raise RefusedError(f"{field} is {value}: it must be a finite number")
+        forward, left, turn = self._speeds.limited(*velocity.values())
+        motors = self._motors
+        for call in (motors.setV.begin(forward), motors.setL.begin(left), motors.setW.begin(turn)):
+            call.result()  # within the proxy's limit
+
+    def _drive_stamped(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
+        """Walk at a velocity as Nav2 and ros2_control send it; that it is renewed counts, not its stamp."""
+        frame = message.header.frame_id
+        if frame not in ("", ROOT, FOOTPRINT):
+            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {ROOT} or {FOOTPRINT}")
+        self._drive(message.twist, sender)
+
+    def _go(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
+        """Walk to a place in the frame odom or base_footprint, while the publisher exists."""
+        place = message.pose.position
+        turn = message.pose.orientation
+        frame = message.header.frame_id
+        sine = 2.0 * (turn.w * turn.z + turn.x * turn.y)
+        cosine = 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
+        x = place.x
+        y = place.y
+        heading = math.atan2(sine, cosine)
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise RefusedError("the place is not a finite number")
+        if not (math.isfinite(sine) and math.isfinite(cosine)):  # infinite ones would give a finite heading
+            raise RefusedError("the orientation is not a finite number")
+        if frame == ODOM:
+            here = self._encoders.getEncodersData()
+            x, y = x - here.robotx, y - here.roboty
+            x, y = here.robotcos * x + here.robotsin * y, here.robotcos * y - here.robotsin * x
+            heading = math.remainder(heading - here.robottheta, math.tau)
+        elif frame != FOOTPRINT:
+            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {ODOM} or {FOOTPRINT}")
+        self._walk.walkTo(x, y, heading)
+        self._vigil.watch(WalkMotion(self._walk, self._walk.getWalkState().count, sender))
+
+    def _move(self, message: Any, sender: Sender) -> None:  # noqa: ANN401
+        """Send joints to angles at a fraction of their speed, while the publisher exists.
+
+        The angles are as in ALMotion's setAngles and changeAngles.
+        """
+        given = message.joint_names
+        if len(given) > len(self._names):
+            raise RefusedError(f"{len(given)} joints; there are {len(self._names)}")
+        names = self._chain(given[0]) if len(given) == 1 else given
+        if len(names) != len(message.joint_angles) or len(set(names)) != len(names):
+            raise RefusedError(f"{len(message.joint_angles)} angles for {len(names)} joints, each once")
+        targets = dict(zip(names, message.joint_angles.tolist(), strict=True))
+        for name, angle in targets.items():
+            if name not in self._names:
+                raise RefusedError(f"there is no joint {name[:64]!r}; there are {', '.join(self._names)}")
+            if not math.isfinite(angle):
+                raise RefusedError(f"{name} is {angle}: it must be a finite number")
+        if message.relative:
+            commands = dict(zip(self._names, self._body.getJointState().commands, strict=True))
+            targets = {name: commands[name] + angle for name, angle in targets.items()}
+        limited = self._body.setJointPositions(targets, message.speed)
+        self._joint_motion.add(limited, sender)
+        self._vigil.watch(self._joint_motion)
+
+    def _chain(self, name: str) -> Sequence[str]:
+        """Return the joints of one of NAOqi's chains; a joint is a chain of one."""
+        parts = {
+            "Head": ("Head",),
+            "Arm": ("Shoulder", "Elbow", "Wrist", "Hand"),
+            "Leg": ("Hip", "Knee", "Ankle"),
+        }
+        if name == "Body":
+            return self._names
+        side, part = (name[:1], name[1:]) if name[:1] in ("L", "R") else ("", name)
+        starts = tuple(side + start for start in parts.get(part, ()))
+        return [joint for joint in self._names if starts and joint.startswith(starts)] or [name]
+
+    # -- actions -----------------------------------------------------------------------------------------
+
+    def _serve(
+        self, kind: str, name: str, act: Callable[[ServerGoal], None], *, needs_client: bool = False
+    ) -> None:
+        def execute(goal: ServerGoal) -> None:
+            try:
+                act(goal)
+            except (UserException, SystemException) as error:
+                raise Aborted(str(error)) from error
+
+        ActionServer(self._node, f"naoqi_bridge_msgs/action/{kind}", name, execute, needs_client=needs_client)
+
+    def _pose(self, goal: ServerGoal, name: str, fraction: float) -> None:
+        postures = self._postures
+        count = _begin(name, postures.getPostureState, lambda: postures.goToPosture(name, fraction))
+        _accompany(goal, count, postures.getPostureState, postures.stop)
+
+    def _play(self, goal: ServerGoal) -> None:
+        motions, name = self._motions, goal.request.behavior
+        count = _begin(name, motions.getMotionState, lambda: motions.play(name, _FULL_PACE))
+        _accompany(goal, count, motions.getMotionState, motions.stop)
+
+    def _say(self, goal: ServerGoal) -> None:
+        """Say a text after those that wait, until it has been said or dropped."""
+        before, heard = self._speech.getSpeech(), time.monotonic()
+        self._speech.say(goal.request.say)
+        own: int | None = None  # the count of the goal's text, once it is being said
+        while True:
+            now = self._speech.getSpeech()
+            if own is None and now.count != before.count and now.text == goal.request.say:
+                own = now.count
+            if own is not None and (now.count != own or not now.speaking):
+                return
+            if now.speaking:
+                heard = time.monotonic()
+            elif now.count != before.count:
+                return
+            elif time.monotonic() - heard > _SILENCE:
+                raise Aborted("the text was dropped: somebody stopped the speech")
+            if goal.wait(_CHECK_PERIOD):
+                self._speech.stop()
+                raise Canceled
+
+    # -- services ----------------------------------------------------------------------------------------
+
+    def _stop(self, _request: object) -> dict[str, object]:
+        return self._answer(lambda: self._safety.emergencyStop("emergency stop from ROS"), "stopped")
+
+    def _reset(self, _request: object) -> dict[str, object]:
+        return self._answer(self._safety.resetEmergencyStop, "commands are accepted again")
+
+    @staticmethod
+    def _answer(act: Callable[[], None], done: str) -> dict[str, object]:
+        try:
+            act()
+        except (UserException, SystemException) as error:
+            _logger.error("%s", error)
+            return {"success": False, "message": str(error)}
+        return {"success": True, "message": done}
+
+
+def _begin(name: str, state: Callable[[], ActionState], begin: Callable[[], None]) -> int:
+    """Begin a motion or a posture and return its count; raises Aborted when another one took its place.
+
+    Another client may begin one at the same moment. If it has the same name, only beginning again shows whose
+    it is: then the newest is ours.
+    """
+    for _ in range(_ATTEMPTS):
+        before = state().count
+        begin()
+        now = state()
+        if now.name != name:
+            break
+        if now.count == before + 1:
+            return now.count
+    raise Aborted(f"{now.name} was begun instead")
+
+
+def _accompany(
+    goal: ServerGoal, count: int, state: Callable[[], ActionState], stop: Callable[[], None]
+) -> None:
+    """Wait for the end of the motion or posture with a count; stop it when the goal is cancelled."""
+    while True:
+        now = state()
+        if now.count != count:
+            raise Aborted(f"{now.name} was begun instead")
+        if now.status is ActionStatus.Done:
+            return
+        if now.status in (ActionStatus.Stopped, ActionStatus.Failed):
+            raise Aborted(now.message or now.status.name.lower())
+        if goal.wait(_CHECK_PERIOD):
+            stop()
+            raise Canceled

@@ -1,0 +1,218 @@
+"""The command `naoserver-sim`: simulate and serve a Nao, or several, each in its own process and realm."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import sys
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing
+from functools import partial
+from typing import Annotated, Final
+
+import typer
+
+from naoserver.assembly import Assembly
+from naoserver.body import BODIES, H25, find_body
+from naoserver.entrances import Disk, find_entrance
+from naoserver.latch import latch_of
+from naoserver.options import CameraOptions, ServerOptions, capped
+from naoserver.robot import CameraFacts, Robot
+from naoserver.server import JointSpeed, problem_of, serve
+from naoserver_sim._team import run_team, team_commands
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
+from zenoh_ice import initialize
+from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
+from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
+
+MOST_ROBOTS: Final = 16
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+_CAMERA_OPTION: Final = re.compile(
+    r"(?P<name>\w+)=(?P<width>\d{1,5})x(?P<height>\d{1,5})(?:@(?P<rate>\d+(?:\.\d+)?))?"
+)
+_EPILOG: Final = """Examples:
+
+naoserver-sim                                              one robot, on the default endpoint
+
+naoserver-sim --speed 5                                    five times as fast; behaviors keep pace
+
+naoserver-sim --camera Camera=640x480@15                   larger images
+
+naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
+
+naoserver-sim --world soccer --noise                       on a field, with noise like a real robot's
+
+naoserver-sim --body H21                                   hands that do not move
+
+naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
+
+naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside a running one"""
+# After this time, a computing thread hands over Python's global lock; with the default of 5 ms, serving
+# would delay control ticks, which are 0.5 ms apart at 20 times real time.
+_SWITCH_INTERVAL: Final = 0.0005  # s
+_CHECK_PERIOD: Final = 0.5  # s
+
+
+_Speed = Annotated[
+    str, typer.Option(metavar="FACTOR|max", help="Robot seconds per wall second, such as 1, 5 or 20.")
+]
+_World = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME|FILE",
+        help=f"World around the robot: {', '.join(bundled_worlds())}, "
+        "or a TOML file (docs/how-to/worlds.md).",
+    ),
+]
+_Robots = Annotated[
+    int,
+    typer.Option(
+        min=1, max=MOST_ROBOTS, help="Simulate several robots, each in its own process, world and realm."
+    ),
+]
+_Skin = Annotated[bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")]
+_Noise = Annotated[
+    bool,
+    typer.Option(
+        "--noise/--no-noise", help="Make sensors, pictures and gears as imperfect as a real robot's."
+    ),
+]
+_Seed = Annotated[
+    int | None,
+    typer.Option(min=0, help="Scatter the balls, and draw the noise; the same seed, the same numbers."),
+]
+_Body = Annotated[
+    str,
+    typer.Option(metavar="NAME", help=f"The robot's body: {' or '.join(BODIES)}, whose hands are fixed."),
+]
+_Cameras = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=WIDTHxHEIGHT[@RATE]",
+        help="Images that a camera (Camera, CameraBottom, CameraOutside) starts with; may be repeated."
+        " Without it: 320x240@10.",
+    ),
+]
+_Qi = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL",
+        help="Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559.",
+    ),
+]
+
+
+@app.command(epilog=_EPILOG)
+@with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
+def naoserver_sim(
+    *,
+    settings: Settings,
+    speed: _Speed = "1",
+    world: _World = DEFAULT_WORLD,
+    robots: _Robots = 1,
+    skin: _Skin = True,
+    noise: _Noise = False,
+    seed: _Seed = None,
+    body: _Body = H25.name,
+    camera: _Cameras = None,
+    joint_speed: JointSpeed = None,
+    qi: _Qi = None,
+    disk: Disk = None,
+) -> None:
+    """Simulate a Nao and its surroundings in MuJoCo, and serve them.
+
+    Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
+    """
+    factor = parse_speed(speed)
+    options = ServerOptions(safety=capped(joint_speed), cameras=parse_cameras(camera or ()))
+    surroundings = load_world(world)
+    facts = find_body(body)
+    naoqi = None if qi is None else partial(find_entrance("qi"), url=qi, disk=disk)
+    if robots > 1:
+        with stop_on_signals() as stop:
+            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi), stop)
+        return
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    with (
+        stop_on_signals() as stop,
+        closing(
+            SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed, body=facts)
+        ) as robot,
+    ):
+        check_cameras(options.cameras, robot.cameras)
+        robot.start()  # first: clients that find the server wait only briefly for its servants
+        _serve(robot, settings, options, naoqi, stop)
+
+
+def _serve(
+    robot: SimulatedRobot,
+    settings: Settings,
+    options: ServerOptions,
+    naoqi: Callable[[Robot, Assembly], AbstractContextManager[str]] | None,
+    stop: threading.Event,
+) -> None:
+    """Serve a started robot until `stop` is set, also by the entrance for NAOqi's programs if it has one."""
+    with initialize(settings) as communicator, latch_of(settings) as latch:
+        adapter = communicator.createObjectAdapter("NaoServer")
+        with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
+            if naoqi is not None:
+                url = also.enter_context(naoqi(robot, assembly))
+                typer.echo(f"NAOqi: {url}")
+            adapter.activate()
+            endpoints = ", ".join(settings.reached_at)
+            text = f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras"
+            watchdog = report_ready(text)
+            while not stop.wait(_CHECK_PERIOD):
+                robot.check()
+                watchdog.report(partial(problem_of, communicator, assembly))
+
+
+def parse_speed(text: str) -> float:
+    """Return the factor that `text` gives: a number above 0, or infinity for `max`."""
+    if text == "max":
+        return math.inf
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not (factor > 0 and math.isfinite(factor)):
+        message = f"{text!r} is not a speed: give a factor above 0, such as 5, or 'max'"
+        raise typer.BadParameter(message, param_hint="--speed")
+    return factor
+
+
+def parse_cameras(texts: Sequence[str]) -> dict[str, CameraOptions]:
+    """Return the settings that options such as `Camera=640x480@15` give, by camera."""
+    options = {}
+    for text in texts:
+        match = _CAMERA_OPTION.fullmatch(text)
+        if match is None:
+            message = (
+                f"{text!r} is not a camera setting: write NAME=WIDTHxHEIGHT@RATE, such as Camera=640x480@15"
+            )
+            raise typer.BadParameter(message, param_hint="--camera")
+        given = CameraOptions(width=int(match["width"]), height=int(match["height"]))
+        if match["rate"]:
+            given = dataclasses.replace(given, rate=float(match["rate"]))
+        options[match["name"]] = given
+    return options
+
+
+def check_cameras(requested: Mapping[str, CameraOptions], cameras: Sequence[CameraFacts]) -> None:
+    """Raise typer.BadParameter when a requested camera, size or rate does not exist."""
+    known = {camera.name: dict(zip(camera.sizes, camera.rates, strict=True)) for camera in cameras}
+    for name, options in requested.items():
+        if name not in known:
+            message = f"there is no camera {name!r}; there are {', '.join(known)}"
+            raise typer.BadParameter(message, param_hint="--camera")
+        rates = known[name]
+        if not 0 < options.rate <= rates.get((options.width, options.height), 0.0):
+            offered = ", ".join(f"{w}x{h} up to {rate:g}/s" for (w, h), rate in rates.items())
+            wanted = f"{options.width}x{options.height} at {options.rate:g}/s"
+            message = f"{name} gives no images of {wanted}; it gives {offered}"
+            raise typer.BadParameter(message, param_hint="--camera")

@@ -1,0 +1,246 @@
+"""The sensor readings of the last control ticks, with their errors, kept raw until they are read."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import H25
+from naoserver.capabilities import FootReading, InertialReading
+from naoserver_sim._body import BUMPERS, SIDES
+
+Array = NDArray[np.float64]
+
+CHANNELS: Final = 16
+"""Measurements with errors: specific force (3), turning rate (3), roll and pitch (2), soles (2 x 4)."""
+_BLOCK: Final = 256
+
+
+@dataclass(frozen=True, slots=True)
+class SenseNoise:
+    """Imperfections of the sensors: standard deviations unless said otherwise."""
+
+    acceleration: float = 0.15
+    """White noise of the accelerometer in m/s2: B-Human's filter assumes a variance of 0.0222."""
+    acceleration_offset: float = 0.1
+    """Offset of each axis in m/s2: 1 % of gravity, according to the documentation."""
+    turning: float = 0.005
+    """White noise of the gyrometer in rad/s: B-Human's 0.03 deg/s per root of a hertz, at 100 Hz."""
+    turning_offset: float = 0.005
+    """Offset of each axis in rad/s, after calibration; assumed."""
+    tilt: float = 0.003
+    """White noise of roll and pitch in rad; assumed."""
+    tilt_offset: float = 0.01
+    """Offset of each in rad, by the mounting of the unit; assumed."""
+    pressure: float = 0.2
+    """White noise of a loaded sensor of a foot in N; assumed."""
+    pressure_gain: float = 0.1
+    """Error of the gain of each of a foot's sensors; assumed, because according to the documentation their
+    sum is too inaccurate to be meaningful."""
+    most_pressure: float = 25.0
+    """The largest reading of a foot's sensor in N: the end of its range."""
+    sonar_near: float = 0.01
+    """White noise of the sonar in m up to 0.8 m: the best resolution that the documentation gives."""
+    sonar_far: float = 0.04
+    """White noise of the sonar in m beyond: its worst."""
+    delay: int = 1
+    """Delay of all readings in control ticks: one cycle of the bus between the boards of the body."""
+
+
+class Errors:
+    """The errors of each tick, one after the other."""
+
+    def __init__(self, noise: SenseNoise, random: np.random.Generator) -> None:
+        self._random = random
+        white = [noise.acceleration] * 3 + [noise.turning] * 3 + [noise.tilt] * 2 + [noise.pressure] * 8
+        offsets = [noise.acceleration_offset] * 3 + [noise.turning_offset] * 3 + [noise.tilt_offset] * 2
+        self._white = np.array(white)
+        self._offsets = np.zeros(CHANNELS)
+        self._offsets[: len(offsets)] = random.normal(0.0, offsets)
+        self.gains: Final[list[float]] = random.normal(1.0, noise.pressure_gain, 8).clip(0.5, 1.5).tolist()
+        """Gains of the foot's sensors, left before right."""
+        self._block: Array = np.zeros((0, CHANNELS))
+        self._next = 0
+
+    def next(self) -> Array:
+        """Return the errors of the next tick, by channel."""
+        if self._next == len(self._block):
+            shape = (_BLOCK, CHANNELS)
+            self._block = self._random.standard_normal(shape) * self._white + self._offsets
+            self._next = 0
+        row: Array = self._block[self._next]
+        self._next += 1
+        return row
+
+
+SENSORS: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
+"""The sensors of a sole in the order of every reading."""
+
+Four = tuple[float, float, float, float]
+
+
+def load(foot: Sequence[float]) -> float:
+    """Return the perpendicular force on a sole in N; `foot` is as in `SensorLayout.feet`."""
+    pressing = -(foot[0] * foot[18] + foot[1] * foot[19] + foot[2] * foot[20])
+    return pressing if pressing > 0.0 else 0.0
+
+
+class SoleSensors:
+    """The sensors of one sole, which share the load: the nearer its center, the more a sensor carries.
+
+    The load is shared bilinearly, so that the sum of the four is the load, and their center of pressure is
+    that of the foot if it lies between them; beyond them, the outermost sensors carry everything.
+    """
+
+    def __init__(self, side: str) -> None:
+        places = {name: H25.facts["fsr"][side][name] for name in SENSORS}
+        self._front = (places["FrontLeft"][0] + places["FrontRight"][0]) / 2
+        self._rear = (places["RearLeft"][0] + places["RearRight"][0]) / 2
+        # Left and right ends of the line between the front and between the rear sensors.
+        self._front_ends = places["FrontLeft"][1], places["FrontRight"][1]
+        self._rear_ends = places["RearLeft"][1], places["RearRight"][1]
+
+    def pressures(self, foot: Sequence[float]) -> Four:
+        """Return the loads of the sensors in N; `foot` is as in `SensorLayout.feet`."""
+        carried = load(foot)
+        if carried == 0.0:
+            return 0.0, 0.0, 0.0, 0.0
+        fx, fy, fz, tx, ty, tz, px, py, pz, ox, oy, oz, ax, ay, az, bx, by, bz, *_ = foot
+        rx, ry, rz = px - ox, py - oy, pz - oz
+        mx, my, mz = ry * fz - rz * fy + tx, rz * fx - rx * fz + ty, rx * fy - ry * fx + tz
+        # The moment about the sole's middle is that of the load at the center of pressure.
+        x = (mx * bx + my * by + mz * bz) / carried
+        y = -(mx * ax + my * ay + mz * az) / carried
+        forward = min(max((x - self._rear) / (self._front - self._rear), 0.0), 1.0)
+        left = self._rear_ends[0] + forward * (self._front_ends[0] - self._rear_ends[0])
+        right = self._rear_ends[1] + forward * (self._front_ends[1] - self._rear_ends[1])
+        leftward = min(max((y - right) / (left - right), 0.0), 1.0)
+        front, rear = carried * forward, carried * (1.0 - forward)
+        return front * leftward, front * (1.0 - leftward), rear * leftward, rear * (1.0 - leftward)
+
+
+STEP: Final = math.tau / 4096
+"""Resolution in rad: the 12 bits, about 0.1 degrees, that the documentation of the robot gives."""
+
+
+def encoded(angles: Sequence[float]) -> tuple[float, ...]:
+    """Return angles in rad at the resolution of encoders."""
+    return tuple(round(angle / STEP) * STEP for angle in angles)
+
+
+_FOOT: Final = 21
+"""Measurements of a foot: see `SensorLayout.feet`."""
+
+
+class Sample(NamedTuple):
+    """The measurements of one control tick, never modified."""
+
+    time: float
+    """Robot time in s at which they were taken."""
+    values: Sequence[float]
+    """MuJoCo's `sensordata`; a list, because its items are read faster than those of an array."""
+    errors: Sequence[float] | None
+    """Noise added to them, by channel; None without noise."""
+    inertial: InertialReading
+    """Readings of the inertial unit, with its errors."""
+
+
+class SensorRecord:
+    """Keep the newest raw measurements, and convert them to readings.
+
+    `look` is for the thread of the physics only; any thread may read `newest`.
+    """
+
+    def __init__(
+        self,
+        mj: mujoco.MjModel,
+        data: mujoco.MjData,
+        noise: SenseNoise | None = None,
+        random: np.random.Generator | None = None,
+    ) -> None:
+        self._data = data
+
+        def at(sensor: str) -> int:
+            return int(mj.sensor(sensor).adr[0])
+
+        # Where the measurements begin in `sensordata`.
+        self._acceleration = at("acceleration")
+        self._turning = at("turning")
+        self._attitude = at("attitude")
+        self._feet = [at(f"{side} wrench") for side in SIDES]
+        self._bumpers = [at(bumper) for bumper in BUMPERS]
+        self._soles = [SoleSensors(side) for side in SIDES]
+        self._noise = noise
+        self._errors = None if noise is None else Errors(noise, random or np.random.default_rng())
+        self._samples: deque[Sample] = deque(maxlen=1 + (noise.delay if noise else 0))
+        self.newest: Sample
+        """The newest available measurements: with noise, they are delayed."""
+        self.look(0.0)
+
+    def look(self, time: float) -> None:
+        """Record the measurements at the end of a control tick."""
+        errors: list[float] | None = None if self._errors is None else self._errors.next().tolist()
+        values: list[float] = self._data.sensordata.tolist()
+        self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))
+        self.newest = self._samples[0]
+
+    def _inertial(self, values: Sequence[float], errors: Sequence[float] | None) -> InertialReading:
+        w, x, y, z = values[self._attitude : self._attitude + 4]
+        roll = math.atan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
+        pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - x * z))))
+        ax, ay, az = values[self._acceleration : self._acceleration + 3]
+        tx, ty, tz = values[self._turning : self._turning + 3]
+        if errors is None:
+            return InertialReading((ax, ay, az), (tx, ty, tz), roll, pitch)
+        fx, fy, fz, rx, ry, rz, of_roll, of_pitch = errors[:8]
+        force, turning = (ax + fx, ay + fy, az + fz), (tx + rx, ty + ry, tz + rz)
+        return InertialReading(force, turning, roll + of_roll, pitch + of_pitch)
+
+    def bumps(self, sample: Sample) -> tuple[float, ...]:
+        """Return the forces on the bumpers in N."""
+        return tuple(sample.values[bumper] for bumper in self._bumpers)
+
+    def feet(self, sample: Sample | None = None) -> tuple[FootReading, FootReading]:
+        """Return the readings of the sensors of the left and of the right sole."""
+        sample = sample or self.newest
+        return self._foot(sample, 0), self._foot(sample, 1)
+
+    def loads(self) -> tuple[float, float]:
+        """Return the loads of the left and of the right sole in N: the sums of their sensors."""
+        sample = self.newest
+        if sample.errors is None:
+            return load(self._wrench(sample, 0)), load(self._wrench(sample, 1))
+        left, right = self.feet(sample)
+        return left.total, right.total
+
+    def weight(self) -> float:
+        """Return the force in N with which both feet together press downwards."""
+        left, right = self._feet
+        values = self.newest.values
+        return -(values[left + 2] + values[right + 2])
+
+    def _wrench(self, sample: Sample, foot: int) -> Sequence[float]:
+        begin = self._feet[foot]
+        return sample.values[begin : begin + _FOOT]
+
+    def _foot(self, sample: Sample, foot: int) -> FootReading:
+        pressures = self._soles[foot].pressures(self._wrench(sample, foot))
+        if self._noise is None or self._errors is None or sample.errors is None:
+            return FootReading(*pressures)
+        first = 4 * foot
+        most = self._noise.most_pressure
+        errors = sample.errors[8 + first : 12 + first]
+        readings = [
+            min(max(gain * pressure + error, 0.0), most) if pressure > 0.0 else 0.0
+            for gain, pressure, error in zip(
+                self._errors.gains[first : first + 4], pressures, errors, strict=True
+            )
+        ]
+        return FootReading(*readings)

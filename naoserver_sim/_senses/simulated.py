@@ -1,0 +1,359 @@
+"""The senses of the simulated robot for the server; with its sonar, battery, fall manager and touch.
+
+The sonar casts rays in two cones against the robot's surroundings. Sound that meets the floor at a flat angle
+is reflected away from the robot, so it gives no echo; neither does the robot's own body.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from naoserver.body import H25, VOLTAGE, Body
+from naoserver.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
+from naoserver.errors import InvalidCommand
+from naoserver.kinematics import matrix_of
+from naoserver_sim._body import BUMPERS, SIDES, TORSO
+from naoserver_sim._motors import AMBIENT, Array
+from naoserver_sim._senses.record import Sample, SenseNoise, SensorRecord
+from naoserver_sim._simulator import Simulator
+from naoserver_sim.model import DeviceIndex, Model
+
+RANGE: Final = (0.25, 2.55)
+"""Smallest and largest reported distance in m: those of NAOqi's driver for ROS and of the documentation
+up to V4. That of V5 and V6 promises no more than 0.2 m to 0.8 m, and calls larger distances an estimation."""
+PERIOD: Final = 0.1
+"""Seconds between two measurements."""
+_WIDE_RAYS: Final = 256
+"""Rays of a cone, 3.3 degrees apart. An extra ray to each object ensures that small ones are not missed."""
+_NARROW_RAYS: Final = 64
+_NARROW: Final = math.radians(6)
+"""Full angle of the cone in which the nearest echo is measured again."""
+_SURROUNDINGS: Final = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
+"""The groups of geoms that give an echo: not those of the robot."""
+_GRAZING: Final = math.cos(math.radians(45))
+"""Cosine of the angle to its normal beyond which a plane reflects the sound away."""
+
+
+class Sonar:
+    """Measure the nearest echo of the left and the right transducer. Thread-safe."""
+
+    def __init__(self, mj: mujoco.MjModel) -> None:
+        facts = H25.facts["sonar"]
+        self.cone: Final = math.radians(facts["cone_deg"])
+        """Full angle of the cones in rad."""
+        self._mj = mj
+        self._lock = threading.Lock()
+        self._torso = mj.body(TORSO).id
+        self._things = np.flatnonzero((mj.geom_group == 0) & (mj.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
+        self._planes = mj.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+        self._wide = _cone(self.cone, _WIDE_RAYS)
+        self._narrow = _cone(_NARROW, _NARROW_RAYS)
+        self._transducers = [
+            (np.array(facts[side]["position"]), matrix_of((0.0, 0.0, 0.0, *facts[side]["rpy"]))[:3, :3])
+            for side in SIDES
+        ]
+
+    @cached_property
+    def _data(self) -> mujoco.MjData:
+        return mujoco.MjData(self._mj)  # at the first measurement, because most robots in tests never measure
+
+    def measure(self, qpos: Array) -> SonarReading:
+        """Return the distances in a state; infinite where nothing is in range."""
+        with self._lock:
+            self._data.qpos[:] = qpos
+            mujoco.mj_kinematics(self._mj, self._data)
+            left, right = (self._nearest(place, turn) for place, turn in self._transducers)
+        return SonarReading(left, right)
+
+    def _nearest(self, place: Array, turn: Array) -> float:
+        """Return the smallest distance: first roughly, then around the nearest echo."""
+        data = self._data
+        axes = data.xmat[self._torso].reshape(3, 3)
+        begin = data.xpos[self._torso] + axes @ place
+        axes = axes @ turn
+        rays = np.vstack([self._wide, self._within_cone((data.geom_xpos[self._things] - begin) @ axes)])
+        distance, ray = self._cast(begin, rays @ axes.T)
+        if not math.isfinite(distance):
+            return math.inf
+        closer = np.vstack([rays[ray], self._within_cone(self._narrow @ _turned_to(rays[ray]).T)])
+        distance = min(distance, self._cast(begin, closer @ axes.T)[0])
+        return max(distance, RANGE[0])
+
+    def _within_cone(self, rays: Array) -> Array:
+        """Return those of some rays in the transducer's frame that are within its cone, as unit vectors."""
+        directions = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        within: Array = directions[directions[:, 0] >= math.cos(self.cone / 2)]
+        return within
+
+    def _cast(self, begin: Array, directions: Array) -> tuple[float, int]:
+        """Return the distance to the nearest echo, infinite when there is none, and along which direction."""
+        mj, data = self._mj, self._data
+        count, flat = len(directions), np.ascontiguousarray(directions).ravel()
+        geoms = np.zeros(count, dtype=np.int32)
+        distances = np.zeros(count)
+        normals = np.zeros(3 * count)
+        mujoco.mj_multiRay(
+            mj, data, begin, flat, _SURROUNDINGS, 1, self._torso, geoms, distances, normals, count, RANGE[1]
+        )
+        facing = np.abs(np.einsum("ij,ij->i", directions, normals.reshape(-1, 3)))
+        heard = (geoms >= 0) & (~self._planes[geoms] | (facing > _GRAZING))
+        distances[~heard] = math.inf
+        nearest = int(distances.argmin())
+        return float(distances[nearest]), nearest
+
+
+def _cone(angle: float, rays: int) -> Array:
+    """Return unit vectors that fill a cone about x evenly, as the seeds of a sunflower; shape (rays, 3)."""
+    index = np.arange(rays)
+    along = 1.0 - (1.0 - math.cos(angle / 2)) * index / (rays - 1)
+    across = np.sqrt(1.0 - along * along)
+    turn = index * math.pi * (3.0 - math.sqrt(5.0))
+    return np.column_stack([along, across * np.cos(turn), across * np.sin(turn)])
+
+
+def _turned_to(direction: Array) -> Array:
+    """Return a rotation that turns x to a direction."""
+    x, y, z = direction.tolist()
+    across = math.hypot(x, y)
+    left_x, left_y = -y / across, x / across
+    return np.array(((x, left_x, -z * left_y), (y, left_y, z * left_x), (z, 0.0, across)))
+
+
+ENERGY: Final = 62.6 * 3600.0
+"""Capacity in J: 2.9 Ah at 21.6 V, the battery of NAO6."""
+ELECTRONICS: Final = 40.0
+"""Power in W of everything except the motors. Together with the motors of a standing robot, it empties the
+battery in 90 minutes, the endurance in normal use in the data sheet."""
+_WARMTH: Final = 1.5
+"""Kelvin by which a current of 1 A, permanently, warms the battery, times the current again."""
+_TIME_CONSTANT: Final = 1800.0
+"""Seconds in which it reaches 63 % of that."""
+
+
+class Battery:
+    """Discharge as the motors work; `draw` is for the thread of the physics only.
+
+    A motor takes its mechanical power plus the loss in its winding. With no-load speed w and stall torque T,
+    at the voltage for which these hold, the loss is w/T times the square of the torque. Power that the load
+    gives back is lost.
+    """
+
+    def __init__(self, robot: DeviceIndex, body: Body) -> None:
+        leading = [
+            joint for joint in range(len(robot.joints)) if robot.motors[joint] not in robot.motors[:joint]
+        ]
+        self._motors = robot.motors[leading]
+        self._dofs = robot.dofs[leading]
+        motors = [body.facts["joints"][joint].get("motor") for joint in leading]
+        self._losses = np.array(
+            [m["no_load_speed_out"] / m["stall_torque_out_no_loss"] if m else 0.0 for m in motors]
+        )
+        self._energy = ENERGY
+        self._temperature = AMBIENT
+        self.reading = BatteryReading(1.0, 0.0, AMBIENT, plugged=False)
+        """The newest reading."""
+
+    def draw(self, seconds: float, torques: Array, velocities: Array) -> None:
+        """Advance by some seconds with torques of the motors and velocities of the joints."""
+        torque = torques[self._motors]
+        power = torque * velocities[self._dofs] + self._losses * torque * torque
+        watts = ELECTRONICS + float(np.maximum(power, 0.0).sum())
+        current = watts / VOLTAGE
+        self._energy = max(self._energy - watts * seconds, 0.0)
+        warmer = AMBIENT + _WARMTH * current * current - self._temperature
+        self._temperature += warmer * seconds / _TIME_CONSTANT
+        self.reading = BatteryReading(self._energy / ENERGY, -current, self._temperature, plugged=False)
+
+
+_log = logging.getLogger(__name__)
+
+FALLING_TILT: Final = math.radians(35)
+"""Tilt of the torso beyond which a fall cannot be stopped."""
+FALLING_RATE: Final = 0.8
+"""Rate in rad/s at which the tilt grows in a fall, but not in a motion that bends or lies down."""
+LIMP_WITHIN: Final = 0.1
+"""Seconds in which the motors let go."""
+_UPRIGHT: Final = math.radians(15)
+"""Greatest tilt at which the robot stands."""
+_STANDING_LOAD: Final = 25.0
+"""Least load on the soles in N with which it stands: half its weight."""
+_HEELS: Final = 15.0
+"""Load on the soles in N below which it is off its feet: the heels of a lying robot carry less."""
+_STANDING_TIME: Final = 0.5
+"""Seconds on its feet after which falls are watched for, and off its feet after which they are not."""
+
+
+class FallManager:
+    """Watch tilt and feet at each tick, and go limp once per fall; in the thread of the physics."""
+
+    def __init__(self, let_go: Callable[[float], None]) -> None:
+        self._let_go = let_go
+        self._tilt = 0.0
+        self._stood = 0.0
+        self._off_feet = 0.0
+        self.watching = False
+        """Whether a fall would be noticed."""
+        self.falls = 0
+        """Falls noticed so far."""
+
+    def look(self, time: float, seconds: float, tilt: float, load: float) -> None:
+        """Check the torso's tilt in rad and the load on the soles in N, `seconds` after the last check."""
+        rate, self._tilt = (tilt - self._tilt) / seconds, tilt
+        on_feet = load >= _STANDING_LOAD
+        self._off_feet = 0.0 if load >= _HEELS else self._off_feet + seconds
+        self._stood = self._stood + seconds if on_feet and tilt < _UPRIGHT else 0.0
+        if self._stood >= _STANDING_TIME:
+            self.watching = True
+        elif self._off_feet >= _STANDING_TIME:
+            self.watching = False
+        if self.watching and tilt > FALLING_TILT and rate > FALLING_RATE:
+            self.watching = False
+            self.falls += 1
+            _log.warning("the robot falls at %.2f s: its motors let go", time)
+            self._let_go(LIMP_WITHIN)
+
+
+_LONGEST_NAME: Final = 64  # characters of a client's text that are quoted
+_SWITCHES_AT: Final = 1.0
+"""Force in N that presses a bumper."""
+
+
+class Touch:
+    """Report which of some sensors are pressed at a time. Thread-safe."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
+        self._lock = threading.Lock()
+        # The begin and the end of the newest press of each sensor; replaced as a whole.
+        self._presses: Mapping[str, tuple[float, float]] = {}
+
+    def press(self, sensor: str, begin: float, seconds: float) -> None:
+        """Press a sensor for some seconds, no less than before. Raises InvalidCommand for an unknown one."""
+        if sensor not in self._names:
+            name, names = sensor[:_LONGEST_NAME], ", ".join(self._names)
+            raise InvalidCommand("name", f"there is no touch sensor {name!r}; there are {names}")
+        end = begin + seconds
+        with self._lock:
+            first, last = self._presses.get(sensor, (begin, end))
+            press = (first, max(last, end)) if last >= begin else (begin, end)
+            self._presses = {**self._presses, sensor: press}
+
+    def touched(self, time: float, bumps: tuple[float, ...]) -> frozenset[str]:
+        """Return the pressed sensors, by the forces on the bumpers in N and by calls of `press`."""
+        names = {sensor for sensor, (begin, end) in self._presses.items() if begin <= time < end}
+        names.update(name for name, force in zip(BUMPERS, bumps, strict=True) if force >= _SWITCHES_AT)
+        return frozenset(names)
+
+
+_NEAR: Final = 0.8
+"""Distance in m up to which the sonar is precise."""
+_FALLS_EVERY: Final = 2
+"""Control ticks between two checks of the fall manager: 50 Hz, the cycle of NAOqi's motion."""
+
+
+class SimulatedSenses:
+    """Simulate the senses of a Nao.
+
+    Implements `naoserver.capabilities.Senses`. `noise` has the imperfections of the senses, with numbers
+    from `random`: the same seed gives the same numbers at the same ticks.
+    """
+
+    sonar_range = RANGE
+
+    def __init__(
+        self,
+        model: Model,
+        simulator: Simulator,
+        noise: SenseNoise | None,
+        random: np.random.Generator,
+    ) -> None:
+        self._data = simulator.data
+        self._simulator = simulator
+        self._noise = noise
+        self._random = random
+        self.record: Final = SensorRecord(model.mj, self._data, noise, random)
+        """The readings of the last ticks, which a controller needs at every tick."""
+        self.touch_names: Final = model.body.touch_sensors
+        self._battery = Battery(model.robot, model.body)
+        self._sonar = Sonar(model.mj)
+        self.sonar_cone: Final = self._sonar.cone
+        self._touch = Touch(self.touch_names)
+        self.falls: Final = FallManager(self._go_limp)
+        """The detector of falls."""
+        self._motors = np.array(sorted({*model.robot.motors}))  # np.unique would load numpy.ma
+        self._sonar_every = round(PERIOD / simulator.tick_period)
+        self._ticks = 0
+        self._ping: tuple[Array, list[float]] = (self._data.qpos.copy(), [0.0, 0.0])
+        self._echo: tuple[Array, SonarReading] | None = None
+        self._cached: tuple[Sample, SenseReading] | None = None
+
+    def read(self) -> SenseReading:
+        """Return the newest snapshot."""
+        sample = self.record.newest
+        touched = self._touch.touched(sample.time, self.record.bumps(sample))
+        cached = self._cached
+        if cached is not None and cached[0] is sample:
+            reading = cached[1]
+            return reading if reading.touched == touched else replace(reading, touched=touched)
+        left, right = self.record.feet(sample)
+        reading = SenseReading(
+            time=sample.time,
+            inertial=sample.inertial,
+            left_foot=left,
+            right_foot=right,
+            sonar=self._listen(),
+            touched=touched,
+            battery=self._battery.reading,
+        )
+        self._cached = (sample, reading)
+        return reading
+
+    def inertial(self) -> InertialReading:
+        """Return the newest reading of the inertial unit."""
+        return self.record.newest.inertial
+
+    def press(self, sensor: str, seconds: float) -> None:
+        """Press a touch sensor for some seconds from now on. Raises InvalidCommand when there is no such."""
+        self._touch.press(sensor, self._simulator.newest().time, seconds)
+
+    def look(self, time: float) -> None:
+        """Record the measurements at the end of a control tick; for the thread of the physics only."""
+        self.record.look(time)
+        self._ticks += 1
+        period = self._simulator.tick_period
+        if self._ticks % _FALLS_EVERY == 0:
+            tilt = self.record.newest.inertial.tilt
+            self.falls.look(time, period * _FALLS_EVERY, tilt, self.record.weight())
+        if self._ticks % self._sonar_every == 0:
+            data = self._data
+            self._battery.draw(period * self._sonar_every, data.actuator_force, data.qvel)
+            errors = self._random.standard_normal(2).tolist() if self._noise else [0.0, 0.0]
+            self._ping = (data.qpos.copy(), errors)
+
+    def _go_limp(self, seconds: float) -> None:
+        self._simulator.motors.stiffen(self._motors, np.zeros(len(self._motors)), seconds)
+
+    def _listen(self) -> SonarReading:
+        """Return the newest measurement of the sonar: computed once, on request."""
+        qpos, errors = self._ping
+        echo = self._echo
+        if echo is None or echo[0] is not qpos:
+            heard = self._sonar.measure(qpos)
+            reading = SonarReading(self._blur(heard.left, errors[0]), self._blur(heard.right, errors[1]))
+            self._echo = echo = (qpos, reading)
+        return echo[1]
+
+    def _blur(self, distance: float, error: float) -> float:
+        if self._noise is None or not math.isfinite(distance):
+            return distance
+        noise = self._noise.sonar_near if distance <= _NEAR else self._noise.sonar_far
+        return min(max(distance + noise * error, RANGE[0]), RANGE[1])

@@ -1,0 +1,397 @@
+"""The physics: stepping the model on a thread at some pace, or by a virtual clock; its clock and pace."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.errors import RobotError
+from naoserver_sim._gears import Gears
+from naoserver_sim._motors import Array, Motors, SetpointController
+from zenoh_ice import VirtualClock
+
+_log = logging.getLogger(__name__)
+
+STEPS_PER_TICK = 4
+"""Physics steps in a control tick: 2.5 ms each, 10 ms in all, the cycle of the robot's motor boards."""
+_MOST_TICKS_AT_ONCE = 10
+_JOIN_TIMEOUT = 5.0  # s
+_ROUNDING = 1e-6
+_REMEMBERED: Final = 16
+"""Snapshots that are kept: those of 0.15 s."""
+_DIVERGED: Final = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADCTRL) + 1)
+_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The state at the end of a control tick. Its arrays are never modified."""
+
+    time: float
+    """Simulated seconds since the start."""
+    qpos: Array
+    qvel: Array
+    setpoints: Array
+    forces: Array
+    """Force of each motor in N m, or N of a slide."""
+    stiffnesses: Array
+    """Stiffness of each motor, from 0 to 1."""
+    temperatures: Array
+    """Temperature of each motor in degrees Celsius."""
+
+
+class Simulator:
+    """Step a model control tick by control tick.
+
+    `advance` steps it in the caller's thread: two simulators of the same model with the same orders before
+    the same ticks go through the same states, bit by bit. Subclasses decide how time passes.
+    All attributes are for the thread of the physics only; other threads read `newest` and give orders.
+    """
+
+    def __init__(
+        self,
+        mj: mujoco.MjModel,
+        data: mujoco.MjData,
+        setpoints: SetpointController,
+        gears: Gears | None = None,
+    ) -> None:
+        # By default, MuJoCo writes a file into the current directory.
+        mujoco.set_mju_user_warning(_log.warning)
+        self.mj: Final = mj
+        self.data: Final = data
+        self.setpoints: Final = setpoints
+        self.motors: Final = Motors(mj)
+        self._gears = gears
+        # Actions for the next tick; appending and popping are atomic.
+        self._orders: deque[Callable[[], None]] = deque()
+        self.parts: Final[list[Callable[[float], None]]] = []
+        """Controllers of motors: called at each tick, with its seconds, before the physics moves."""
+        self.watchers: Final[list[Callable[[float], None]]] = []
+        """Observers of the state at the end of each tick: called with its simulated time in s."""
+        self.on_tick: Callable[[], None] = lambda: None
+        """Called at the very end of each tick, when its state is published; it gives orders for the next."""
+        self._ticks = 0
+        self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
+        self._option = mj.opt
+        self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]  # a view
+        data.ctrl[:] = setpoints.setpoints
+        self.commands: Final[Array] = data.ctrl if gears is None else data.ctrl.copy()
+        """Where the motors are to be in this tick; controllers change it."""
+        self._snapshots = deque([self._take_snapshot()], _REMEMBERED)
+
+    def newest(self) -> Snapshot:
+        """Return the newest snapshot."""
+        return self._snapshots[-1]
+
+    def past(self, seconds: float) -> Snapshot:
+        """Return the snapshot of some seconds ago, 0.15 at most, or the oldest that there is."""
+        ago = round(seconds / self.tick_period) + 1
+        return self._snapshots[-min(ago, len(self._snapshots))]
+
+    def order(self, action: Callable[[], None]) -> None:
+        """Run an action in the thread of the physics at the next control tick."""
+        self._orders.append(action)
+
+    def put(
+        self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], motors: NDArray[np.intp], positions: Array
+    ) -> None:
+        """Put some joints at positions, at rest, held by their motors."""
+        self.data.qpos[qpos] = positions
+        self.data.qvel[dofs] = 0.0
+        self.hold(motors, positions)
+
+    def hold(self, motors: NDArray[np.intp], positions: Array) -> None:
+        """Let some motors hold positions at once."""
+        self.setpoints.place(motors, positions, self.commands)
+        if self._gears is not None:
+            self._gears.settle(motors, positions)
+
+    def advance(self, ticks: int) -> None:
+        """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
+        data = self.data
+        motors = self.motors
+        setpoints = self.setpoints
+        gears = self._gears
+        for _ in range(ticks):
+            while self._orders:
+                self._orders.popleft()()
+            motors.tick(self.tick_period, data.actuator_force)
+            if motors.limp.size:  # the setpoint of a limp motor follows its joint
+                setpoints.place(motors.limp, data.actuator_length[motors.limp], self.commands)
+            setpoints.tick(self.tick_period, self.commands)
+            for part in self.parts:
+                part(self.tick_period)
+            if gears is not None:
+                gears.tick(self.commands, data.actuator_length, data.ctrl)
+            self._step()
+            self._ticks += 1
+            for watch in self.watchers:
+                watch(self._time)
+            if any(self._diverged.tolist()):
+                raise RobotError(f"the simulation became unstable before {self._time:.2f} s")
+            self._snapshots.append(self._take_snapshot())
+            self.on_tick()
+
+    @property
+    def _time(self) -> float:
+        """The simulated time in s, as exact as that of a virtual clock: both give the same paths."""
+        return round(self._ticks * self.tick_period, 9)
+
+    def _step(self) -> None:
+        """Step the physics for a tick. Sensors measure only in its last step: nobody reads them before."""
+        self._option.disableflags |= _SENSORS
+        mujoco.mj_step(self.mj, self.data, nstep=STEPS_PER_TICK - 1)
+        self._option.disableflags &= ~_SENSORS
+        mujoco.mj_step(self.mj, self.data)
+
+    def _take_snapshot(self) -> Snapshot:
+        data = self.data
+        return Snapshot(
+            time=self._time,
+            qpos=data.qpos.copy(),
+            qvel=data.qvel.copy(),
+            setpoints=self.setpoints.setpoints,
+            forces=data.actuator_force.copy(),
+            stiffnesses=self.motors.stiffnesses.copy(),
+            temperatures=self.motors.temperatures.copy(),
+        )
+
+
+class PacedSimulator(Simulator):
+    """Step the model on a thread at some pace.
+
+    No thread waits for another: orders are executed at each control tick, and readers take the newest
+    snapshot, an object that is replaced and never changed.
+    """
+
+    def __init__(
+        self,
+        mj: mujoco.MjModel,
+        data: mujoco.MjData,
+        setpoints: SetpointController,
+        pacer: Pacer,
+        gears: Gears | None = None,
+    ) -> None:
+        super().__init__(mj, data, setpoints, gears)
+        self._pacer = pacer
+        self._ending = threading.Event()
+        self._thread: threading.Thread | None = None
+        self.failure: Exception | None = None
+        """The exception that ended the physics thread, if any."""
+
+    @property
+    def running(self) -> bool:
+        """Whether the physics thread steps the model."""
+        return self._thread is not None and self._thread.is_alive()
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds in a wall second, over the last second; 0 while the physics stands still."""
+        return self._pacer.real_time_factor if self.running else 0.0
+
+    @property
+    def lag(self) -> float:
+        """Wall seconds by which simulated time lagged behind its schedule in the last second."""
+        return self._pacer.lag
+
+    def order(self, action: Callable[[], None]) -> None:
+        """Run an action in the thread of the physics at the next control tick. Ignored after `close`."""
+        if not self._ending.is_set():
+            super().order(action)
+
+    def start(self) -> None:
+        """Start the physics thread."""
+        thread = threading.Thread(target=self._run, name="physics", daemon=True)
+        thread.start()
+        self._thread = thread  # not earlier: one that could not be started cannot be joined
+
+    def close(self) -> None:
+        """End the physics thread and wait until it has ended."""
+        self._ending.set()
+        if self._thread is not None:
+            self._thread.join(_JOIN_TIMEOUT)
+            if self._thread.is_alive():
+                _log.error("the physics thread did not end within %g s", _JOIN_TIMEOUT)
+
+    def _run(self) -> None:
+        pacer = self._pacer
+        pacer.start(self.newest().time, self.tick_period)
+        try:
+            while not self._ending.is_set():
+                if ticks := pacer.due(self.newest().time, _MOST_TICKS_AT_ONCE):
+                    self.advance(ticks)
+                    pacer.record(self.newest().time)
+                else:
+                    self._ending.wait(pacer.wait_time(self.newest().time))
+        except Exception as error:  # noqa: BLE001 - readers must learn of it: see `failure`
+            self.failure = error
+            _log.exception("the physics stopped at %.3f s", self.newest().time)
+
+
+class VirtualSimulator(Simulator):
+    """Step the model as a virtual clock advances, in the thread that advances it."""
+
+    lag: Final = 0.0
+
+    def __init__(
+        self,
+        mj: mujoco.MjModel,
+        data: mujoco.MjData,
+        setpoints: SetpointController,
+        clock: VirtualClock,
+        gears: Gears | None = None,
+    ) -> None:
+        super().__init__(mj, data, setpoints, gears)
+        self._detach = clock.call_every(self.tick_period, lambda: self.advance(1))
+
+    def at_once(self, action: Callable[[], None]) -> None:
+        """Run an action now, between two ticks, and publish the state after it."""
+        action()
+        self._snapshots[-1] = self._take_snapshot()
+
+    def start(self) -> None:
+        """Do nothing: time passes by the clock."""
+
+    def close(self) -> None:
+        """Detach the model from the clock."""
+        self._detach()
+
+
+_SHORTEST_SLEEP: Final = 0.0005  # s
+_LONGEST_SLEEP: Final = 0.05  # s
+
+
+class SimulationClock:
+    """The time of a simulator that keeps its own pace, tick by tick. Implements zenoh_ice.Clock."""
+
+    simulated: Final = True
+
+    def __init__(self, simulator: PacedSimulator) -> None:
+        self._simulator = simulator
+
+    @property
+    def rate(self) -> float:
+        """Simulated seconds in a second of wall time, over the last second; 0 when it stands still."""
+        return self._simulator.real_time_factor
+
+    def now(self) -> float:
+        return self._simulator.newest().time
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for a duration in s; returns early when the simulation ends."""
+        self.wait(threading.Event(), seconds)
+
+    def wait(self, event: threading.Event, timeout: float) -> bool:
+        end = self.now() + timeout
+        while self._simulator.running and (left := end - self.now()) > 0:
+            if event.wait(self._nap(left)):
+                return True
+        return event.is_set()
+
+    def _nap(self, left: float) -> float:
+        """Return the wall seconds to sleep before checking the time again."""
+        return min(max(left / max(self.rate, 1e-3), _SHORTEST_SLEEP), _LONGEST_SLEEP)
+
+
+WINDOW = 1.0
+"""Wall seconds over which the real-time factor and the lag are measured."""
+SAMPLE_INTERVAL = 0.05  # s
+MAX_LAG = 0.25
+"""Wall seconds of lag after which the schedule is shifted: lost time is not made up for in a burst."""
+SHORTEST_WAIT = 0.001
+"""Shortest wait in s: shorter ones are not worth it, so at a high speed several ticks are due at once."""
+_SLOW, _KEPT = 0.9, 0.97
+"""Shares of the speed below which the computer does not keep up, and above which it keeps up again."""
+_SLIPS = "the computer does not keep up with speed %g: robot time slips, it runs at %.3g"
+
+
+class _Sample(NamedTuple):
+    wall: float
+    simulated: float
+    lag: float
+
+
+class Pacer:
+    """Pace simulated time against the steady wall clock.
+
+    The schedule is a straight line from an anchor, so that waits of a wrong length do not add up to a drift.
+    `speed` is in simulated seconds per wall second; `math.inf` is as fast as possible.
+    """
+
+    def __init__(self, speed: float, wall: Callable[[], float] = time.monotonic) -> None:
+        if not speed > 0:
+            message = f"the speed is {speed}; give a factor above 0, or 'max'"
+            raise ValueError(message)
+        self.speed = speed
+        self._period = 0.0
+        self._wall = wall
+        self._anchor_wall = wall()
+        self._anchor_simulated = 0.0
+        self._samples: deque[_Sample] = deque()
+        self._worst = 0.0
+        self._slow = False
+        self.real_time_factor = 0.0
+        """Simulated seconds in a wall second, over the last second."""
+        self.lag = 0.0
+        """The longest delay in wall s of a tick against its schedule within the last second."""
+        self.slips = 0
+        """Number of shifts of the schedule because the computer did not keep up."""
+
+    def start(self, simulated: float, period: float) -> None:
+        """Begin the schedule now, at the given simulated time, with a tick every `period` s of it."""
+        self._period = period
+        self._anchor_wall = self._wall()
+        self._anchor_simulated = simulated
+        self._samples = deque([_Sample(self._anchor_wall, simulated, 0.0)])
+        self.real_time_factor = 0.0 if math.isinf(self.speed) else self.speed
+
+    def due(self, simulated: float, limit: int) -> int:
+        """Return how many periods are due now, at most `limit`."""
+        if math.isinf(self.speed):
+            return limit
+        late = self._late(simulated)
+        if late < 0:
+            return 0
+        self._worst = max(self._worst, late)
+        if late > MAX_LAG:
+            self.slips += 1
+            self._anchor_wall += late
+            return 1
+        return min(1 + int(late * self.speed / self._period + _ROUNDING), limit)
+
+    def wait_time(self, simulated: float) -> float:
+        """Return the wall seconds to wait before asking again."""
+        return max(SHORTEST_WAIT, -self._late(simulated))
+
+    def record(self, simulated: float) -> None:
+        """Record the simulated time reached, for the real-time factor and the lag."""
+        wall = self._wall()
+        if wall - self._samples[-1].wall < SAMPLE_INTERVAL:
+            return
+        self._samples.append(_Sample(wall, simulated, self._worst))
+        self._worst = 0.0
+        while len(self._samples) > 2 and wall - self._samples[0].wall > WINDOW:
+            self._samples.popleft()
+        oldest = self._samples[0]
+        self.real_time_factor = (simulated - oldest.simulated) / (wall - oldest.wall)
+        if len(self._samples) > 2 and wall - oldest.wall > WINDOW / 2 and not math.isinf(self.speed):
+            share = self.real_time_factor / self.speed
+            if share < _SLOW and not self._slow:
+                _log.warning(_SLIPS, self.speed, self.real_time_factor)
+            self._slow = share < (_KEPT if self._slow else _SLOW)
+        self.lag = max(sample.lag for sample in self._samples)
+
+    def _late(self, simulated: float) -> float:
+        """Return the wall seconds since the tick after `simulated` was due; negative before it is."""
+        scheduled = (simulated + self._period - self._anchor_simulated) / self.speed
+        return self._wall() - self._anchor_wall - scheduled

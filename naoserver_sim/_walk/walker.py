@@ -1,0 +1,281 @@
+"""The walk of the simulated robot: begun and ended by commands, computed at every control tick."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import astuple
+from enum import Enum, auto
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver.errors import InvalidCommand
+from naoserver_sim._senses.record import SensorRecord, encoded
+from naoserver_sim._simulator import Simulator
+from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
+from naoserver_sim._walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
+from naoserver_sim._walk.odometry import Odometer
+from naoserver_sim._walk.upper_body import ArmSwing, Trim
+from naoserver_sim.model import Model
+
+# The stance of the body in the walk, and the feedback that keeps it upright.
+_HIP_HEIGHT: Final = 0.230
+"""Height in m of the hips above the soles."""
+_HIP_DEPTH: Final = 0.085
+"""Height in m of the torso's frame above the hips."""
+_HIP_WIDTH: Final = 0.05
+"""Distance in m of a hip from the middle."""
+_FORWARD_OF_HIP: Final = 0.012
+"""Distance of the feet in front of the torso's frame in m."""
+_LEAN: Final = 0.05
+"""Pitch of the torso in rad; so small that its sine is the angle, and its cosine 1 but for 0.1 percent."""
+_PITCH_GAIN: Final = 0.03
+"""Radians of the carrying ankle's pitch for a rad/s of the torso's."""
+_ROLL_GAIN: Final = 0.05
+"""Radians of the carrying ankle's roll for a rad/s of the torso's."""
+_HIP_GAIN: Final = 0.01
+"""Radians of the carrying hip's pitch for a rad/s of the torso's."""
+_SMOOTHING: Final = 0.6
+"""Part of the last turning rate that is kept at each tick."""
+
+
+class WalkController:
+    """Compute the angles of the legs at each control tick; without physics, without threads."""
+
+    def __init__(self) -> None:
+        self.gait: Final = Gait()
+        self._legs = Legs()
+        self.reset()
+
+    def reset(self) -> None:
+        """Stand on both feet at once, as before the first step."""
+        self.gait.stop()
+        self._rate = (0.0, 0.0)
+        self._part = [0.0, 0.0]  # of the feedback for each foot: for the support foot, without a jump
+
+    def stance(self, shift: tuple[float, float]) -> list[float]:
+        """Return the angles of `LEG_MOTORS` with which a step begins and ends; `shift` is that of `tick`."""
+        return Legs().solve(self._foot(LEFT, AT_REST, shift), self._foot(RIGHT, AT_REST, shift))
+
+    def tick(
+        self,
+        seconds: float,
+        velocity: WalkVelocity,
+        turning: tuple[float, float, float],
+        loads: tuple[float, float],
+        shift: tuple[float, float],
+    ) -> list[float]:
+        """Return the angles of `LEG_MOTORS`.
+
+        `turning` is the torso's turning rate in rad/s, `loads` are those of the soles in N, left and right;
+        `shift` is the displacement in m of the center of mass forwards and to the left of its usual place.
+        """
+        gait, keep = self.gait, _SMOOTHING
+        roll = keep * self._rate[0] + (1.0 - keep) * turning[0]
+        pitch = keep * self._rate[1] + (1.0 - keep) * turning[1]
+        self._rate = (roll, pitch)
+        gait.tick(seconds, velocity, loads)
+        angles = self._legs.solve(
+            self._foot(LEFT, gait.feet[LEFT], shift), self._foot(RIGHT, gait.feet[RIGHT], shift)
+        )
+        for foot in (LEFT, RIGHT):
+            carries = gait.walking and foot == gait.support
+            part = self._part[foot] = 0.5 * (self._part[foot] + carries)
+            first = 1 + 5 * foot
+            angles[first + 1] += part * _HIP_GAIN * pitch
+            angles[first + 3] += part * _PITCH_GAIN * pitch
+            angles[first + 4] += part * _ROLL_GAIN * roll
+        return angles
+
+    def _foot(self, foot: int, offset: FootOffset, shift: tuple[float, float]) -> FootPose:
+        """Return the target of a foot in the frame of a torso that leans forwards."""
+        x = offset.x + _FORWARD_OF_HIP + shift[0]
+        y = offset.y + (_HIP_WIDTH if foot == LEFT else -_HIP_WIDTH) + shift[1]
+        z = offset.lift - _HIP_HEIGHT - _HIP_DEPTH
+        return FootPose(x - _LEAN * z, y, z + _LEAN * x, offset.yaw, pitch=-_LEAN)
+
+
+LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
+"""The highest velocity of each kind."""
+_STILL: Final = WalkVelocity()
+_SLOWEST_WALK: Final = 1e-3
+"""Velocity in m/s and rad/s below which it does not walk."""
+
+# Factors of commanded velocities: the feet lag and slip, so the robot walks a little slower than commanded.
+# Measured by benchmarks/bench_walk.py.
+_EXACT_GAINS: Final = WalkVelocity(forward=1.16, left=1.17, turn=1.14)
+_BACKLASH_GAINS: Final = WalkVelocity(forward=1.27, left=1.42, turn=1.36)
+"""Those of a robot whose gears have backlash, which takes away a part of each step."""
+_BACKLASH_TURN: Final = 0.7
+"""Turn in rad for each m to the left that makes up for the one by which that robot turns to the right."""
+
+_PACE: Final = 1.0
+"""Speed in rad/s at which the legs move into the stance of the walk."""
+_STANCE_TOLERANCE: Final = 0.01
+"""Distance in rad from the stance within which the legs need not move there first."""
+_SETTLING_TIME: Final = 0.3
+"""Seconds for which it stands before the walk counts as ended."""
+_TILT: Final = math.radians(50)
+"""Tilt of the torso beyond which it is falling, and stops walking."""
+_WEIGHT: Final = 25.0
+"""Least load on the soles in N with which it stands on its feet: half its weight."""
+_FIRM: Final = 0.5
+"""Least stiffness of the legs with which it walks."""
+
+
+class _Stage(Enum):
+    RESTING = auto()
+    RISING = auto()
+    STEPPING = auto()
+    SETTLING = auto()
+
+
+class SimulatedWalker:
+    """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
+
+    Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
+    `abandon` are for the thread of the physics only. With `noise`, the odometry uses the angles of the legs
+    as reported by their encoders, and the steps make up for the backlash of the gears.
+    """
+
+    limits = LIMITS
+
+    def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
+        self._data = simulator.data
+        self._setpoints = simulator.setpoints
+        self._simulator = simulator
+        self._sensors = sensors
+        self._noise = noise
+        names = [joint.name for joint in model.robot.joints]
+        joints = [names.index(name) for name in LEG_JOINTS]
+        motors = [names.index(name) for name in LEG_MOTORS]
+        self._joints = model.robot.qpos[joints]
+        self._motors: NDArray[np.intp] = model.robot.motors[motors]
+        self._trim = Trim(model.mj, self._data, model.body)
+        self._arms = ArmSwing(model.robot, self._setpoints)
+        self._controller = WalkController()
+        self._odometer = Odometer(Legs())
+        self._stage = _Stage.RESTING
+        self.ended = ""
+        self._time = 0.0  # since the stage began
+        self._start = np.zeros(len(LEG_MOTORS))
+        self._rising = 0.0
+        self._newest = self._commanded = _STILL
+        self._velocity = _STILL  # the commanded velocity
+        self._inertial = sensors.newest.inertial
+        self._loads = sensors.loads()
+
+    def command(self, velocity: WalkVelocity) -> None:
+        if max(map(abs, astuple(velocity))) < _SLOWEST_WALK:
+            velocity = _STILL
+        snapshot = self._simulator.newest()
+        if velocity != _STILL and not self.walking:
+            hindrance = self._hindrance(snapshot.stiffnesses)
+            if hindrance:
+                raise InvalidCommand("walk", f"the robot cannot walk: {hindrance}")
+            self.ended = ""
+        self._newest = self._commanded = velocity
+        self._simulator.order(lambda: self._take(velocity))
+
+    def commanded(self) -> WalkVelocity:
+        return self._commanded
+
+    @property
+    def walking(self) -> bool:
+        return self._commanded != _STILL or self._stage is not _Stage.RESTING
+
+    def odometry(self) -> Odometry:
+        return Odometry(self._simulator.newest().time, *self._odometer.pose)
+
+    def tick(self, seconds: float) -> None:
+        """Set the setpoints of legs and arms while it walks, and update the odometry."""
+        sensors = self._sensors
+        self._inertial = sensors.newest.inertial
+        self._loads = sensors.loads()
+        resting = self._stage is _Stage.RESTING
+        joints: Sequence[float] = self._data.qpos[self._joints].tolist()
+        if self._noise:
+            joints = encoded(joints)
+        self._odometer.tick(seconds, joints, self._inertial, self._loads, resting=resting)
+        if resting and self._velocity == _STILL:
+            return
+        if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
+            self.abandon(hindrance)
+            return
+        self._trim.tick(seconds)
+        if resting:
+            self._rise()
+        self._time += seconds
+        if self._stage is _Stage.RISING:
+            self._come_into_stance()
+        else:
+            self._step(seconds)
+
+    def abandon(self, why: str = "the robot was moved") -> None:
+        """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
+        self.ended = why
+        self._controller.reset()
+        self._odometer.lose_footing()
+        self._commanded = self._velocity = _STILL
+        self._enter(_Stage.RESTING)
+
+    def _take(self, velocity: WalkVelocity) -> None:
+        if velocity is self._newest:
+            self._commanded = velocity  # even if a walk was ended since then
+        gains = _BACKLASH_GAINS if self._noise else _EXACT_GAINS
+        turn = velocity.turn + (_BACKLASH_TURN * velocity.left if self._noise else 0.0)
+        self._velocity = WalkVelocity(
+            velocity.forward * gains.forward, velocity.left * gains.left, turn * gains.turn
+        )
+
+    def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
+        """Return why it cannot walk; empty when it can."""
+        if max(abs(self._inertial.roll), abs(self._inertial.pitch)) > _TILT:
+            return "it lies, or it falls; make it stand up first"
+        if self._stage is _Stage.RESTING and sum(self._loads) < _WEIGHT:
+            return "it does not stand on its feet"
+        if min(stiffnesses[self._motors].tolist()) < _FIRM:
+            return f"its legs are limp; make them stiff, {_FIRM:g} at least"
+        return ""
+
+    def _enter(self, stage: _Stage) -> None:
+        self._stage = stage
+        self._time = 0.0
+
+    def _rise(self) -> None:
+        self._start = self._setpoints.setpoints[self._motors]
+        self._trim.begin()
+        distance = float(np.abs(self._stance() - self._start).max())
+        self._rising = distance / _PACE if distance > _STANCE_TOLERANCE else 0.0
+        self._controller.reset()
+        self._arms.begin()
+        self._enter(_Stage.RISING)
+
+    def _come_into_stance(self) -> None:
+        done = min(self._time / self._rising, 1.0) if self._rising else 1.0
+        eased = done * done * (3.0 - 2.0 * done)
+        self._place(self._start + (self._stance() - self._start) * eased)
+        if done == 1.0:
+            self._enter(_Stage.STEPPING)
+
+    def _stance(self) -> NDArray[np.float64]:
+        return np.array(self._controller.stance(self._trim.shift))
+
+    def _step(self, seconds: float) -> None:
+        controller = self._controller
+        turning, shift = self._inertial.angular_velocity, self._trim.shift
+        angles = controller.tick(seconds, self._velocity, turning, self._loads, shift)
+        self._place(np.array(angles))
+        self._arms.tick(controller.gait.feet, self._simulator.commands)
+        if controller.gait.walking:
+            self._stage = _Stage.STEPPING
+        elif self._stage is _Stage.STEPPING:
+            self._enter(_Stage.SETTLING)
+        elif self._time >= _SETTLING_TIME:
+            self._enter(_Stage.RESTING)
+
+    def _place(self, angles: NDArray[np.float64]) -> None:
+        self._setpoints.place(self._motors, angles, self._simulator.commands)

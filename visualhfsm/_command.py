@@ -1,0 +1,249 @@
+"""The command `visualhfsm`, with `edit` and `watch`."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+from urllib.parse import urlsplit
+
+import typer
+
+from codegen.options import require_directories
+from visualhfsm._check import EPILOG as CHECK_EPILOG
+from visualhfsm._check import check
+from visualhfsm._convert import EPILOG as CONVERT_EPILOG
+from visualhfsm._convert import convert
+from visualhfsm._diff import EPILOG as DIFF_EPILOG
+from visualhfsm._diff import diff
+from visualhfsm._draw import EPILOG as DRAW_EPILOG
+from visualhfsm._draw import draw
+from visualhfsm._errors import MissingPackageError
+from visualhfsm._new import EPILOG as NEW_EPILOG
+from visualhfsm._new import new
+from visualhfsm._replay import EPILOG as REPLAY_EPILOG
+from visualhfsm._replay import replay
+from visualhfsm._report import EPILOG as REPORT_EPILOG
+from visualhfsm._report import report
+from visualhfsm._steer.commands import register as register_steering
+from zenoh_ice.application.cli import finite, report_ready, with_settings
+from zenoh_ice.settings import Settings
+
+if TYPE_CHECKING:  # it needs the packages of the extra `web`
+    from visualhfsm._web.server import Occasion
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+_PACKAGES: Final = frozenset({"h11", "starlette", "uvicorn", "websockets"})
+"""Packages of the extra `web` that the server needs from the start."""
+
+_EDIT_EPILOG: Final = """Examples:
+
+visualhfsm edit
+
+visualhfsm edit --demo
+
+visualhfsm edit behaviors/dance_and_follow.xml
+
+visualhfsm edit --root ~/robots --port 8800 --no-browser
+
+visualhfsm edit -I ~/robots/shared"""
+_WATCH_EPILOG: Final = """Examples:
+
+visualhfsm watch
+
+visualhfsm watch dance_and_follow --seconds 60 --report report.html
+
+visualhfsm watch follow_ball > log.txt"""
+
+
+@app.callback(invoke_without_command=True)
+def visualhfsm(context: typer.Context) -> None:
+    """Draw, check, compare and convert automata; watch, steer and replay the components generated from them.
+
+    Without a command it is `visualhfsm edit --demo`.
+    """
+    if context.invoked_subcommand is None:
+        command = context.command.commands["edit"]  # type: ignore[attr-defined]
+        with command.make_context("edit", ["--demo"], parent=context) as own:
+            command.invoke(own)
+
+
+@app.command(epilog=_EDIT_EPILOG)
+@with_settings(defaults={"clock": "wall"})
+def edit(
+    *,
+    settings: Settings,
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="FILES", exists=True, dir_okay=False, help="Documents to open."),
+    ] = None,
+    include: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "-I",
+            "--include",
+            metavar="DIR",
+            help="Also search DIR for packages of interfaces; may be repeated. Those beside a document, and "
+            "those in interfaces/ there or one folder up, are found without it.",
+        ),
+    ] = None,
+    port: Annotated[
+        int,
+        typer.Option(metavar="N", min=0, max=65535, help="Port to listen on; 0 picks a free one."),
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True,
+    demo: Annotated[
+        bool,
+        typer.Option(
+            "--demo", help="Run a dance on a simulated robot, unless there are files or a robot is there."
+        ),
+    ] = False,
+    root: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR",
+            exists=True,
+            file_okay=False,
+            help="Folder in which the page may open, save and list files.",
+            show_default="the current one",
+        ),
+    ] = Path(),
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            callback=lambda names: [_host_name(name) for name in names or ()],
+            help="Host name under which a reverse proxy serves the page; may be repeated.",
+        ),
+    ] = None,
+) -> None:
+    """Draw automata in the browser, run them, and watch robot and components.
+
+    The page is served to this machine alone, at the printed address, which contains a secret. Unsaved changes
+    survive Ctrl-C: they are offered when the document is opened again.
+    """
+    try:
+        from visualhfsm._web.launch import has_browser, open_browser
+        from visualhfsm._web.server import Options, serve
+        from visualhfsm._web.services import make_services
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in _PACKAGES:
+            raise
+        raise MissingPackageError(package, "web") from error
+    if find_spec("jedi") is None:  # it is loaded by the process that helps with code
+        raise MissingPackageError("jedi", "web")
+
+    directories = [directory.resolve() for directory in require_directories(include)]
+    options = Options(
+        files=files or [],
+        root=root,
+        port=port,
+        hosts=allow_host or [],
+        make_services=make_services(settings, directories, root.resolve()),
+        include=directories,
+        demo=demo,
+    )
+    serve(options, _print_address, launch=open_browser if browser and has_browser() else None)
+
+
+def _host_name(name: str) -> str:
+    """Return a host name in lower case; refuse an address with a scheme or a port."""
+    if not re.fullmatch(r"[A-Za-z0-9._-]+", name):
+        raise typer.BadParameter(f"{name} is not a host name: leave out the scheme and the port")
+    return name.lower()
+
+
+def _print_address(occasion: Occasion, address: str) -> None:
+    shown = _printable(address)
+    match occasion:
+        case "used":
+            typer.echo(f"For another browser the editor is at {shown}")
+        case "locked out":
+            typer.echo(
+                "An address was used twice: by two browsers of yours, or by somebody who had seen it, and "
+                "could then use the editor as you. All pages are locked out; nothing that runs was stopped.\n"
+                f"The editor is now at {shown}"
+            )
+        case "started":
+            typer.echo(f"The editor is at {shown}")
+            if os.environ.get("SSH_CONNECTION"):
+                port = urlsplit(address).port
+                # Not localhost, which may mean ::1 there: anybody could listen at that port of it.
+                typer.echo(
+                    f"On the machine from which you logged in, run: "
+                    f"ssh -L {port}:127.0.0.1:{port} THIS_MACHINE"
+                )
+            report_ready("Ctrl-C ends it.")
+
+
+def _printable(address: str) -> str:
+    """Return an address as it may be printed: without its token into a file that others can read."""
+    try:
+        status = os.fstat(sys.stdout.fileno())
+    except (OSError, ValueError):  # it is no file
+        return address
+    if not stat.S_ISREG(status.st_mode) or not status.st_mode & 0o077:
+        return address
+    return f"{address.partition('?')[0]} (its token is left out: others may read this file)"
+
+
+@app.command(epilog=_WATCH_EPILOG)
+@with_settings(defaults={"clock": "wall"})
+def watch(
+    *,
+    settings: Settings,
+    component: Annotated[
+        str, typer.Argument(metavar="COMPONENT", help="Name of a running component; needed if several run.")
+    ] = "",
+    seconds: Annotated[
+        float,
+        typer.Option(
+            metavar="S", min=0.0, callback=finite, help="Stop after this many seconds; 0 means never."
+        ),
+    ] = 0.0,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="HTML", dir_okay=False, help="Write the run as a page at the end, with pictures."
+        ),
+    ] = None,
+    wait: Annotated[
+        float,
+        typer.Option(metavar="S", min=0.0, callback=finite, help="How long to wait for the component."),
+    ] = 3.0,
+) -> None:
+    """Print what a component and its robot do, a line each second.
+
+    A line has the current states, errors, the marks on the camera picture, the angles of the head, and how
+    well the robot's server keeps up. Ctrl-C ends with a summary. A component or a robot that is lost is
+    waited for.
+    """
+    from rich.console import Console
+
+    from visualhfsm._monitoring.realm import find_component
+    from visualhfsm._watch.terminal import WatchOptions
+    from visualhfsm._watch.terminal import watch as watch_component
+    from zenoh_ice import initialize
+
+    with initialize(settings) as communicator:
+        component = component or find_component(communicator, wait)
+        options = WatchOptions(component, seconds, wait, report)
+        watch_component(communicator, options, Console())
+
+
+register_steering(app)
+app.command(epilog=NEW_EPILOG)(new)
+app.command(epilog=CHECK_EPILOG)(check)
+app.command(epilog=CONVERT_EPILOG)(convert)
+app.command(epilog=DIFF_EPILOG)(diff)
+app.command(epilog=DRAW_EPILOG)(draw)
+app.command(epilog=REPLAY_EPILOG)(replay)
+app.command(epilog=REPORT_EPILOG)(report)

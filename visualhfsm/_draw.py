@@ -1,0 +1,104 @@
+"""The command `visualhfsm draw`: a picture of one automaton of a document, as the editor draws it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from codegen.diagnostics import Diagnostics
+from codegen.options import DOCUMENTS, ErrorFormat, report, require_directories, require_extensions
+from visualhfsm._errors import MissingError, VisualHfsmError
+
+if TYPE_CHECKING:
+    from codegen.hfsm.document import Automaton, Document
+
+EPILOG: Final = """Examples:
+
+visualhfsm draw follow_ball.xml
+
+visualhfsm draw dance_and_follow.xml docs/dance.svg --automaton dance
+
+visualhfsm draw follow_ball.xml - > picture.svg"""
+
+_STANDARD_OUTPUT: Final = Path("-")
+
+
+def draw(
+    source: Annotated[Path, typer.Argument(metavar="DOCUMENT", help="The document to draw.")],
+    picture: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="SVG", help="The file to write, or - for stdout.", show_default="DOCUMENT.svg"
+        ),
+    ] = None,
+    *,
+    automaton: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="The state whose automaton to draw, or the number of an automaton.",
+            show_default="the root",
+        ),
+    ] = "",
+    include: Annotated[
+        list[Path] | None,
+        typer.Option("-I", "--include", metavar="DIR", help="Also search DIR for imported documents."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite SVG.")] = False,
+) -> None:
+    """Draw one automaton of a document as an SVG picture, as the editor's page exports it.
+
+    It needs neither a browser nor a robot. Parts of imported documents are drawn, too.
+    """
+    # Imported here: other commands need not wait for the reader of documents.
+    from codegen.hfsm import read_document, resolve
+    from visualhfsm._svg import svg
+
+    require_extensions([source], DOCUMENTS)
+    target = picture or source.with_suffix(".svg")
+    to_file = target != _STANDARD_OUTPUT
+    if to_file and target.exists() and not force:
+        raise typer.BadParameter(f"{target} exists: --force overwrites it", param_hint="SVG")
+    diagnostics = Diagnostics()
+    document = read_document(source, diagnostics)
+    if document is not None:
+        document = resolve(document, source, diagnostics, require_directories(include))
+    report(diagnostics, ErrorFormat.TEXT)
+    assert document is not None  # otherwise there are errors
+    drawn = svg(document, _find(document, automaton).id, component=source.stem)
+    if to_file:
+        _write(target, drawn)
+    else:
+        typer.echo(drawn, nl=False)
+
+
+def _find(document: Document, name: str) -> Automaton:
+    """Return the automaton that a name means; raise MissingError for none, or several."""
+    if not name:
+        root = document.root
+        if root is None:
+            raise MissingError("the document has no root: name an automaton with --automaton")
+        return root
+    found = [
+        each
+        for each in document.automata
+        if str(each.id) == name or ((owner := document.owner(each)) is not None and owner.name == name)
+    ]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        numbers = ", ".join(str(each.id) for each in found)
+        raise MissingError(f"several automata belong to states named {name}: choose one of {numbers}")
+    owners = {owner.name for each in document.automata if (owner := document.owner(each)) is not None}
+    known = ", ".join(sorted(owners)) or "none"
+    raise MissingError(f"no state named {name} has an automaton; those that have one: {known}")
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise VisualHfsmError(f"{path}: cannot be written: {error.strerror or error}") from error
+    typer.echo(f"wrote {path}", err=True)

@@ -1,0 +1,42 @@
+"""Every change of a document as a value: it arrives as JSON, has a name for undo, and can be replayed.
+
+`decode_command` reads one from JSON, `msgspec.json.encode` writes it; `AnyCommand` is their type.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Union
+
+import msgspec
+
+from visualhfsm._errors import EditError
+
+from . import automata, component, group, items, paste, states, text, transitions
+from .base import Command
+
+__all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command"]
+
+COMMANDS: Final[tuple[type[Command], ...]] = tuple(
+    found
+    for module in (automata, component, group, items, paste, states, text, transitions)
+    for found in vars(module).values()
+    if isinstance(found, type) and issubclass(found, Command) and not found.__name__.startswith("_")
+    if found.__module__ == module.__name__
+)
+"""All commands."""
+
+if TYPE_CHECKING:
+    AnyCommand = Command
+else:
+    AnyCommand = Union[COMMANDS]  # noqa: UP007 - made of a tuple
+    """The type of any command in JSON."""
+
+_DECODER: Final[msgspec.json.Decoder[Command]] = msgspec.json.Decoder(AnyCommand)
+
+
+def decode_command(content: bytes | str | msgspec.Raw) -> Command:
+    """Return the command in JSON. Raises EditError when it is not a command."""
+    try:
+        return _DECODER.decode(content)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise EditError("Cannot understand the command", str(error)) from error

@@ -1,0 +1,97 @@
+"""The base of all commands: values that arrive as JSON and turn a document into a new one."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from typing import Annotated, Any, ClassVar, Self
+
+import msgspec
+
+from codegen.hfsm.document import Automaton, Document
+from codegen.hfsm.formats.native import MAX_ID
+from visualhfsm._errors import EditError
+
+from ..nodes import with_automaton
+
+Id = Annotated[int, msgspec.Meta(ge=0, le=MAX_ID)]
+Index = Annotated[int, msgspec.Meta(ge=0, le=1_000_000)]
+Ids = tuple[Id, ...]
+
+
+def _tag(name: str) -> str:
+    return name[0].lower() + name[1:]
+
+
+class Command(
+    msgspec.Struct,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="command",
+    tag=_tag,
+    rename="camel",
+):
+    """A change of a document.
+
+    In JSON, `command` is the name of the class with a lower-case first letter; fields are in camelCase.
+    """
+
+    typed: ClassVar[tuple[str, ...]] = ()
+    """The fields that change while typing: commands that differ in nothing else make one step."""
+
+    def apply(self, document: Document) -> Document:
+        """Return the changed document, or the same object when nothing changes.
+
+        The result depends on nothing else, so that commands can be replayed. Raises EditError.
+        """
+        raise NotImplementedError
+
+    def title(self, document: Document) -> str:
+        """Return the name of the step in the undo list; `document` is the one before it."""
+        raise NotImplementedError
+
+    @property
+    def merge_key(self) -> Hashable | None:
+        """The key that consecutive commands of one step share, such as while typing; None to never merge."""
+        if not self.typed:
+            return None
+        return type(self), *(getattr(self, name) for name in self.__struct_fields__ if name not in self.typed)
+
+    @property
+    def text_typed(self) -> str:
+        """The typed text of a command for one piece of text."""
+        text: str = getattr(self, self._text_field())
+        return text
+
+    def with_text(self, text: str) -> Self:
+        """Return the command with another text. Raises EditError when it sets no piece of text."""
+        return msgspec.structs.replace(self, **{self._text_field(): text})
+
+    def _text_field(self) -> str:
+        return only_text(self, self.typed)
+
+    def own_fields(self, base: type[Command]) -> dict[str, Any]:
+        """Return the fields of a command, by name, without those of its base class."""
+        names = (name for name in self.__struct_fields__ if name not in base.__struct_fields__)
+        return {name: getattr(self, name) for name in names}
+
+
+class AutomatonCommand(Command, frozen=True, kw_only=True):
+    """A change of one automaton."""
+
+    automaton: Id
+
+    def change(self, automaton: Automaton) -> Automaton:
+        """Return the changed automaton, or the same object when nothing changes. Raises EditError."""
+        raise NotImplementedError
+
+    def apply(self, document: Document) -> Document:
+        """Return the document with the changed automaton."""
+        return with_automaton(document, self.automaton, self.change)
+
+
+def only_text(command: Command, fields: Sequence[str]) -> str:
+    """Return the typed field. Raises EditError when a command has none, or several."""
+    if len(fields) != 1:
+        raise EditError("Cannot merge what was typed", f"{type(command).__name__} sets no piece of text")
+    return fields[0]

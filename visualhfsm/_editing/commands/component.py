@@ -1,0 +1,256 @@
+"""Commands for the data of a document: texts, and lists of parameters, events, properties and the like.
+
+An entry of a list is named by the list and its index.
+"""
+
+# ruff: noqa: ARG002 - `Command` documents its methods and their parameters
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any, Final, Literal, NamedTuple, Self, get_args
+
+import msgspec
+
+from codegen.hfsm.document import (
+    NO_CHILD,
+    Document,
+    Event,
+    Interface,
+    Library,
+    Node,
+    Parameter,
+    Property,
+    RosInterface,
+    State,
+    Text,
+)
+from visualhfsm._errors import EditError
+
+from ..nodes import changed, find_automaton, free_name, with_automaton
+from .base import Command, Id, Index, only_text
+
+ListName = Literal["parameters", "events", "properties", "libraries", "interfaces", "ros", "inputs"]
+PropertyKind = Literal["always", "eventually", "never"]
+RosKind = Literal["publish", "subscribe", "service", "action"]
+Entries = tuple[Any, ...]
+
+
+class _List(NamedTuple):
+    """The noun for an entry of a list, a new entry, and the fields that can be changed.
+
+    A new entry without a name gets the noun with a number behind the `separator`, if there is one.
+    """
+
+    noun: str
+    blank: Node
+    fields: tuple[str, ...]
+    separator: str = ""
+
+
+_PARAMETER: Final = Parameter(name="", type=Text("float"), default=Text("0.0"))
+_PARAMETER_FIELDS: Final = ("name", "type", "default", "description")
+_LISTS: Final[dict[str, _List]] = {
+    "parameters": _List("parameter", _PARAMETER, _PARAMETER_FIELDS, "_"),
+    "inputs": _List("input", _PARAMETER, _PARAMETER_FIELDS, "_"),
+    "events": _List("event", Event(name=""), ("name", "description"), " "),
+    "properties": _List("property", Property(), ("name", "kind", "within", "expression"), " "),
+    "libraries": _List("library", Library(name=Text("math")), ("name",)),
+    "interfaces": _List("interface", Interface(name="", proxy=""), ("name", "proxy", "type"), "_"),
+    "ros": _List("topic", RosInterface(name=""), ("name", "kind", "target", "type", "qos", "stop"), "_"),
+}
+_FIELDS: Final[dict[str, tuple[str, str]]] = {
+    "description": ("description", "description"),
+    "onError": ("on_error", "behavior after errors"),
+    "onRefused": ("on_refused", "behavior after refused commands"),
+    "world": ("world", "world of the simulation"),
+    "language": ("language", "language"),
+}
+"""For each part, the field of the document and its name in the undo list."""
+
+
+class SetComponentText(Command, frozen=True, kw_only=True):
+    """Set a component's description, world, language, or its policy after an error or a refused command."""
+
+    typed = ("text",)
+    part: Literal["description", "onError", "onRefused", "world", "language"]
+    text: str
+
+    def apply(self, document: Document) -> Document:
+        return changed(document, **{_FIELDS[self.part][0]: self.text})
+
+    def title(self, document: Document) -> str:
+        return f"Set the {_FIELDS[self.part][1]}"
+
+
+class _EntryCommand(Command, frozen=True, kw_only=True):
+    """A change of a list of the component, or of the inputs of an `automaton`."""
+
+    list: ListName
+    automaton: Id = NO_CHILD
+
+    def changed_list(self, document: Document, change: Callable[[Entries], Entries]) -> Document:
+        if self.list != "inputs":
+            return changed(document, **{self.list: change(getattr(document, self.list))})
+        return with_automaton(
+            document, self.automaton, lambda each: changed(each, inputs=change(each.inputs))
+        )
+
+    def noun(self) -> str:
+        noun = _LISTS[self.list].noun
+        return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+class AddEntry(_EntryCommand, frozen=True, kw_only=True):
+    """Add an entry to a list; without a name it gets a free one."""
+
+    fields: dict[str, str] = msgspec.field(default_factory=dict)
+
+    def apply(self, document: Document) -> Document:
+        if self.list == "inputs" and find_automaton(document, self.automaton).imported is not None:
+            why = "its content comes from another file"
+            raise EditError("Cannot add an input", why, "change that file, or inline it first")
+
+        def add(entries: Entries) -> Entries:
+            noun, blank, _, separator = _LISTS[self.list]
+            fields = _checked_fields(self.list, self.fields)
+            if separator and not fields.get("name"):
+                fields["name"] = free_name(noun, {each.name for each in entries}, separator)
+            return (*entries, changed(blank, **fields))
+
+        return self.changed_list(document, add)
+
+    def title(self, document: Document) -> str:
+        return f"Add {self.noun()}"
+
+
+class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
+    """Change fields of an entry.
+
+    When an input is renamed, so are the arguments of states for it.
+    """
+
+    index: Index
+    fields: dict[str, str]
+
+    def apply(self, document: Document) -> Document:
+        former = ""
+
+        def change(entries: Entries) -> Entries:
+            nonlocal former
+            entry = _entry_of(entries, self.list, self.index)
+            former = entry.name
+            new = changed(entry, **_checked_fields(self.list, self.fields))
+            if new is entry:
+                return entries
+            return (*entries[: self.index], new, *entries[self.index + 1 :])
+
+        document = self.changed_list(document, change)
+        name = self.fields.get("name", former)
+        if self.list != "inputs" or name == former:
+            return document
+        return _with_renamed_arguments(document, self.automaton, former, name)
+
+    def title(self, document: Document) -> str:
+        return f"Change {self.noun()}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.list, self.automaton, self.index, tuple(self.fields)
+
+    @property
+    def text_typed(self) -> str:
+        return self.fields[self._text_field()]
+
+    def with_text(self, text: str) -> Self:
+        return msgspec.structs.replace(self, fields={self._text_field(): text})
+
+    def _text_field(self) -> str:
+        return only_text(self, tuple(self.fields))
+
+
+class RemoveEntry(_EntryCommand, frozen=True, kw_only=True):
+    """Remove an entry of a list."""
+
+    index: Index
+
+    def apply(self, document: Document) -> Document:
+        def remove(entries: Entries) -> Entries:
+            _entry_of(entries, self.list, self.index)
+            return entries[: self.index] + entries[self.index + 1 :]
+
+        return self.changed_list(document, remove)
+
+    def title(self, document: Document) -> str:
+        return f"Remove {self.noun()}"
+
+
+class ReorderEntry(_EntryCommand, frozen=True, kw_only=True):
+    """Move an entry of a list to another index."""
+
+    index: Index
+    to: Index
+
+    def apply(self, document: Document) -> Document:
+        def reorder(entries: Entries) -> Entries:
+            order = [*entries]
+            _entry_of(entries, self.list, self.index)
+            order.insert(self.to, order.pop(self.index))
+            return tuple(order)
+
+        return self.changed_list(document, reorder)
+
+    def title(self, document: Document) -> str:
+        return f"Move {self.noun()}"
+
+
+def _checked_fields(list_name: str, fields: dict[str, str]) -> dict[str, str]:
+    """Return the new fields of an entry of a list. Raises EditError for an unknown field."""
+    noun, _, known, _ = _LISTS[list_name]
+    for name in fields:
+        if name not in known:
+            raise EditError(f"Cannot set {name[:40]!r} of the {noun}", f"it has only {', '.join(known)}")
+    kinds = get_args(RosKind if list_name == "ros" else PropertyKind)
+    kind = fields.get("kind", kinds[0])
+    if kind not in kinds:
+        raise EditError(f"Cannot make a {noun} of the kind {kind[:40]!r}", f"it is one of {', '.join(kinds)}")
+    return dict(fields)
+
+
+def _entry_of(entries: Entries, list_name: str, index: int) -> Any:  # noqa: ANN401 - whatever the list holds
+    """Return an entry of a list. Raises EditError when there is none."""
+    if index >= len(entries):
+        why = f"there are {len(entries)}"
+        what = f"Cannot change {_LISTS[list_name].noun} {index + 1}"
+        raise EditError(what, why, "it may have been removed meanwhile")
+    return entries[index]
+
+
+def _with_renamed_arguments(document: Document, automaton: int, former: str, name: str) -> Document:
+    """Return a document in which the arguments for an input of an automaton are renamed."""
+    others = {
+        each.id
+        for each in document.automata
+        if each.id != automaton and any(i.name == former for i in each.inputs)
+    }
+
+    def rename(state: State) -> State:
+        if automaton not in state.children:
+            return state
+        # Without a `child` an argument is for the only automaton of the state that has the input.
+        is_only = others.isdisjoint(state.children)
+        arguments = tuple(
+            changed(each, name=name)
+            if each.name == former and (each.child == automaton or (each.child == NO_CHILD and is_only))
+            else each
+            for each in state.arguments
+        )
+        return changed(state, arguments=arguments)
+
+    automata = tuple(
+        changed(each, states=tuple(rename(state) for state in each.states))
+        if any(automaton in state.children for state in each.states)
+        else each
+        for each in document.automata
+    )
+    return changed(document, automata=automata)

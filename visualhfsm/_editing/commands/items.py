@@ -1,0 +1,205 @@
+"""Commands for a selection on the canvas: states and transitions together."""
+
+# ruff: noqa: ARG002 - `Command` documents its methods and their parameters
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import partial
+from typing import Literal
+
+import msgspec
+
+from codegen.hfsm.document import Automaton, Document
+
+from ..geometry import Point, moved, with_default_handles
+from ..nodes import changed, find_automaton, find_state, find_transition, label, with_automaton
+from ..subtrees import hanging, without_automata
+from .base import AutomatonCommand, Command, Id, Ids
+
+
+class DeleteItems(Command, frozen=True, kw_only=True):
+    """Delete states and transitions, with the transitions at those states and all automata below them."""
+
+    automaton: Id
+    states: Ids = ()
+    transitions: Ids = ()
+    cut: bool = False
+    """Whether they were cut to the clipboard; affects only the name of the step."""
+
+    def apply(self, document: Document) -> Document:
+        automaton = find_automaton(document, self.automaton)
+        states = [find_state(automaton, number) for number in self.states]
+        transitions = {id(find_transition(automaton, number)) for number in self.transitions}
+        document = without_automata(document, hanging(document, automaton, states))
+        gone = set(self.states)
+
+        def delete(automaton: Automaton) -> Automaton:
+            return changed(
+                automaton,
+                states=tuple(state for state in automaton.states if state.id not in gone),
+                transitions=tuple(
+                    each
+                    for each in automaton.transitions
+                    if id(each) not in transitions and not gone & {each.origin, each.destination}
+                ),
+            )
+
+        return with_automaton(document, self.automaton, delete)
+
+    def title(self, document: Document) -> str:
+        what = describe(find_automaton(document, self.automaton), self.states, self.transitions)
+        return f"{'Cut' if self.cut else 'Delete'} {what}"
+
+
+class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
+    """Move states and handles by some pixels; the handles of other transitions follow their states."""
+
+    states: Ids = ()
+    transitions: Ids = ()
+    dx: float
+    dy: float
+
+    def change(self, automaton: Automaton) -> Automaton:
+        shift = (self.dx, self.dy)
+        states = {find_state(automaton, number).id: shift for number in self.states}
+        handles = {find_transition(automaton, number).id: shift for number in self.transitions}
+        return moved(automaton, states, handles)
+
+    def title(self, document: Document) -> str:
+        return f"Move {describe(find_automaton(document, self.automaton), self.states, self.transitions)}"
+
+    @property
+    def merge_key(self) -> Hashable:
+        return type(self), self.automaton, frozenset(self.states), frozenset(self.transitions)
+
+
+class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
+    """Align states at the outermost of them, or in the middle between both ends."""
+
+    states: Ids
+    to: Literal["left", "center", "right", "top", "middle", "bottom"]
+
+    def change(self, automaton: Automaton) -> Automaton:
+        states = [find_state(automaton, number) for number in self.states]
+        if len(states) < 2:
+            return automaton
+        horizontal = self.to in ("left", "center", "right")
+        places = [state.x if horizontal else state.y for state in states]
+        if self.to in ("left", "top"):
+            line = min(places)
+        elif self.to in ("right", "bottom"):
+            line = max(places)
+        else:
+            line = (min(places) + max(places)) / 2
+        shifts = [line - place for place in places]
+        return moved(automaton, _shifts(self.states, shifts, horizontal=horizontal), {})
+
+    def title(self, document: Document) -> str:
+        return f"Align {describe(find_automaton(document, self.automaton), self.states, ())}: {self.to}"
+
+
+class DistributeStates(AutomatonCommand, frozen=True, kw_only=True):
+    """Distribute states at equal distances between the two outermost."""
+
+    states: Ids
+    along: Literal["x", "y"]
+
+    def change(self, automaton: Automaton) -> Automaton:
+        states = [find_state(automaton, number) for number in dict.fromkeys(self.states)]
+        if len(states) < 3:
+            return automaton
+        horizontal = self.along == "x"
+        places = sorted((state.x if horizontal else state.y, state.id) for state in states)
+        first, last = places[0][0], places[-1][0]
+        step = (last - first) / (len(places) - 1)
+        ids = tuple(number for _, number in places)
+        shifts = [first + step * index - place for index, (place, _) in enumerate(places)]
+        return moved(automaton, _shifts(ids, shifts, horizontal=horizontal), {})
+
+    def title(self, document: Document) -> str:
+        return f"Distribute {describe(find_automaton(document, self.automaton), self.states, ())}"
+
+
+class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
+    """Move handles to their default places."""
+
+    transitions: Ids
+
+    def change(self, automaton: Automaton) -> Automaton:
+        ids = frozenset(find_transition(automaton, number).id for number in self.transitions)
+        return with_default_handles(automaton, ids)
+
+    def title(self, document: Document) -> str:
+        automaton = find_automaton(document, self.automaton)
+        return f"Reset the handle of {describe(automaton, (), self.transitions)}"
+
+
+class Placement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
+    """New places of states and handles of one automaton, each `[id, x, y]`."""
+
+    automaton: Id
+    states: tuple[tuple[Id, float, float], ...] = ()
+    transitions: tuple[tuple[Id, float, float], ...] = ()
+
+
+class PlaceItems(Command, frozen=True, kw_only=True):
+    """Place states and handles of any number of automata, as after an automatic layout.
+
+    Handles that are not given move to their default places.
+    """
+
+    placements: tuple[Placement, ...]
+    name: str = "Automatic layout"
+
+    def apply(self, document: Document) -> Document:
+        for placement in self.placements:
+            document = with_automaton(document, placement.automaton, partial(_placed, placement))
+        return document
+
+    def title(self, document: Document) -> str:
+        return self.name[:80]
+
+
+def describe(automaton: Automaton, states: Ids, transitions: Ids) -> str:
+    """Return a name for some states and transitions together."""
+    if len(states) == 1 and not transitions:
+        return label(find_state(automaton, states[0]))
+    if len(transitions) == 1 and not states:
+        return label(find_transition(automaton, transitions[0]))
+    parts = [
+        f"{len(ids)} {noun}{'' if len(ids) == 1 else 's'}"
+        for ids, noun in ((states, "state"), (transitions, "transition"))
+        if ids
+    ]
+    return " and ".join(parts) or "nothing"
+
+
+def _shifts(ids: Ids, distances: list[float], *, horizontal: bool) -> dict[int, Point]:
+    return {
+        number: (distance, 0.0) if horizontal else (0.0, distance)
+        for number, distance in zip(ids, distances, strict=True)
+    }
+
+
+def _placed(placement: Placement, automaton: Automaton) -> Automaton:
+    states = {state.id: state for state in automaton.states}
+    handles = {transition.id: transition for transition in automaton.transitions}
+    for number, _, _ in placement.states:
+        if number not in states:
+            find_state(automaton, number)
+    for number, _, _ in placement.transitions:
+        if number not in handles:
+            find_transition(automaton, number)
+    shifts = {number: (x - states[number].x, y - states[number].y) for number, x, y in placement.states}
+    handle_shifts = {
+        number: (x - handles[number].x, y - handles[number].y) for number, x, y in placement.transitions
+    }
+    automaton = moved(automaton, shifts, handle_shifts)
+    moved_ends = frozenset(
+        transition.id
+        for transition in automaton.transitions
+        if transition.id not in handle_shifts
+        and not shifts.keys().isdisjoint((transition.origin, transition.destination))
+    )
+    return with_default_handles(automaton, moved_ends)

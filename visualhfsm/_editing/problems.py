@@ -1,0 +1,226 @@
+"""Problems of a document as it would be saved now, with the places to jump to.
+
+The editor never waits for a check: `CheckProcess` runs this module as a separate process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal
+
+import msgspec
+
+from codegen.diagnostics import Diagnostic, Diagnostics, Severity
+from codegen.hfsm import parse_document
+from codegen.hfsm.codes import Code
+from codegen.hfsm.document import Document
+from codegen.hfsm.loading import check_document
+from visualhfsm._line_process import answer_lines
+
+from .places import Locator, Place
+
+if TYPE_CHECKING:
+    from codegen.hfsm.model_checker import ModelReport  # the editor leaves it to its process for checks
+    from codegen.hfsm.model_checker.properties import PropertyResult
+
+_MOST_PROBLEMS: Final = 1000
+"""Limit of the reported problems; more are usually repetitions of one."""
+_MOST_STEPS: Final = 2000
+"""Steps of a counterexample that are sent; longer ones are in the notes."""
+_VIOLATED: Final = Code.VIOLATED_PROPERTY
+_NO_STATE: Final = Code.NO_STATE
+UNTITLED: Final = "untitled.xml"
+"""The name of a document that has no file."""
+
+
+class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """A step of a run, as `codegen.hfsm.model_checker.Step` has it; the rest are ids of the document."""
+
+    time_ms: float
+    automaton: int
+    kind: str
+    text: str
+    state: int
+    origin: int | None = None
+    transition: int | None = None
+
+
+class CounterexampleView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """The steps until a property is violated; from the index `repeats` on they may go on forever."""
+
+    steps: tuple[StepView, ...]
+    repeats: int | None = None
+
+
+class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
+
+    Line, column and length are those in the text at the place, line 0 means the element as a whole. Without
+    a place it is about the document; `file` and `line` then name another file if it is about that. A violated
+    property has a `counterexample`.
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    notes: tuple[str, ...] = ()
+    place: Place | None = None
+    line: int = 0
+    column: int = 0
+    length: int = 0
+    file: str = ""
+    counterexample: CounterexampleView | None = None
+
+
+class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+    """What the model checker found out about a property: it holds in all runs, or a run violates it.
+
+    `undecided` means that there are more configurations than it explores, `invalid` that it is no property,
+    as a problem says. A property that is violated has a counterexample.
+    """
+
+    name: str
+    kind: str
+    expression: str
+    verdict: Literal["holds", "violated", "undecided", "invalid"]
+    counterexample: CounterexampleView | None = None
+
+
+class Findings(msgspec.Struct, frozen=True, kw_only=True):
+    """The problems of a document, by severity, and the verdict on each of its properties, in their order.
+
+    `proofs` is None if the model checker did not run, after errors or because it would have taken too long.
+    """
+
+    problems: tuple[Problem, ...] = ()
+    proofs: tuple[Proof, ...] | None = None
+
+
+def find_problems(
+    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
+) -> list[Problem]:
+    """Return the problems that `check` finds."""
+    return [*check(text, path, include, limit=limit).problems]
+
+
+def check(
+    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
+) -> Findings:
+    """Check the text of a document; `path` is its file, if it has one.
+
+    The model checker explores up to `limit` configurations, by default as many as `check_document`. It may
+    take seconds: `CheckProcess` runs it in another process.
+    """
+    file = path or Path.cwd() / UNTITLED
+    diagnostics = Diagnostics(decoded=True)
+    document = parse_document(text, file, diagnostics)
+    report = None
+    if document is not None and not diagnostics.has_errors:
+        report = check_document(file, diagnostics, include, limit=limit, document=document)
+    locator = Locator(document or Document())
+    importers = dict(_importers(document, file)) if document is not None else {}
+    order = {"error": 0, "warning": 1, "note": 2}
+    reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
+    found = sorted(reported, key=lambda each: order[each.severity])[:_MOST_PROBLEMS]
+    return Findings(
+        problems=tuple(_with_steps(_problem(each, file, locator, importers), report) for each in found),
+        proofs=None if report is None else tuple(map(_proof, report.properties)),
+    )
+
+
+def _is_blank(document: Document | None) -> bool:
+    """Return whether nothing was drawn yet; missing states are then not reported."""
+    return document is not None and not any(each.states or each.imported for each in document.automata)
+
+
+def _with_steps(problem: Problem, report: ModelReport | None) -> Problem:
+    """Return the problem of a violated property with the steps that violate it."""
+    place = problem.place
+    if problem.code != _VIOLATED or place is None or place.part != "properties" or report is None:
+        return problem
+    return msgspec.structs.replace(problem, counterexample=_view(report.properties[place.index]))
+
+
+def _proof(result: PropertyResult) -> Proof:
+    stated = result.property
+    return Proof(
+        name=stated.name.strip(),
+        kind=stated.kind.strip(),
+        expression=stated.expression.text,
+        verdict=result.verdict.value,
+        counterexample=_view(result),
+    )
+
+
+def _view(result: PropertyResult) -> CounterexampleView | None:
+    found = result.counterexample
+    if found is None or len(found.steps) > _MOST_STEPS:
+        return None
+    return msgspec.convert(found, CounterexampleView, from_attributes=True)
+
+
+def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:
+    location = found.location
+    notes = tuple(
+        f"{note.message} ({_where(note.location.path, note.location.line, file)})"
+        if note.location
+        else note.message
+        for note in found.notes
+    )
+    problem = Problem(
+        code=found.code,
+        severity=found.severity,
+        message=found.message,
+        notes=notes,
+        length=location.length,
+    )
+    if location.path != file:
+        place = importers.get(location.path.resolve())
+        name = str(location.path)
+        return msgspec.structs.replace(
+            problem, place=place, file=name, line=location.line, column=location.column
+        )
+    located = locator.find(location.line, location.column) if location.line else None
+    if located is None:
+        return problem
+    place, line, column = located
+    return msgspec.structs.replace(problem, place=place, line=line, column=column)
+
+
+def _importers(document: Document, file: Path) -> Iterator[tuple[Path, Place]]:
+    """Yield the files that a document imports, each with the automaton that does."""
+    for automaton in document.automata:
+        name = "" if automaton.imported is None else automaton.imported.file.text.strip()
+        if name and "\0" not in name:
+            place = Place(kind="automaton", automaton=automaton.id, part="import")
+            yield (file.parent / name).resolve(), place
+
+
+def _where(path: Path, line: int, file: Path) -> str:
+    place = "here" if path == file else path.name
+    return f"{place}, line {line}" if line and path != file else place
+
+
+class Question(msgspec.Struct, frozen=True):
+    """The text of a document to check, and the other parameters of `check`."""
+
+    text: str
+    path: str
+    include: list[str]
+    limit: int | None
+
+
+def _answer(line: bytes) -> bytes:
+    question = msgspec.json.decode(line, type=Question)
+    found = check(
+        question.text,
+        Path(question.path),
+        [Path(directory) for directory in question.include],
+        limit=question.limit,
+    )
+    return msgspec.json.encode(found)
+
+
+if __name__ == "__main__":
+    answer_lines(_answer)

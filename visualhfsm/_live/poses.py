@@ -1,0 +1,73 @@
+"""Data with which the page draws the robot and its world in 3D: geometry, the world, then each moment.
+
+The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
+ground truth, it determines all places. All frames are JSON: the first is `nao_h25.json`, those with a field
+`world` contain the shapes of the world, and the others are a `BodyState`. The page computes the places of the
+links (`static/monitor/body.js`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import AsyncGenerator, Sequence
+from importlib import resources
+from typing import Final
+
+import msgspec
+
+from hfsm_runtime.recording_file.messages import Shape
+from visualhfsm._monitoring.robot import RobotMonitor
+from visualhfsm._monitoring.world import Placement
+
+PERIOD: Final = 1 / 30
+_REPEAT: Final = 1.0
+"""Seconds after which a state that has not changed is sent again."""
+_FILE: Final = "nao_h25.json"
+"""Written by naoserver_sim.geometry; this package imports no robot server."""
+
+
+class BodyState(msgspec.Struct, frozen=True):
+    """The robot and the movable objects around it at one moment, as far as they are known."""
+
+    joints: dict[str, float]
+    """Angles in rad; none while they are unknown."""
+    tilt: float | None
+    """The angle in rad between the torso's z axis and the vertical."""
+    torso: Placement | None
+    """The place of the torso, known only in a simulation."""
+    objects: dict[str, Placement]
+    """The balls and other movable objects by name, as far as they are known."""
+
+
+class PoseStream:
+    """The robot and the world of one realm, as they are drawn."""
+
+    def __init__(self, robot: RobotMonitor) -> None:
+        self._robot = robot
+        self._geometry = (resources.files(__package__) / _FILE).read_bytes()
+
+    async def frames(self) -> AsyncGenerator[bytes, None]:
+        """Yield the geometry, the world, then states at most 30 times a second whenever they have changed.
+
+        A new world is sent before the next state.
+        """
+        yield self._geometry
+        world: Sequence[Shape] | None = None
+        before, sent = b"", -math.inf
+        while True:
+            began = time.monotonic()
+            if self._robot.world.shapes is not world:
+                world = self._robot.world.shapes
+                yield msgspec.json.encode({"world": world})
+            state = msgspec.json.encode(self.state())
+            if state != before or began - sent > _REPEAT:
+                before, sent = state, began
+                yield state
+            await asyncio.sleep(max(0.0, began + PERIOD - time.monotonic()))
+
+    def state(self) -> BodyState:
+        """Return the present state, as far as it is known."""
+        robot, world = self._robot, self._robot.world
+        return BodyState(robot.joints(), robot.tilt(), world.torso(), world.objects())

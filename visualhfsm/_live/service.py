@@ -1,0 +1,406 @@
+"""Follow and steer the components and the robot of a realm, as the page requests it."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import logging
+import math
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import msgspec
+from msgspec import Meta
+
+from codegen.hfsm.document import Document
+from interfaces.hfsm import HfsmMonitorPrx
+from interfaces.jderobot import InvalidValueException
+from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.follower import Follower, LiveStructure, News, Silence
+from visualhfsm._monitoring.realm import (
+    MONITOR_PREFIX,
+    RELOAD_PATIENCE,
+    components,
+    missing_component,
+    refusals,
+)
+from visualhfsm._monitoring.robot import RobotMonitor, RobotPresence
+from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm._run_page import MOST_PICTURES, Run, run_page
+from visualhfsm._services import Components, Publish, Snapshot, Stale, Structure
+from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
+from zenoh_ice.application.emergency_stop import SAFETY
+from zenoh_ice.interface import Operation
+from zenoh_ice.text import printable
+from zenoh_ice.transport import Target
+
+from .cameras import Cameras
+from .poses import PoseStream
+from .recorder import Recorder
+from .recordings import RecordedRun, open_recording
+from .ros_graph import read_ros_graph
+from .stopping import stop_once, stop_robot
+
+_PERIOD: Final = 0.1
+_RECORDING: Final = "recording:"
+_MOST_RECORDINGS: Final = 4
+_STOP_LIMIT: Final = 2.0
+"""Seconds to wait for a component to end before the robot is stopped again."""
+_SCENE: Final = "Scene"
+
+_logger = logging.getLogger(__name__)
+
+Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
+
+
+class _Moment(msgspec.Struct, forbid_unknown_fields=True):
+    time: Number
+
+
+class _Series(msgspec.Struct, forbid_unknown_fields=True):
+    names: Annotated[list[Annotated[str, Meta(max_length=1000)]], Meta(max_length=32)]
+    start: Number = 0.0
+    end: Number = 1e12
+    points: Annotated[int, Meta(ge=2, le=10_000)] = 1000
+
+
+class _Picture(msgspec.Struct, forbid_unknown_fields=True):
+    camera: Annotated[str, Meta(max_length=200)]
+    at: Number
+
+
+class Monitoring:
+    """Follows and steers components. Create it on the event loop; it listens until `close`.
+
+    Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
+    past by its component time), `series` (numbers over time), `picture` (the
+    picture of a camera then), `facts` of the robot, `identities` in the realm, `emergencyStop`, the red
+    button of the operator, which also ends all components, `resetEmergencyStop`, and of a simulation
+    `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and `sayToRobot`. Those from
+    `facts` on need no component. The past of an open recording is requested by the name that `recording`
+    returned.
+    """
+
+    def __init__(
+        self, publish: Publish, settings: Settings, observe: Callable[[RobotPresence], None] = lambda _: None
+    ) -> None:
+        self._publish = publish
+        self._observe = observe
+        self._communicator: Final[Communicator] = initialize(settings)
+        self._communicator.presence.needs_links = False  # a robot may come and go; its loss is reported
+        self._robot = RobotMonitor(self._communicator)
+        self._cameras = Cameras(self._communicator)
+        self._poses = PoseStream(self._robot)
+        self._followers: dict[str, Follower] = {}
+        self._recordings: dict[str, RecordedRun] = {}
+        self._recorders: dict[str, Recorder] = {}
+        self._numbers = itertools.count(1)
+        self._published: Components | None = None
+        self._task = asyncio.create_task(self._keep(), name="monitoring")
+
+    async def attach(self, component: str) -> dict[str, Any]:
+        """Follow a component; return its structure and timeline as far as known."""
+        follower = self._followers.get(component)
+        if follower is None:
+            if (missing := missing_component(self._communicator, component)) is not None:
+                raise missing
+            follower = self._followers[component] = Follower(
+                self._communicator, component, self._robot, self._publisher(component)
+            )
+            follower.update()
+        return {
+            "structure": follower.structure,
+            "snapshot": follower.log.newest,
+            "timeline": follower.log.timeline(),
+            "since": follower.silence.since,
+            "facts": self._robot.facts(),
+        }
+
+    async def detach(self, component: str) -> None:
+        """Stop following and recording it, or close a recording."""
+        self._recordings.pop(component, None)
+        await self.end_record(component)
+        follower = self._followers.pop(component, None)
+        if follower is not None:
+            await asyncio.to_thread(follower.close)
+
+    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        """Steer a component, or ask for its past."""
+        try:
+            match action:
+                case "emergencyStop":
+                    return await self._emergency_stop()
+                case "resetEmergencyStop":
+                    return await reset_robot(self._communicator)
+                case "standRobot":
+                    return await stand_robot(self._communicator)
+                case "identities":
+                    return self._identities()
+                case "ros":
+                    return await asyncio.to_thread(read_ros_graph, self._communicator.settings)
+                case "facts":
+                    return self._robot.facts()
+                case "picture":
+                    wanted = msgspec.convert(arguments, _Picture)
+                    return await self._picture(component, wanted.camera, wanted.at)
+                case "placeObject" | "pushRobot" | "sayToRobot":
+                    return await self._set_scene(action, arguments)
+                case "timeline":
+                    return self._log(component).timeline()
+                case "at":
+                    return self._log(component).at(msgspec.convert(arguments, _Moment).time)
+                case "series":
+                    asked = msgspec.convert(arguments, _Series)
+                    log = self._log(component)
+                    return await asyncio.to_thread(
+                        log.series, asked.names, asked.start, asked.end, asked.points
+                    )
+            follower = self._follower(component)
+            try:
+                return await control(follower.monitor, action, arguments)
+            finally:
+                follower.forget_breakpoints()
+        except msgspec.ValidationError as error:
+            raise VisualHfsmError(
+                f"{printable(action)[:40]} cannot be requested like this: {error}"
+            ) from error
+        except ZenohIceError as error:
+            raise VisualHfsmError(str(error)) from error
+
+    def record(self, component: str, path: Path, document: str, pictures: int) -> None:
+        """Record a component into a new file, as `Recorder` does, at most as long as it is followed."""
+        if component in self._recorders:
+            raise VisualHfsmError(f"{component} is being recorded already")
+        follower = self._follower(component)
+        self._recorders[component] = Recorder(follower, self._robot, path, document, pictures)
+
+    async def end_record(self, component: str) -> None:
+        """End what `record` began, if it has not ended yet."""
+        if (recorder := self._recorders.pop(component, None)) is not None:
+            await recorder.close()
+
+    async def recording(self, path: Path) -> dict[str, Any]:
+        """Open the recording of a run; return its first data, and the name for requesting more."""
+        run = await asyncio.to_thread(open_recording, path)
+        name = f"{_RECORDING}{next(self._numbers)}:{path.name}"
+        while len(self._recordings) >= _MOST_RECORDINGS:
+            self._recordings.pop(next(iter(self._recordings)))
+        self._recordings[name] = run
+        return {
+            "component": name,
+            "structure": LiveStructure(run.structure, 1),
+            "snapshot": run.log.at(0.0),
+            "timeline": run.log.timeline(),
+            "document": run.document,
+            "complete": run.complete,
+            "world": run.world,
+            "cameras": run.pictures.cameras,
+        }
+
+    async def exported(
+        self, component: str, document: Document | None, imported: Sequence[Mapping[str, Any]]
+    ) -> str:
+        """Return the run of a component that is followed, or of an open recording, as a page of HTML."""
+        recorded = self._recordings.get(component)
+        if recorded is not None:
+            return await asyncio.to_thread(lambda: run_page(recorded.exported(document, imported)))
+        follower = self._follower(component)
+        if follower.structure is None:
+            raise VisualHfsmError(f"the automata of {component} are not known yet")
+        structure, shapes = follower.structure.structure, self._robot.world.shapes
+        pictures = self._cameras.former.spread(MOST_PICTURES)
+        run = Run(component, structure, follower.log, document, imported, shapes, pictures)
+        return await asyncio.to_thread(run_page, run)
+
+    def camera(self, name: str) -> AsyncGenerator[bytes, None]:
+        """Return the newest image of a camera, as JPEG, whenever there is a newer one."""
+        return self._cameras.frames(name)
+
+    def poses(self) -> AsyncGenerator[bytes, None]:
+        """Return the robot's geometry as JSON, then its state whenever that has changed."""
+        return self._poses.frames()
+
+    async def close(self) -> None:
+        """Stop listening, and close the session."""
+        self._task.cancel()
+        await asyncio.wait({self._task})
+        for component in list(self._recorders):
+            await self.end_record(component)
+        await asyncio.to_thread(self._close)
+
+    def _close(self) -> None:
+        for follower in self._followers.values():
+            follower.close()
+        self._followers.clear()
+        self._communicator.destroy()
+
+    async def _keep(self) -> None:
+        """Update everything ten times a second."""
+        while True:
+            try:
+                self._robot.update()
+                self._observe(self._robot.presence())
+                for name, recorder in list(self._recorders.items()):
+                    if recorder.is_over:
+                        await self.end_record(name)
+                running = [
+                    {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
+                    for name in components(self._communicator)
+                ]
+                news = Components(running)
+                if news != self._published:
+                    self._published = news
+                    self._publish(news)
+                for follower in list(self._followers.values()):
+                    follower.update()
+            except Exception:  # the next round may succeed, and without it nothing would be updated
+                _logger.exception("the components could not be updated")
+            await asyncio.sleep(_PERIOD)
+
+    def _publisher(self, component: str) -> Callable[[News], None]:
+        def publish(news: News) -> None:
+            if (recorder := self._recorders.get(component)) is not None:
+                recorder.take(news)
+            match news:
+                case LiveSnapshot():
+                    self._publish(Snapshot(component=component, value=news))
+                case LiveStructure():
+                    self._publish(Structure(component=component, value=news))
+                case Silence(since):
+                    self._publish(Stale(component=component, since=since))
+
+        return publish
+
+    def _follower(self, component: str) -> Follower:
+        follower = self._followers.get(component)
+        if follower is None:
+            raise VisualHfsmError(f"{printable(component)[:100]} is not followed")
+        return follower
+
+    def _log(self, component: str) -> RunLog:
+        run = self._recordings.get(component)
+        return run.log if run is not None else self._follower(component).log
+
+    def _identities(self) -> dict[str, list[str]]:
+        """Return what is served in the realm: identities, each with the type ids of its interfaces."""
+        communicator = self._communicator
+        return {
+            identity: sorted(communicator.presence.interfaces(Target(communicator.realm, identity)))
+            for identity in communicator.identities()
+        }
+
+    async def _picture(self, component: str, camera: str, at: float) -> bytes | None:
+        """Return the picture of a camera at a wall time as JPEG; None when it was not kept or recorded."""
+        run = self._recordings.get(component)
+        if run is None:
+            return self._cameras.former.at(camera, at)
+        return await asyncio.to_thread(run.pictures.at, camera, at)
+
+    async def _set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
+        """Move something in the world of a simulation, or push its robot."""
+        if _SCENE not in self._communicator.identities():
+            raise VisualHfsmError("there is no simulation: only its world can be changed")
+        scene = ScenePrx.uncheckedCast(self._communicator.stringToProxy(_SCENE))
+        return await _request(scene, getattr(ScenePrx, action), arguments, "the simulation")
+
+    async def _emergency_stop(self) -> object:
+        """Stop the robot and all components at once, and the robot until it is still when they have ended.
+
+        A component may be in the middle of a cycle that commands the robot after the first stop.
+        """
+        begun = asyncio.get_running_loop().time()
+        names = components(self._communicator)
+        if not names:
+            return await stop_robot(self._communicator, begun)
+        ending = asyncio.gather(*(self._stop_component(name) for name in names))
+        await stop_once(self._communicator)
+        problems = dict(zip(names, await ending, strict=True))
+        report = await stop_robot(self._communicator, begun)
+        report.stopped.extend(name for name in names if not problems[name])
+        report.failed.update((name, problem) for name, problem in problems.items() if problem)
+        return report
+
+    async def _stop_component(self, component: str) -> str:
+        """Stop a component, and wait until it has ended; return what went wrong."""
+        identity = f"{MONITOR_PREFIX}{component}"
+        try:
+            proxy = self._communicator.stringToProxy(identity)
+            await control(HfsmMonitorPrx.uncheckedCast(proxy), "stop", {})
+        except (VisualHfsmError, ZenohIceError) as error:
+            return str(error)
+        deadline = asyncio.get_running_loop().time() + _STOP_LIMIT
+        while identity in self._communicator.identities():
+            if asyncio.get_running_loop().time() > deadline:
+                return f"it has not ended within {_STOP_LIMIT:g} s"
+            await asyncio.sleep(_PERIOD / 10)
+        return ""
+
+
+OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
+    each.name: each
+    for each in (
+        HfsmMonitorPrx.pause,
+        HfsmMonitorPrx.resume,
+        HfsmMonitorPrx.step,
+        HfsmMonitorPrx.setBreakpoints,
+        HfsmMonitorPrx.forceTransition,
+        HfsmMonitorPrx.setVariable,
+        HfsmMonitorPrx.sendEvent,
+        HfsmMonitorPrx.setSpeed,
+        HfsmMonitorPrx.explain,
+        HfsmMonitorPrx.reload,
+        HfsmMonitorPrx.stop,
+    )
+}
+"""Requests to a component: operations of its monitor, with their arguments."""
+
+
+async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:
+    """Execute a request; return its result, None for nothing. Raises VisualHfsmError."""
+    operation = OPERATIONS.get(action)
+    if operation is None:
+        raise VisualHfsmError(f"a component cannot be asked to {printable(action)[:40]}")
+    if operation is HfsmMonitorPrx.reload:
+        monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
+    return await _request(monitor, operation, arguments, "the component")
+
+
+async def _request(
+    proxy: ObjectPrx, operation: Operation[..., Any], arguments: Mapping[str, Any], whom: str
+) -> object:
+    """Call an operation with arguments from the page. Raises VisualHfsmError."""
+    codec = operation.arguments
+    try:
+        if unknown := arguments.keys() - set(codec.fields):
+            raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
+        values = msgspec.structs.asdict(msgspec.convert(arguments, codec.struct))
+        with refusals(whom):
+            return await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
+    except msgspec.ValidationError as error:
+        raise VisualHfsmError(f"{whom} cannot be asked to {operation.name}: {error}") from error
+    except ZenohIceError as error:
+        raise VisualHfsmError(str(error)) from error
+
+
+async def reset_robot(communicator: Communicator) -> None:
+    """Let a robot accept commands again after its emergency stop. Raises ZenohIceError when it cannot."""
+    safety = SafetyPrx.uncheckedCast(communicator.stringToProxy(SAFETY))
+    await asyncio.wrap_future(safety.resetEmergencyStop.begin())
+
+
+async def stand_robot(communicator: Communicator) -> None:
+    """Put a simulated robot on its feet where it is. Raises VisualHfsmError where that is not possible."""
+    scene = ScenePrx.uncheckedCast(communicator.stringToProxy(_SCENE))
+    truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
+    pose = (await asyncio.wrap_future(truth.getGroundTruth.begin())).torso
+    turn = pose.orientation
+    # The angle about the vertical, https://en.wikipedia.org/wiki/Conversion_between_quaternions_and_Euler_angles
+    heading = math.atan2(
+        2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
+    )
+    try:
+        await asyncio.wrap_future(scene.placeRobot.begin(pose.position.x, pose.position.y, heading))
+    except InvalidValueException as error:
+        raise VisualHfsmError(f"the robot cannot stand here: {printable(error.what)}") from error

@@ -1,0 +1,161 @@
+"""Find the servants of a realm, and call them without waiting."""
+
+from __future__ import annotations
+
+import difflib
+import logging
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from typing import Final, Generic, TypeVar
+
+from interfaces.hfsm import InvalidValue, NoSuchElement, ReloadRefused
+from interfaces.jderobot import JderobotException
+from visualhfsm._errors import VisualHfsmError
+from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
+from zenoh_ice.text import printable
+from zenoh_ice.transport import Target
+
+MONITOR_PREFIX: Final = "Hfsm."
+"""Prefix of the identities of monitors of components."""
+RELOAD_PATIENCE: Final = 30_000
+"""Milliseconds that a component may take to reload its file, with its libraries."""
+_PERIOD: Final = 0.05
+_DISCOVERY_TIME: Final = 0.3
+"""Seconds in which others are discovered after the first: each process has a separate link."""
+_RETRY_DELAY: Final = 0.5
+"""Seconds between two attempts of a call."""
+_SHOWN: Final = 12
+"""Names that an error lists at most."""
+
+T = TypeVar("T")
+
+_logger = logging.getLogger(__name__)
+
+
+def find_component(communicator: Communicator, wait: float) -> str:
+    """Return the name of the component that runs in the realm, waiting at most `wait` s for one.
+
+    Raises VisualHfsmError when there is none or more than one.
+    """
+    deadline = time.monotonic() + wait
+    while not (found := components(communicator)):
+        if time.monotonic() >= deadline:
+            endpoints = ", ".join(communicator.settings.connect)
+            raise VisualHfsmError(
+                f"no component runs in realm {communicator.realm} at {endpoints}; start one, such as: "
+                "python behaviors/follow_ball.py; naoserver-sim starts the robot for it"
+            )
+        time.sleep(_PERIOD)
+    time.sleep(_DISCOVERY_TIME)
+    found = components(communicator) or found
+    if len(found) > 1:
+        raise VisualHfsmError(f"several components run; name one of {', '.join(found)}")
+    return found[0]
+
+
+def components(communicator: Communicator) -> list[str]:
+    """Return the names of the components that are known to run in the realm."""
+    identities = communicator.identities()
+    names = (name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX))
+    return [printable(name) for name in names]
+
+
+def missing_component(communicator: Communicator, name: str, wait: float = 0.0) -> VisualHfsmError | None:
+    """Return the error for a component that is not known to run, or None for one that is.
+
+    It names those that run, and waits at most `wait` s to find them.
+    """
+    deadline = time.monotonic() + wait
+    while not (found := components(communicator)) and time.monotonic() < deadline:
+        time.sleep(_PERIOD)
+    if name in found:
+        return None
+    hint = did_you_mean(name, found) if found else f"; start it, such as: python {printable(name)[:100]}.py"
+    return VisualHfsmError(f"no component {printable(name)[:100]} runs in realm {communicator.realm}{hint}")
+
+
+@contextmanager
+def refusals(component: str) -> Iterator[None]:
+    """Convert the refusal of a component to a VisualHfsmError, which says why in one line."""
+    try:
+        yield
+    except (NoSuchElement, InvalidValue, JderobotException) as error:
+        raise VisualHfsmError(printable(error.what)) from error
+    except ReloadRefused as error:
+        reason = printable(error.reason)
+        raise VisualHfsmError(f"not reloaded, {component} runs on as it was: {reason}") from error
+
+
+def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:
+    """Return whether a servant that is present has an interface."""
+    return type_id in communicator.presence.interfaces(Target(communicator.realm, identity))
+
+
+def did_you_mean(text: str, known: Iterable[str]) -> str:
+    """Return `; did you mean ...?`, or the list of those that exist."""
+    names = sorted(set(known))
+    close = difflib.get_close_matches(text[:200], names, 3)
+    close = [name for name in close if not any(name.endswith(f"/{other}") for other in close)]
+    if close:
+        return f"; did you mean {' or '.join(close)}?"
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return f"; there are {', '.join(names[:_SHOWN])}{more}" if names else "; there are none"
+
+
+class PolledValue(Generic[T]):
+    """The answer to a call, which is repeated until it succeeds; `poll` it regularly."""
+
+    def __init__(self, ask: Callable[[], Future[T]]) -> None:
+        self.value: T | None = None
+        self.trouble = ""
+        self._ask = ask
+        self._pending: Future[T] | None = None
+        self._next = 0.0
+
+    def forget(self) -> None:
+        """Forget the answer and call again: the server has changed."""
+        self.value = None
+        self._pending = None
+
+    def poll(self) -> T | None:
+        """Call if a call is due, read its answer if that has arrived, and return the known answer."""
+        if self._pending is not None and self._pending.done():
+            pending, self._pending = self._pending, None
+            try:
+                self.value = pending.result()
+                self.trouble = ""
+            except ZenohIceError as error:
+                _logger.debug("no answer yet: %s", error)
+                self.trouble = str(error)
+        if self.value is None and self._pending is None and time.monotonic() >= self._next:
+            self._next = time.monotonic() + _RETRY_DELAY
+            self._pending = self._ask()
+        return self.value
+
+
+class Newest(Generic[T]):
+    """The newest sample of a stream, or None when it is older than `oldest` s or does not fit the interface.
+
+    Only the first sample of a series that does not fit is logged, since this is read many times a second.
+    """
+
+    def __init__(self, read: Callable[[], Sample[T] | None], oldest: float = math.inf) -> None:
+        self._read = read
+        self._oldest = oldest
+        self.trouble = ""
+        """Why the last sample does not fit."""
+
+    def __call__(self) -> Sample[T] | None:
+        """Return the sample without waiting."""
+        try:
+            sample = self._read()
+        except MarshalException as error:
+            if not self.trouble:
+                _logger.warning("%s", error)
+            self.trouble = str(error)
+            return None
+        self.trouble = ""
+        return sample if sample is not None and sample.age <= self._oldest else None

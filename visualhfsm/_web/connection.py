@@ -1,0 +1,136 @@
+"""One websocket of a window: receive requests and execute them, send answers and pushes.
+
+The table in `handlers` says which requests are executed in order, and which run beside them. The operator's
+stop does not even wait until earlier requests were read. A window that reads too slowly gets fewer pushes;
+other windows are not affected.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import defaultdict
+from collections.abc import Coroutine
+from typing import Final
+
+import msgspec
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from visualhfsm._errors import ErrorKind, VisualHfsmError
+
+from . import protocol as p
+from .handlers import HANDLERS, Lane, lane_of
+from .window import Window
+from .workspace import Workspace
+
+_UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
+
+_logger = logging.getLogger(__name__)
+
+
+async def converse(websocket: WebSocket, workspace: Workspace, key: bytes) -> None:
+    """Serve one window until it is closed; `key` is that of its resumption."""
+    await websocket.accept()
+    window = Window(workspace.limits.room_for_output, key)
+    connection = _Connection(websocket, window, workspace)
+    try:
+        await until_one_ends(connection.read(), connection.work(), window.write(websocket.send_text))
+    except WebSocketDisconnect:
+        pass
+    finally:
+        await connection.close()
+        await workspace.leave(window)
+
+
+async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
+    """Run all until one ends, then cancel the others; raises the first exception of any."""
+    tasks = [asyncio.create_task(each) for each in work]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+    for result in results:
+        if isinstance(result, Exception):
+            raise result
+
+
+class _Connection:
+    """Reads requests and executes them on the workspace; the answers go to the window."""
+
+    def __init__(self, websocket: WebSocket, window: Window, workspace: Workspace) -> None:
+        self._websocket = websocket
+        self._window = window
+        self._workspace = workspace
+        self._limits = workspace.limits
+        self._under_way: dict[Lane, set[asyncio.Task[None]]] = defaultdict(set)
+        self._requests: asyncio.Queue[p.Request] = asyncio.Queue(self._limits.concurrent_operations)
+        """Requests that were read, in their order; when it is full, no more are read."""
+
+    async def close(self) -> None:
+        """Cancel all requests under way."""
+        tasks = [task for tasks in self._under_way.values() for task in tasks]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def read(self) -> None:
+        """Read requests, until the window is closed."""
+        while True:
+            message = await self._websocket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            text = message.get("text")
+            if text is None:
+                await self._websocket.close(_UNSUPPORTED_DATA, "messages must be text")
+                return
+            try:
+                request = p.decode_request(text)
+            except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+                why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+                self._refuse(p.request_id(text), f"not a request: {why}", "malformed")
+                continue
+            match lane_of(request):
+                case Lane.AT_ONCE:
+                    await self._answer(request)
+                case Lane.STOP:
+                    self._begin(request, Lane.STOP)
+                case _:
+                    await self._requests.put(request)
+
+    async def work(self) -> None:
+        """Execute the requests that were read, or begin to, in their order."""
+        while True:
+            request = await self._requests.get()
+            lane = lane_of(request)
+            if lane is Lane.IN_ORDER:
+                await self._answer(request)
+            else:
+                self._begin(request, lane)
+
+    def _begin(self, request: p.Request, lane: Lane) -> None:
+        """Answer a request concurrently, unless too many of its lane are under way."""
+        tasks = self._under_way[lane]
+        if len(tasks) >= self._limits.concurrent_operations:
+            self._refuse(request.id, "too many requests are under way", "busy")
+            return
+        task = asyncio.create_task(self._answer(request), name=type(request).__name__)
+        tasks.add(task)
+        task.add_done_callback(tasks.discard)
+
+    async def _answer(self, request: p.Request) -> None:
+        try:
+            async with asyncio.timeout(self._limits.operation_seconds):
+                value = await HANDLERS[type(request)].handle(self._workspace, self._window, request)
+            self._window.answer(p.Answer(re=request.id, ok=value))
+        except VisualHfsmError as error:
+            self._refuse(request.id, str(error), error.kind)
+        except TimeoutError:
+            self._refuse(request.id, "it took too long", "timeout")
+        except Exception:  # the page gets no details of an internal error
+            _logger.exception("the request %s failed", type(request).__name__)
+            self._refuse(request.id, "an internal error; the log of the editor has the details", "internal")
+
+    def _refuse(self, request: int | None, error: str, kind: ErrorKind) -> None:
+        self._window.answer(p.ErrorAnswer(re=request, error=error, kind=kind))

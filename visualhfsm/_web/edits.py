@@ -1,0 +1,86 @@
+"""Requests that change a document; most answers say which step it was and what is new.
+
+Everything raises VisualHfsmError.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from visualhfsm._editing.commands.paste import PasteStates
+from visualhfsm._errors import MissingError
+from visualhfsm._sessions.session import Change
+from visualhfsm.project._document import OpenDocument
+
+from . import protocol as p
+from .window import Window
+from .workspace import Workspace
+
+
+async def do(workspace: Workspace, _: Window, request: p.Do) -> dict[str, Any]:
+    """Apply a command."""
+    tab = workspace.tabs.editable(request.tab)
+    return _outcome(await tab.edit(OpenDocument.apply, request.command, request.base))
+
+
+async def undo(workspace: Workspace, _: Window, request: p.Undo) -> dict[str, Any]:
+    """Undo the last step."""
+    return _step(await workspace.tabs.editable(request.tab).edit(OpenDocument.undo))
+
+
+async def redo(workspace: Workspace, _: Window, request: p.Redo) -> dict[str, Any]:
+    """Redo the step that was undone last."""
+    return _step(await workspace.tabs.editable(request.tab).edit(OpenDocument.redo))
+
+
+async def go_to(workspace: Workspace, _: Window, request: p.GoTo) -> dict[str, Any]:
+    """Undo or redo up to a step."""
+    return _step(await workspace.tabs.editable(request.tab).edit(OpenDocument.go_to, request.revision))
+
+
+async def copy(workspace: Workspace, _: Window, request: p.Copy) -> dict[str, str]:
+    """Put states into the clipboard."""
+    tab = workspace.tabs.get(request.tab)
+    text = await tab.edit(OpenDocument.copy, request.automaton, request.states)
+    workspace.clipboard = text
+    return {"text": text}
+
+
+async def cut(workspace: Workspace, _: Window, request: p.Cut) -> dict[str, Any]:
+    """Put states into the clipboard, and delete them."""
+    tab = workspace.tabs.editable(request.tab)
+    text, change = await tab.edit(OpenDocument.cut, request.automaton, request.states)
+    workspace.clipboard = text
+    return {**_outcome(change), "text": text}
+
+
+async def paste(workspace: Workspace, _: Window, request: p.Paste) -> dict[str, Any]:
+    """Paste the clipboard."""
+    tab = workspace.tabs.editable(request.tab)
+    if not workspace.clipboard:
+        raise MissingError("no states were copied here: Ctrl+V pastes those of another editor")
+    content = workspace.clipboard
+    command = PasteStates(automaton=request.automaton, content=content, x=request.x, y=request.y)
+    return _outcome(await tab.edit(OpenDocument.apply, command))
+
+
+async def extract(workspace: Workspace, _: Window, request: p.Extract) -> dict[str, Any]:
+    """Move an automaton to a new file."""
+    tab = workspace.tabs.editable(request.tab)
+    return _outcome(await tab.edit(OpenDocument.extract, request.automaton, request.path))
+
+
+async def inline(workspace: Workspace, _: Window, request: p.Inline) -> dict[str, Any]:
+    """Copy the content of an imported automaton into the document."""
+    tab = workspace.tabs.editable(request.tab)
+    return _outcome(await tab.edit(OpenDocument.inline, request.automaton))
+
+
+def _outcome(change: Change) -> dict[str, Any]:
+    outcome = {"name": change.name, "revision": change.revision, "added": list(change.added)}
+    return {**outcome, "conflict": True} if change.conflict else outcome
+
+
+def _step(change: Change) -> dict[str, Any]:
+    """Return the outcome of undoing or redoing, with the changed place, which may be out of sight."""
+    return {**_outcome(change), "place": change.place}

@@ -1,0 +1,46 @@
+"""The limits that keep one client from exhausting the server."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from visualhfsm._services import RecentLines
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Limits for the clients; requests beyond them are refused or wait."""
+
+    message_bytes: int = 4 * 1024 * 1024
+    """Largest message on the websocket; a larger one closes it."""
+
+    connections: int = 256
+    """Connections at a time, websockets included; the requests of further ones get the status 503."""
+
+    concurrent_operations: int = 16
+    """Requests of one connection that are under way at a time; help with code and stops are counted apart."""
+
+    tabs: int = 32
+    """Documents open at a time."""
+
+    threads: int = 4
+    """Threads that do the work that takes long."""
+
+    operation_seconds: float = 15.0
+    """Longest duration of an operation, after which it is answered with an error."""
+
+    output_lines: int = 2000
+    """Lines of a component's output that are kept."""
+
+    output_characters: int = 200_000
+    """Characters of these lines."""
+
+    quiet_seconds: float = 0.15
+    """How long a document must be unchanged before it is checked."""
+
+    file_check_seconds: float = 1.0
+    """Seconds between two checks of the open files for changes by other programs."""
+
+    def room_for_output(self) -> RecentLines:
+        """Return room for the output of a component."""
+        return RecentLines(self.output_lines, self.output_characters)

@@ -1,0 +1,318 @@
+"""The server: its routes, its socket and address, its orderly end.
+
+The newest image is sent whenever the page has drawn the last one: the server sends one binary frame and waits
+for any message before it takes the next. A window that draws slowly skips frames instead of showing old ones.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import secrets
+import socket
+import threading
+from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, Literal
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.exceptions import InvalidState
+
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._sessions.journal import journal_directory
+from visualhfsm.project._project import Project
+from zenoh_ice.application.cli import stop_on_signals
+
+from .assets import page_assets
+from .connection import converse, until_one_ends
+from .documents import open_file
+from .launch import LaunchPage
+from .limits import Limits
+from .resumption import Resumption, kept_key
+from .security import Credentials, Guard
+from .services import MakeServices, Services
+from .workspace import Workspace
+
+LOOPBACK: Final = "127.0.0.1"
+
+_CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
+_PING_INTERVAL: Final = 20.0  # s
+_POLL_INTERVAL: Final = 0.1  # s
+_NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
+_LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
+_DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
+
+Occasion = Literal["started", "used", "locked out"]
+"""Why there is a new address: the page can be opened, a browser has come in by the former address, or all
+pages were locked out because two have."""
+Report = Callable[[Occasion, str], None]
+"""Shows the user an address, which lets one browser in."""
+
+_logger = logging.getLogger(__name__)
+
+
+class PortInUseError(VisualHfsmError):
+    """The port is not free."""
+
+    def __init__(self, port: int, reason: str) -> None:
+        super().__init__(
+            f"cannot listen on port {port} of {LOOPBACK} ({reason}); choose another with --port, or none"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """Options: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
+
+    Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names, beside those of
+    loopback, under which a reverse proxy serves the page. `journals` is where unsaved changes are kept, by
+    default the user's directory of journals. `include` are directories with packages of interfaces. With
+    `demo`, the first window runs a behavior on a simulated robot, unless a document or a robot is there.
+    """
+
+    make_services: MakeServices
+    files: Sequence[Path] = ()
+    root: Path = field(default_factory=Path.cwd)
+    port: int = 0
+    hosts: Sequence[str] = ()
+    limits: Limits = field(default_factory=Limits)
+    journals: Path | None = None
+    include: Sequence[Path] = ()
+    demo: bool = False
+
+
+class Server:
+    """A server of the editor, listening from the start; `serve` it in an event loop, then `close` it."""
+
+    def __init__(
+        self,
+        options: Options,
+        stopping: threading.Event | None = None,
+        report: Report = lambda *_: None,
+    ) -> None:
+        """Listen; the server ends when `stopping` is set. Raises PortInUseError."""
+        self._options = options
+        self._listener = _listen(options.port)
+        self.port: int = self._listener.getsockname()[1]
+        self.credentials = Credentials(self.port, Resumption(self._key()), self._renew)
+        self._stopping = stopping or threading.Event()
+        self._report = report
+
+    def _key(self, *, renewed: bool = False) -> bytes:
+        """Return the key by which pages are let in again after a restart on the same port."""
+        if not self._options.port:
+            return secrets.token_bytes(32)
+        journals = self._options.journals or journal_directory()
+        return kept_key(journals.with_name("keys"), self._options.root, self.port, renewed=renewed)
+
+    def _renew(self) -> None:
+        """Provide another key and another address: all pages were locked out, and know the former key."""
+        self.credentials.resumption = Resumption(self._key(renewed=True))
+        self.offer("locked out")
+
+    def offer(self, occasion: Occasion) -> None:
+        """Report an address, and another one when a browser has come in by it."""
+        self._report(occasion, self.new_address(lambda: self.offer("used")))
+
+    def new_address(self, used: Callable[[], None] = lambda: None) -> str:
+        """Return an address of the page for one browser; `used` is called when that is let in."""
+        return f"http://{LOOPBACK}:{self.port}/?token={self.credentials.new_token(used)}"
+
+    async def serve(self, started: Callable[[], None]) -> None:
+        """Serve until it is stopped; `started` is called once the page can be opened.
+
+        Raises VisualHfsmError when a file cannot be opened.
+        """
+        options = self._options
+        made = Workspace(options.limits, options.make_services, self._make_project, demo=options.demo)
+        async with made as workspace:
+            for file in options.files:
+                await open_file(workspace, str(file.resolve()))
+            app = make_app(workspace, self.credentials, options.hosts)
+            server = _HttpServer(_config(app, options.limits))
+            ending = asyncio.create_task(_end_at(self._stopping, server))
+            try:
+                started()  # connections wait in the queue of the socket, which listens
+                await server.serve([self._listener])
+            finally:
+                ending.cancel()
+            for name in workspace.unsaved():
+                _logger.warning("%s has unsaved changes; they are offered when it is opened again", name)
+
+    def _make_project(self, services: Services) -> Project:
+        options = self._options
+        return Project(
+            options.root,
+            options.include,
+            granted=options.files,
+            journals=options.journals,
+            most=options.limits.tabs,
+            checks=services.checks,
+            code_help=services.code_help,
+        )
+
+    def stop(self) -> None:
+        """Make `serve` end in an orderly way; may be called from any thread."""
+        self._stopping.set()
+
+    def close(self) -> None:
+        """Release the port."""
+        self._listener.close()
+
+
+class _HttpServer(uvicorn.Server):
+    """uvicorn, which also ends a connection that was accepted right before its end."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Accept no more connections, and end the open ones."""
+        for server in self.servers:
+            server.close()
+        # asyncio hands over accepted connections one turn of the loop later. uvicorn would wait for these but
+        # leave them open, and a browser would send its next request there.
+        await asyncio.sleep(0)
+        await super().shutdown(sockets)
+
+
+class _WebSocket(WebSocketsSansIOProtocol):
+    """uvicorn's websocket, which may also be ended while the page closes it."""
+
+    def shutdown(self) -> None:
+        """End the connection."""
+        try:
+            super().shutdown()
+        except InvalidState:  # uvicorn begins to close even when the page has done so already
+            self.transport.abort()
+
+
+def serve(options: Options, report: Report, *, launch: Callable[[LaunchPage], None] | None = None) -> None:
+    """Serve the editor until a signal comes, then exit.
+
+    `report` gets the first address as soon as the page can be opened. `launch`, such as `open_browser`, gets
+    a page that leads to the editor. Raises VisualHfsmError when a file cannot be opened or the port is not
+    free.
+    """
+    with (
+        stop_on_signals() as stop,
+        contextlib.closing(Server(options, stop, report)) as server,
+        contextlib.ExitStack() as pages,
+    ):
+
+        def started() -> None:
+            server.offer("started")
+            if launch is None:
+                return
+            try:
+                page = pages.enter_context(contextlib.closing(LaunchPage(server.new_address(pages.close))))
+            except OSError as error:
+                _logger.warning("open the printed address: %s cannot be written", error.filename)
+            else:
+                launch(page)
+
+        asyncio.run(server.serve(started))
+
+
+def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
+    return uvicorn.Config(
+        app,
+        access_log=False,
+        h11_max_incomplete_event_size=16 * 1024,
+        http="h11",
+        lifespan="off",
+        limit_concurrency=limits.connections,
+        log_config=None,
+        log_level="warning",  # less severe messages would contain the token and the cookie
+        loop="asyncio",
+        proxy_headers=False,
+        server_header=False,
+        timeout_graceful_shutdown=_CLOSE_LIMIT,
+        ws=_WebSocket,
+        ws_max_size=limits.message_bytes,
+        ws_per_message_deflate=False,  # on loopback it costs more than it saves
+        ws_ping_interval=_PING_INTERVAL,
+        ws_ping_timeout=_PING_INTERVAL,
+    )
+
+
+async def _end_at(stopping: threading.Event, server: uvicorn.Server) -> None:
+    while not stopping.is_set():
+        await asyncio.sleep(_POLL_INTERVAL)
+    server.should_exit = True
+
+
+def _listen(port: int) -> socket.socket:
+    # asyncio switches Nagle's delay of 40 ms off only where the protocol is named.
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((LOOPBACK, port))
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        raise PortInUseError(port, error.strerror or "unknown reason") from error
+    return listener
+
+
+def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str] = ()) -> ASGIApp:
+    """Return the application of a workspace; the guard protects everything in it."""
+    assets = page_assets()
+    live = workspace.services.live
+
+    async def talk(websocket: WebSocket) -> None:
+        await converse(websocket, workspace, credentials.resumption.key)
+
+    async def camera(websocket: WebSocket) -> None:
+        await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
+
+    async def poses(websocket: WebSocket) -> None:
+        await _send_frames(websocket, live.poses)
+
+    app = Starlette(
+        routes=[
+            Route("/", assets.index),
+            Route("/static/{version}/{path:path}", assets.file),
+            WebSocketRoute("/ws", talk),
+            WebSocketRoute("/camera/{name}", camera),
+            WebSocketRoute("/poses", poses),
+        ]
+    )
+    return Guard(app, credentials, hosts)
+
+
+async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes, None]]) -> None:
+    """Send frames until the window is closed or there are no more."""
+    await websocket.accept()
+    drawn = asyncio.Event()
+
+    async def read() -> None:
+        while (await websocket.receive())["type"] != "websocket.disconnect":
+            drawn.set()
+
+    async def send() -> None:
+        async with contextlib.aclosing(open_frames()) as frames:
+            async for frame in frames:
+                drawn.clear()
+                await websocket.send_bytes(frame)
+                async with asyncio.timeout(_DRAW_LIMIT):
+                    await drawn.wait()
+
+    try:
+        await until_one_ends(read(), send())
+    except VisualHfsmError as error:
+        await _close(websocket, str(error)[:_LONGEST_REASON])
+    except TimeoutError:
+        _logger.debug("a window drew no image for %g s", _DRAW_LIMIT)
+        await _close(websocket, "no image was drawn for too long")
+    except WebSocketDisconnect:
+        pass
+
+
+async def _close(websocket: WebSocket, reason: str) -> None:
+    with contextlib.suppress(RuntimeError):  # it is closed already
+        await websocket.close(_NOT_AVAILABLE, reason)

@@ -1,0 +1,64 @@
+"""The services of the server: running, live data, robots, and the processes that read documents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from visualhfsm._code_help.service import CodeHelp
+from visualhfsm._editing.check_process import CheckProcess
+from visualhfsm._live.service import Monitoring
+from visualhfsm._robots import Robots
+from visualhfsm._running import RunningComponents
+from visualhfsm._services import Publish, free_endpoint
+from zenoh_ice.settings import Settings
+
+_ANY_PORT: Final = Settings().listen
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """The services; the project gets `code_help` and `checks`, and closes them."""
+
+    code_help: CodeHelp
+    running: RunningComponents
+    live: Monitoring
+    robots: Robots
+    checks: CheckProcess = field(default_factory=CheckProcess)
+
+
+MakeServices = Callable[[Publish], Services]
+"""Creates the services once the event loop runs; called on it."""
+
+
+def make_services(
+    settings: Settings, include: Sequence[Path] = (), folder: Path | None = None
+) -> MakeServices:
+    """Return a factory of the services of a realm, which the settings name.
+
+    `include` are directories with packages of interfaces, `folder` is that of documents without a file, by
+    default the current one. Components and robots that are started here connect
+    to the editor, too, so that all of them find each other, whatever else runs on this machine.
+    """
+
+    def make(publish: Publish) -> Services:
+        listens_anywhere = settings.mode == "peer" and settings.listen == _ANY_PORT
+        listen = (free_endpoint(),) if listens_anywhere else settings.listen
+        meeting = settings.connect if settings.mode == "client" else listen
+        robots = Robots(publish, settings.override(connect=meeting), settings.connect)
+        return Services(
+            code_help=CodeHelp(include=include, folder=folder),
+            running=RunningComponents(
+                publish,
+                settings.override(connect=tuple(dict.fromkeys((*meeting, *settings.connect)))),
+                include,
+                folder,
+            ),
+            live=Monitoring(publish, settings.override(listen=listen), robots.observe),
+            robots=robots,
+            checks=CheckProcess(folder=folder),
+        )
+
+    return make

@@ -1,0 +1,194 @@
+/**
+ * A run in one file, without a server: the views of the editor show the content from visualhfsm/_run_page.py.
+ *
+ * @import {Fields, Push} from "./messages.js"
+ * @import {Automaton} from "./protocol.js"
+ * @import {LiveStructure, Timeline} from "./protocol.js"
+ * @import {WorldShape} from "./monitor/world-drawing.js"
+ * @typedef {{name: string, began: number, complete: boolean, structure: LiveStructure, timeline: Timeline,
+ *   document: (Fields & {automata: Automaton[]}) | null, imported: Automaton[], world: WorldShape[], body: object,
+ *   pictures: Record<string, [at: number, jpeg: string][]>, times: number[],
+ *   figures: {name: string, value: string, note: string}[]}} Content the moments follow it, as JSON,
+ *   at the component times `times`; pictures have wall times in s
+ */
+
+import {html, nothing, render} from "lit";
+
+import "./actions.js";
+import {HfsmCanvas} from "./canvas/canvas.js";
+import "./tree.js";
+import "./monitor/cameras.js";
+import "./monitor/errors.js";
+import "./monitor/plots.js";
+import "./monitor/robot-view.js";
+import "./monitor/timeline.js";
+import "./monitor/variables.js";
+import {PageElement} from "./element.js";
+import {icon} from "./icons.js";
+import {monitor} from "./monitor/monitor.js";
+import {showOn} from "./monitor/overlay.js";
+import {numbersOf} from "./monitor/values.js";
+import {messageOf} from "./notices.js";
+import {page} from "./page.js";
+import {statePart, transitionPart} from "./print.js";
+import {required} from "./required.js";
+import {store} from "./store.js";
+import {currentTheme, initTheme, switchTheme} from "./theme.js";
+
+const TAB = 1;
+const OLDEST = 2; // s for which a picture counts as that of a later moment, or twice the usual time between two
+const MOST_POINTS = 600; // points of a line in a plot
+
+/** The code of the selected element; a double click leads there. */
+class RunCode extends PageElement {
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(page, "edit", () => this.scrollIntoView({block: "nearest"}));
+  }
+
+  render() {
+    const {automaton, state, transition} = page;
+    if (automaton && state) return statePart(automaton, state);
+    if (automaton && transition) return transitionPart(automaton, transition);
+    return html`<p class="empty">Select a state or a transition to read its code.</p>`;
+  }
+}
+
+customElements.define("hfsm-run-code", RunCode);
+
+/** The content of the page. @returns {Promise<{content: Content, moments: string[]}>} */
+async function unpacked() {
+  const packed = atob(required(document.getElementById("run"), "run").textContent ?? "");
+  const bytes = Uint8Array.from(packed, (each) => each.charCodeAt(0));
+  const lines = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const [first, ...moments] = (await new Response(lines).text()).split("\n");
+  return {content: JSON.parse(first), moments};
+}
+
+/**
+ * Answer requests as the server would.
+ *
+ * @typedef {{time?: number, camera?: string, at?: number, names?: string[], start?: number, end?: number}} Wanted
+ * @param {Content} content
+ * @param {string[]} moments
+ * @returns {(op: string, fields: {action?: string, arguments?: Wanted}) => any}
+ */
+const answers = ({times, pictures}, moments) => {
+  /** @param {string} camera @param {number} at */
+  const picture = (camera, at) => {
+    const taken = Object.hasOwn(pictures, camera) ? pictures[camera] : [];
+    const apart = taken.length > 1 ? ((taken.at(-1)?.[0] ?? 0) - taken[0][0]) / (taken.length - 1) : 0;
+    const found = taken.findLast(([time]) => time <= at);
+    return found && at - found[0] <= Math.max(OLDEST, 2 * apart) ? found[1] : null;
+  };
+  /** @param {string[]} names @param {number} start @param {number} end */
+  const series = (names, start, end) => {
+    const inside = [...times.keys()].filter((index) => times[index] >= start && times[index] <= end);
+    const step = Math.ceil(inside.length / MOST_POINTS);
+    const shown = inside.filter((_, place) => place % step === 0);
+    const numbers = shown.map((index) => numbersOf(JSON.parse(moments[index])));
+    return {
+      times: shown.map((index) => times[index]),
+      values: Object.fromEntries(names.map((name) => [name, numbers.map((each) => each.get(name) ?? null)])),
+    };
+  };
+  return (op, {action, arguments: {time = 0, camera = "", at = 0, names = [], start = 0, end = Infinity} = {}}) => {
+    if (action === "at") return JSON.parse(moments[times.findLastIndex((each) => each <= time)] ?? moments[0]);
+    if (action === "series") return series(names, start, end);
+    return action === "picture" ? picture(camera, at) : null;
+  };
+};
+
+/** The messages that the server would push about the document. @param {Content} content @returns {Push[]} */
+function pushes({name, document}) {
+  const title = `${name}.xml`;
+  const named = {tab: TAB, title, component: name, path: "", recording: name};
+  /** @type {Push[]} */
+  const all = [
+    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], running: []},
+  ];
+  if (document) all.push({push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full: document});
+  return all;
+}
+
+async function show() {
+  const {content, moments} = await unpacked();
+  const {name, complete, structure, timeline, world, pictures, body, imported} = content;
+  const frame = new TextEncoder().encode(JSON.stringify(body)).buffer;
+  store.show({answer: answers(content, moments), frames: {"/poses": frame}}, pushes(content));
+  const tab = content.document ? TAB : 0;
+  if (imported.length) store.showContent(TAB, imported);
+  page.show(tab);
+  const cameras = Object.keys(pictures);
+  const snapshot = JSON.parse(moments[0]);
+  const found = {component: name, file: "", document: "", structure, timeline, snapshot, since: 0};
+  await monitor.lookAtRecording(name, {...found, complete, tab, world, cameras});
+  const canvas = new HfsmCanvas();
+  const draw = () => render(layout(content, canvas), document.body);
+  draw();
+  showOn(canvas);
+  monitor.addEventListener("mode", draw);
+}
+
+/** @param {Content} content @param {HfsmCanvas} canvas */
+function layout({name, began, complete, document, timeline, figures}, canvas) {
+  const marked = timeline.numbers.some((each) => each.startsWith("mark."));
+  const seconds = (timeline.end - timeline.start).toFixed(1);
+  const theme = () => {
+    switchTheme();
+    canvas.minimap.draw();
+  };
+  return html`<div class="run-page">
+    <header>
+      <h1>${name}</h1>
+      <p>
+        ${complete ? "A run" : "The beginning of a run"} of ${seconds} s on
+        ${new Date(began * 1000).toLocaleString(undefined, {dateStyle: "long", timeStyle: "short"})}
+      </p>
+      <button
+        type="button"
+        class="action bare"
+        aria-pressed=${monitor.follows}
+        aria-label="Keep what is active in view"
+        title="Keep what is active in view"
+        @click=${() => monitor.setFollows(!monitor.follows)}
+      >
+        ${icon("target")}
+      </button>
+      <button type="button" class="action bare" aria-label="Light or dark" title="Light or dark" @click=${theme}>
+        ${icon(currentTheme() === "dark" ? "sun" : "moon")}
+      </button>
+    </header>
+    <nav class="left" aria-label="Tree of automata"><hfsm-tree></hfsm-tree></nav>
+    <main>
+      ${document ? canvas : html`<p class="empty">The document of this run is not known: its states are not drawn.</p>`}
+    </main>
+    <aside aria-label="Values">
+      <hfsm-robot-view></hfsm-robot-view>
+      ${marked || monitor.recording?.cameras.length ? html`<hfsm-cameras></hfsm-cameras>` : nothing}
+      <hfsm-live-variables></hfsm-live-variables>
+      <hfsm-plots></hfsm-plots>
+      ${
+        figures.length
+          ? html`<dl class="health live-values">
+              ${figures.map(
+                (each) =>
+                  html`<div>
+                    <dt>${each.note ? `${each.name}, ${each.note}` : each.name}</dt>
+                    <dd>${each.value}</dd>
+                  </div>`,
+              )}
+            </dl>`
+          : nothing
+      }
+      <hfsm-live-errors></hfsm-live-errors>
+      ${document ? html`<hfsm-run-code></hfsm-run-code>` : nothing}
+    </aside>
+    <footer><hfsm-monitor-timeline></hfsm-monitor-timeline></footer>
+  </div>`;
+}
+
+initTheme();
+show().catch((error) => {
+  document.body.textContent = `This page cannot be shown: ${messageOf(error)}. It needs a browser of 2023 or later.`;
+});

@@ -1,0 +1,315 @@
+/**
+ * The connection to the server and its state: open documents, problems, running components.
+ *
+ * The server is the truth. The page sends requests, and every change arrives as a push, before the answer to the
+ * request that made it. The messages are those of visualhfsm/_web/protocol.py.
+ */
+
+import {Resumption} from "./resumption.js";
+import {updated, withContent} from "./updates.js";
+
+/**
+ * @import {Target} from "./events.js"
+ * @import {Answer, Answers, Fields, FieldsOf, Greeting, Push, Workspace} from "./messages.js"
+ * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, Requests, RobotPush, RunPush,
+ *   SnapshotPush, StalePush, StructurePush, UndoStep} from "./protocol.js"
+ * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
+ *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
+ *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
+ *   is the revision that the problems are those of
+ * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
+ * @typedef {Required<Omit<RobotPush, "push">>} Robot
+ * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null, restarted: null,
+ *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
+ *   problems: ProblemsPush, output: OutputPush, run: RunPush, robot: RobotPush, snapshot: SnapshotPush,
+ *   structure: StructurePush, stale: StalePush, outside: OutsidePush}} StoreEvents
+ */
+
+/** The robot of a realm without one; what a push leaves out is as here. @type {Robot} */
+const NO_ROBOT = {
+  status: "none",
+  simulated: false,
+  name: "",
+  speed: 0,
+  since: 0,
+  stopped: "",
+  started: "",
+  simulation: {world: "balls", speed: "1", balls: false, body: "H25"},
+  hasBalls: false,
+  trouble: "",
+};
+/** The code with which the server closes the connections of all pages when an address was used twice. */
+const LOCKED_OUT = 4403;
+const FIRST_RETRY = 250; // ms
+const LAST_RETRY = 5000;
+/** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/_web/workspace.py). */
+const LARGEST = 4 * 2 ** 20;
+const MERGED = 200_000; // characters; longer texts are not merged, but replaced
+/** Requests that do not depend on unsent text. */
+const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles", "outputShown"]);
+
+/** An answer of the server with the reason why a request failed. */
+export class RequestError extends Error {
+  /** @param {string} message @param {string} kind as docs/reference/protocol.md has them */
+  constructor(message, kind) {
+    super(message);
+    this.kind = kind;
+  }
+}
+
+/**
+ * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
+ * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
+ * `robot`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
+ */
+class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
+  /** @type {Map<number, OpenDocument>} */
+  documents = new Map();
+  /** @type {Workspace} */
+  workspace = {tabs: [], recoverable: [], running: []};
+  robot = NO_ROBOT;
+  online = false;
+  /** When the connection was lost, ms since 1970; 0 while connected. */
+  offlineSince = 0;
+  /** Whether the server answers but refuses this page: it was restarted, and has new secrets. */
+  refused = false;
+  /** Whether the server has locked out all pages, because two browsers used one address. */
+  lockedOut = false;
+  /** Whether the server was restarted, so that the page is reloaded: the tabs are different. */
+  restarted = false;
+  /** Typed texts that the server does not have yet, by their keys. @type {Map<string, Unsaved>} */
+  unsaved = new Map();
+  /** The answer of the server to `hello`. @type {Greeting} */
+  greeting = {};
+  /**
+   * The stand-in for the server in an exported page: it answers requests, and has frames by path.
+   *
+   * @type {{answer: (op: string, fields: any) => any, frames: Record<string, ArrayBuffer>} | undefined}
+   */
+  exported = undefined;
+
+  /** Whether a tab shows the document of a recording, which is not changed. @param {number} tab */
+  isRecorded = (tab) => this.workspace.tabs.some((each) => each.tab === tab && each.recording);
+
+  /** @type {WebSocket | undefined} */
+  #socket = undefined;
+  #number = 0;
+  /** @type {Map<number, {resolve(value: unknown): void, reject(error: RequestError): void}>} */
+  #waiting = new Map();
+  #retry = FIRST_RETRY;
+  #timer = 0;
+  #resumption = new Resumption();
+  /** Settled when the server has greeted, or will not. */
+  #greeted = Promise.resolve();
+
+  /** Connect, and again whenever the connection is lost. */
+  connect() {
+    clearTimeout(this.#timer);
+    // One at a time, or everything would be reported twice.
+    if (this.#socket && this.#socket.readyState !== WebSocket.CLOSED) return;
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws`);
+    this.#socket = socket;
+    socket.addEventListener("open", () => (this.#greeted = this.#greet()));
+    socket.addEventListener("message", (event) => this.#receive(JSON.parse(event.data)));
+    socket.addEventListener("close", (event) => this.#lose(event));
+  }
+
+  /**
+   * Show what an exported page contains, instead of connecting.
+   *
+   * @param {NonNullable<Store["exported"]>} exported
+   * @param {Push[]} pushes
+   */
+  show(exported, pushes) {
+    this.exported = exported;
+    this.online = true;
+    for (const push of pushes) this.#receive(push);
+  }
+
+  /** The text for users while there is no connection. */
+  get whyOffline() {
+    if (this.lockedOut)
+      return "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.";
+    return this.refused
+      ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."
+      : `The editor is offline; your work is kept there. This page connects again by itself when it runs on port ${location.port}.`;
+  }
+
+  /**
+   * Send a request to the server.
+   *
+   * @template {keyof Requests} Op
+   * @param {Op} op
+   * @param {FieldsOf<Requests[Op]>} fields
+   * @returns {Promise<Answers[Op]>} its value; rejected with a RequestError
+   */
+  request(op, ...[fields]) {
+    if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
+    // Before the greeting, the server's tabs may differ from those that the page shows.
+    const isGreeting = op !== "hello" && !this.online && this.#socket?.readyState === WebSocket.OPEN;
+    return isGreeting ? this.#greeted.then(() => this.#send(op, fields)) : this.#send(op, fields);
+  }
+
+  /**
+   * @template {keyof Requests} Op
+   * @param {Op} op
+   * @param {Requests[Op]} [fields]
+   * @returns {Promise<Answers[Op]>}
+   */
+  #send(op, fields) {
+    const {exported} = this;
+    if (exported) return Promise.resolve().then(() => exported.answer(op, fields));
+    return new Promise((resolve, reject) => {
+      if (this.#socket?.readyState !== WebSocket.OPEN || (!this.online && op !== "hello")) {
+        reject(new RequestError(this.whyOffline, "offline"));
+        return;
+      }
+      const id = ++this.#number;
+      const message = JSON.stringify({id, op, ...fields});
+      const size = message.length > LARGEST / 3 ? new TextEncoder().encode(message).length : 0;
+      if (size > LARGEST) {
+        const megabytes = (size / 2 ** 20).toFixed(1);
+        reject(new RequestError(`This is too large for the editor: ${megabytes} MB, and at most 4 MB.`, "refused"));
+        return;
+      }
+      this.#waiting.set(id, {resolve, reject});
+      this.#socket.send(message);
+    });
+  }
+
+  /**
+   * Change a document by a command.
+   *
+   * @param {number} tab
+   * @param {Command} command
+   * @param {string} [base] the text in which that of the command was typed: changes of others to it are merged
+   */
+  do(tab, command, base) {
+    return this.request("do", {tab, command, base: (base?.length ?? Infinity) <= MERGED ? base : undefined});
+  }
+
+  /**
+   * Show the content of the imported automata of a document.
+   *
+   * @param {Automaton[]} content each before those below it
+   * @param {number} tab
+   */
+  showContent(tab, content) {
+    const former = this.documents.get(tab);
+    if (!former) return;
+    const next = {...former, content};
+    next.automata = withContent(next);
+    this.documents.set(tab, next);
+    this.#emit("document", {tab, changed: new Set(next.automata.keys()), whole: false});
+  }
+
+  async #greet() {
+    const former = this.greeting.run;
+    const asked = this.request("hello");
+    try {
+      this.greeting = (await asked) ?? {};
+    } catch (error) {
+      this.#emit("failure", {error});
+      return;
+    }
+    const {run, key} = this.greeting;
+    if (former && run !== former) {
+      this.restarted = true;
+      this.#emit("restarted");
+      location.reload();
+      return;
+    }
+    await this.#resumption.learn(key);
+    this.online = true;
+    this.offlineSince = 0;
+    this.refused = false;
+    this.lockedOut = false;
+    this.#retry = FIRST_RETRY;
+    this.#emit("connection");
+  }
+
+  /** @param {CloseEvent} event */
+  #lose(event) {
+    for (const {reject} of this.#waiting.values()) {
+      reject(new RequestError("The connection was lost before the answer came.", "offline"));
+    }
+    this.#waiting.clear();
+    if (this.online || !this.offlineSince) this.offlineSince = Date.now();
+    this.online = false;
+    if (event.code === LOCKED_OUT) this.lockedOut = true;
+    this.#emit("connection", {code: event.code, reason: event.reason});
+    this.#findOutWhy();
+    this.#timer = setTimeout(() => this.connect(), this.#retry);
+    this.#retry = Math.min(LAST_RETRY, this.#retry * 2);
+  }
+
+  /** Browsers do not say why a websocket was refused; a request is answered with the reason. */
+  async #findOutWhy() {
+    const answer = await fetch("/", {method: "HEAD"}).catch(() => undefined);
+    const isUnknown = answer?.status === 403 && !this.online;
+    if (isUnknown && (await this.#resumption.resume())) {
+      this.connect();
+      return;
+    }
+    const refused = isUnknown && !this.online;
+    if (refused === this.refused) return;
+    this.refused = refused;
+    this.#emit("connection");
+  }
+
+  /** @param {Answer | Push} message */
+  #receive(message) {
+    switch (message.push) {
+      case undefined:
+        this.#settle(message);
+        return;
+      case "document": {
+        const {document, changed} = updated(this.documents.get(message.tab), message);
+        this.documents.set(message.tab, document);
+        this.#emit("document", {tab: message.tab, changed, whole: Boolean(message.full)});
+        return;
+      }
+      case "workspace":
+        this.workspace = message;
+        for (const tab of this.documents.keys()) {
+          if (!message.tabs.some((each) => each.tab === tab)) this.documents.delete(tab);
+        }
+        break;
+      case "robot":
+        this.robot = {...NO_ROBOT, ...message};
+        break;
+      case "problems": {
+        const document = this.documents.get(message.tab);
+        if (document) Object.assign(document, {problems: message.items, checked: message.revision});
+        break;
+      }
+      case "closed":
+        this.documents.delete(message.tab);
+        break;
+    }
+    this.#emit(message.push, message);
+    if (message.push === "output") this.request("outputShown").catch(() => {}); // the connection is lost
+  }
+
+  /** @param {Answer} message */
+  #settle(message) {
+    const waiting = this.#waiting.get(message.re);
+    this.#waiting.delete(message.re);
+    if (message.error !== undefined) {
+      const error = new RequestError(message.error, message.kind);
+      if (waiting) waiting.reject(error);
+      else this.#emit("failure", {error});
+    } else {
+      waiting?.resolve(message.ok);
+    }
+  }
+
+  /** @param {string} kind @param {object} detail */
+  #emit(kind, detail = {}) {
+    this.dispatchEvent(new CustomEvent(kind, {detail}));
+  }
+}
+
+/** The one connection of the page. */
+export const store = new Store();

@@ -1,0 +1,85 @@
+"""Requests that generate, run, follow and steer components, and start and end the robot.
+
+Everything raises VisualHfsmError.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from visualhfsm._services import Simulation
+from visualhfsm.project._titles import stem
+
+from . import protocol as p
+from .questions import imported_by
+from .window import Window
+from .workspace import Workspace
+
+
+async def generate(workspace: Workspace, _: Window, request: p.Generate) -> object:
+    """Generate the component of a document."""
+    return await workspace.runs.generate(workspace.tabs.get(request.tab))
+
+
+async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]:
+    """Generate and start the component of a document."""
+    tab = workspace.tabs.get(request.tab)
+    return await workspace.runs.run(tab, request.arguments, record=request.record, trial=request.trial)
+
+
+async def stop_run(workspace: Workspace, _: Window, request: p.StopRun) -> object:
+    """Stop the process of a component."""
+    return await workspace.services.running.stop(request.tab)
+
+
+async def attach(workspace: Workspace, window: Window, request: p.Attach) -> object:
+    """Follow a running component."""
+    return await workspace.runs.follow(window, request.component)
+
+
+async def detach(workspace: Workspace, window: Window, request: p.Detach) -> None:
+    """Stop following a component."""
+    await workspace.runs.unfollow(window, request.component)
+
+
+async def control(workspace: Workspace, _: Window, request: p.Control) -> object:
+    """Steer a running component, or stop everything."""
+    if request.action == p.EMERGENCY_STOP:
+        return await workspace.runs.emergency_stop()
+    return await workspace.runs.control(request.component, request.action, request.arguments)
+
+
+async def record(workspace: Workspace, _: Window, request: p.Record) -> dict[str, str] | None:
+    """Record a followed component, or end that."""
+    return await workspace.runs.record(request.component, request.pictures)
+
+
+async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> dict[str, str]:
+    """Return the page of a run with the document of a tab, if there is one, and a name for the file."""
+    tab = workspace.tabs.get(request.tab) if request.tab else None
+    document = None if tab is None else tab.shown.document
+    content = [] if tab is None else await imported_by(workspace, tab)
+    text = await workspace.services.live.exported(request.component, document, content)
+    return {"name": f"{stem(request.component.rpartition(':')[2])}.html", "text": text}
+
+
+async def simulate(workspace: Workspace, _: Window, request: p.Simulate) -> None:
+    """Start a simulated robot."""
+    simulation = Simulation(world=request.world, speed=request.speed, balls=request.balls, body=request.body)
+    await workspace.services.robots.simulate(simulation)
+
+
+async def connect_robot(workspace: Workspace, _: Window, request: p.ConnectRobot) -> None:
+    """Connect to a real robot."""
+    workspace.runs.require_rest()
+    await workspace.services.robots.connect(request.address, request.start)
+
+
+async def move_balls(workspace: Workspace, _: Window, request: p.MoveBalls) -> None:
+    """Move the balls of the simulation, or leave them where they are."""
+    await workspace.services.robots.move_balls(moving=request.moving)
+
+
+async def end_robot(workspace: Workspace, _: Window, _request: p.EndRobot) -> None:
+    """End the robot that was started here."""
+    await workspace.services.robots.end()

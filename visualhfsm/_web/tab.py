@@ -1,0 +1,140 @@
+"""An open document, as the windows see it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+from typing import Concatenate, ParamSpec, TypeVar
+
+from codegen.hfsm.document import Document
+from visualhfsm._editing.diff import differ
+from visualhfsm._services import RecentLines, RunPush, Source, retrieve
+from visualhfsm.project._document import OpenDocument
+from visualhfsm.project._events import Changed, Event
+from visualhfsm.project._version import Version
+
+from .protocol import Outside, Problems
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Threads:
+    """A few threads for work that takes long."""
+
+    def __init__(self, threads: int) -> None:
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="editor")
+
+    def begin(self, work: Callable[[], R]) -> asyncio.Future[R]:
+        """Begin work in a free thread; it is completed even when its caller is cancelled."""
+        future = asyncio.get_running_loop().run_in_executor(self._pool, work)
+        future.add_done_callback(retrieve)
+        return future
+
+    async def do(self, work: Callable[[], R]) -> R:
+        """Do work in a free thread and return its result; it continues when the caller is cancelled."""
+        return await asyncio.shield(self.begin(work))
+
+    async def close(self) -> None:
+        """Drop what has not begun and wait for what has."""
+        await asyncio.to_thread(self._pool.shutdown, cancel_futures=True)
+
+
+class Tab:
+    """An open document, on which requests work in order in threads, and its state as windows show it.
+
+    It is made and used on the event loop, where `changed` is called whenever `shown` is new. `recording` is
+    the file of the recording that contains the document, which is not changed then.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        document: OpenDocument,
+        threads: Threads,
+        *,
+        changed: Callable[[Tab], None],
+        output: RecentLines,
+        recording: Path | None = None,
+    ) -> None:
+        self.id = number
+        self.document = document
+        self.recording = recording
+        self.outside: Outside | None = None
+        self.problems: Problems | None = None
+        self.run: RunPush | None = None
+        self.output = output
+        self.generated: Document | None = None
+        """The document as its component was generated last."""
+        self.runs: Document | None = None
+        """The document as its running component has loaded it."""
+        self._compared: tuple[Document, Document, bool] | None = None
+        self._threads = threads
+        self._changed = changed
+        self._lock = asyncio.Lock()
+        self._loop = asyncio.get_running_loop()
+        document.subscribe(self._hear)
+        self.shown = document.version
+
+    @property
+    def source(self) -> Source:
+        """The document as the service that runs components gets it."""
+        shown = self.shown
+        return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.title)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether a component was started from it and has not ended."""
+        return self.run is not None and self.run.status != "ended"
+
+    @property
+    def component(self) -> str:
+        """The name of the component that was started from it and runs, or else of the one it would become."""
+        return self.run.component if self.run is not None and self.is_running else self.shown.component
+
+    def take_generated(self) -> None:
+        """Remember that the running component has loaded the last generated document."""
+        self.runs = self.generated
+
+    @property
+    def differs_from_run(self) -> bool:
+        """Whether the document differs from what its component runs, except in positions."""
+        runs, document = self.runs, self.shown.document
+        if runs is None or not self.is_running:
+            return False
+        if self._compared is None or self._compared[0] is not runs or self._compared[1] is not document:
+            self._compared = (runs, document, differ(runs, document))
+        return self._compared[2]
+
+    async def edit(
+        self, work: Callable[Concatenate[OpenDocument, P], R], *args: P.args, **kwargs: P.kwargs
+    ) -> R:
+        """Do work on the document in a thread, after earlier work; its exceptions are raised here.
+
+        Its changes are shown before this returns. Work that has begun is completed even when the caller is
+        cancelled, and later work waits for it.
+        """
+
+        def together() -> R:
+            with self.document.together():
+                return work(self.document, *args, **kwargs)
+
+        await self._lock.acquire()
+        future = self._threads.begin(together)
+        future.add_done_callback(lambda _: self._lock.release())
+        return await asyncio.shield(future)
+
+    def _hear(self, event: Event) -> None:
+        """Show a change, in the order of events: before the caller of `edit` continues."""
+        if isinstance(event, Changed):
+            with suppress(RuntimeError):  # the loop is closed: nothing is shown any more
+                self._loop.call_soon_threadsafe(self._show, event.version)
+
+    def _show(self, version: Version) -> None:
+        self.shown = version
+        if version.file == "same":
+            self.outside = None
+        self._changed(self)

@@ -1,0 +1,201 @@
+"""The state that all windows share: a project with its tabs, the clipboard, and the running components."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Final, Self
+
+from visualhfsm._services import Components, Output, Robot
+from visualhfsm._sessions.journal import Abandoned
+from visualhfsm.project._document import OpenDocument
+from visualhfsm.project._project import Project
+
+from .checking import Checking
+from .code_questions import CodeQuestions
+from .limits import Limits
+from .news import News, Realm
+from .protocol import Workspace as WorkspacePush
+from .runs import Runs
+from .services import MakeServices, Services
+from .state import workspace_state
+from .tab import Tab, Threads
+from .tabs import Tabs
+from .window import Window
+from .windows import Windows
+
+_CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
+
+_logger = logging.getLogger(__name__)
+
+
+class Workspace:
+    """A project as the windows see it. Used on one event loop, as an asynchronous context.
+
+    Every window gets what changes. Leaving it ends running components, and keeps unsaved changes for
+    recovery. The project gets the services that check and read code.
+    """
+
+    services: Services
+    project: Project
+    code_questions: CodeQuestions
+    runs: Runs
+
+    def __init__(
+        self,
+        limits: Limits,
+        make_services: MakeServices,
+        make_project: Callable[[Services], Project],
+        *,
+        demo: bool = False,
+    ) -> None:
+        self.limits = limits
+        self.threads = Threads(limits.threads)
+        self.tabs = Tabs()
+        self.windows = Windows()
+        self.realm = Realm(Components([]), Robot())
+        self.run_id = secrets.token_hex(8)
+        """Distinguishes this run of the server from others, whose tabs had the same numbers."""
+        self.clipboard = ""
+        self._make_services = make_services
+        self._make_project = make_project
+        self._demo = demo
+        self._checking = Checking(limits.quiet_seconds)
+        self._recoverable: list[Abandoned] = []
+        self._published: WorkspacePush | None = None
+        self._tasks: list[asyncio.Task[None]] = []
+
+    async def __aenter__(self) -> Self:
+        news = News(self.tabs, self.windows, self.realm, self.publish_state)
+        self.services = self._make_services(news.publish)
+        self.project = self._make_project(self.services)
+        self.project.subscribe(news.hear)
+        self.code_questions = CodeQuestions(self.project.code_help)
+        self.runs = Runs(
+            self.services,
+            tabs=self.tabs,
+            windows=self.windows,
+            threads=self.threads,
+            root=self.project.root,
+            realm=self.realm,
+            changed=self.publish_state,
+        )
+        await self.look_for_recoverable()
+        self._tasks = [
+            asyncio.create_task(self._watch_files(), name="watch of the files"),
+            asyncio.create_task(self._checking.run(), name="checks"),
+        ]
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.to_thread(self.project.end_processes)
+        await self._checking.close()
+        services = self.services
+        for service in (services.running, services.robots, services.live):
+            try:
+                async with asyncio.timeout(_CLOSE_LIMIT):
+                    await service.close()
+            except Exception:
+                _logger.exception("%s did not close", type(service).__name__)
+        for tab in self.tabs:
+            await tab.edit(OpenDocument.abandon)
+        await self.threads.close()
+        self.project.close()
+
+    # ---------------------------------------------------------------------------------------- documents
+
+    def show(self, document: OpenDocument, *, recording: Path | None = None) -> Tab:
+        """Return the tab of an open document, a new one if it has none."""
+        if (known := self.tabs.of_document(document)) is not None:
+            return known
+        tab = Tab(
+            self.tabs.next_number(),
+            document,
+            self.threads,
+            changed=self._show,
+            output=self.limits.room_for_output(),
+            recording=recording,
+        )
+        self.tabs.add(tab)
+        self._show(tab)
+        return tab
+
+    def _show(self, tab: Tab) -> None:
+        """Show the new version of a tab's document."""
+        if tab.id not in self.tabs:
+            return
+        self.publish_state()  # first: a window gets a tab before its document
+        self.windows.show(tab)
+        self._checking.check(tab)
+
+    def remove(self, tab: Tab) -> None:
+        """Remove a tab, whose document is closed."""
+        self.tabs.remove(tab)
+        self._checking.forget(tab)
+        self.windows.close(tab.id)
+        self.publish_state()
+
+    def unsaved(self) -> list[str]:
+        """Return the names of the documents with unsaved changes."""
+        return [tab.shown.title for tab in self.tabs if tab.shown.is_unsaved]
+
+    def begin_demo(self) -> bool:
+        """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
+        wanted, self._demo = self._demo, False
+        return wanted and not self.tabs and self.realm.robot.status == "none"
+
+    async def look_for_recoverable(self) -> None:
+        """Find the documents that can be recovered."""
+        self._recoverable = await self.threads.do(self.project.recoverable)
+        self.publish_state()
+
+    async def _watch_files(self) -> None:
+        """Watch the files of the open documents, until cancelled."""
+        while True:
+            await asyncio.sleep(self.limits.file_check_seconds)
+            for tab in self.tabs:
+                try:
+                    await tab.edit(OpenDocument.refresh)
+                except Exception:
+                    if tab.id in self.tabs:
+                        _logger.exception("the file of %s cannot be watched", tab.shown.title)
+
+    # ---------------------------------------------------------------------------------------- windows
+
+    def greet(self, window: Window) -> None:
+        """Send a window everything, and from now on every change."""
+        self.windows.add(window)
+        window.greet()
+        window.push(self._state())
+        window.push(self.realm.robot)
+        for tab in self.tabs:
+            window.show(tab)
+            for push in (tab.problems, tab.outside, tab.run):
+                if push is not None:
+                    window.push(push)
+            output = tab.output
+            window.push(Output(tab=tab.id, lines=list(output.lines), dropped=output.dropped, whole=True))
+
+    async def leave(self, window: Window) -> None:
+        """Forget a window; components that no other window follows are detached."""
+        self.windows.remove(window)
+        await self.runs.leave(window)
+
+    def publish_state(self) -> None:
+        """Send all windows the state of the workspace, if it changed."""
+        state = self._state()
+        if state != self._published:
+            self._published = state
+            self.windows.push(state)
+
+    def _state(self) -> WorkspacePush:
+        return workspace_state(self.tabs, self._recoverable, self.realm.components, self.project.root)

@@ -1,0 +1,370 @@
+"""An open document: changed by commands, and checked, completed, generated, proved, simulated and drawn."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import msgspec
+
+from codegen.hfsm.document import Automaton, Document
+from visualhfsm._code_help.answers import Completions, Explanation, Signature
+from visualhfsm._editing.commands import Command, decode_command
+from visualhfsm._editing.places import Place
+from visualhfsm._editing.problems import Findings, Problem, Proof
+from visualhfsm._editing.serialization import copy_states
+from visualhfsm._errors import EditError, UnsavedError
+from visualhfsm._sessions import imports
+from visualhfsm._sessions.files import write_file
+from visualhfsm._sessions.session import Change, Choice, DocumentSession, Resolution
+
+from ._analyses import Analyses, Tools
+from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Listeners
+from ._version import FileState, Version
+
+if TYPE_CHECKING:
+    from visualhfsm.simulation._behavior import Behavior
+    from visualhfsm.simulation._robot import RobotKind
+
+
+class Owner(Tools, Protocol):
+    """What an open document needs of its project."""
+
+    def notify(self, event: Event) -> None:
+        """Notify the listeners of the project of an event."""
+
+    def saving(
+        self, document: OpenDocument, path: str | Path, *, overwrite: bool
+    ) -> AbstractContextManager[Path]:
+        """Return the file below the root to which a document is saved; nobody opens it meanwhile.
+
+        Raises VisualHfsmError when it may not be saved there.
+        """
+
+    def file(self, path: str | Path) -> Path:
+        """Return the path of a document below the root. Raises ForbiddenPathError."""
+
+    def forget(self, document: OpenDocument) -> None:
+        """Forget a document that is closed."""
+
+
+class OpenDocument:
+    """An open document of a project, which opens and makes them. Errors are VisualHfsmError.
+
+    Any thread may call any method: changes happen one after the other, and `version` is the state between
+    two of them. Checks, completion, generation and simulation work on the version that was
+    there when they were called, and keep nobody from changing the document.
+    """
+
+    def __init__(self, session: DocumentSession, owner: Owner, remarks: Sequence[str] | None = None) -> None:
+        self.remarks: Final = remarks
+        """What of a foreign file has no equivalent here; None for a file of ours."""
+        self._session = session
+        self._owner = owner
+        self._listeners = Listeners()
+        self._lock = threading.RLock()
+        self._depth = 0
+        self._notifying = False
+        self._file: FileState = "same"
+        self._closed = False
+        self._version = Version.of(session, self._file)
+        self._analyses = Analyses(owner, self._checked)
+
+    # -- state ---------------------------------------------------------------------------------------------
+
+    @property
+    def version(self) -> Version:
+        """The document at this moment."""
+        return self._version
+
+    @property
+    def automata(self) -> tuple[Automaton, ...]:
+        """The automata at this moment, as values."""
+        return self._version.document.automata
+
+    @property
+    def path(self) -> Path | None:
+        """The file, None as long as there is none."""
+        return self._version.path
+
+    def has(self, file: Path) -> bool:
+        """Return whether this is the document of a file, also one to which it is just being saved."""
+        return self._session.path == file
+
+    @property
+    def saved(self) -> Document | None:
+        """The document as it was read or saved last, None if it never was."""
+        with self._lock:
+            return self._session.saved_document
+
+    def text(self) -> str:
+        """Return the document as its file would hold it."""
+        with self._lock:
+            return self._session.text()
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Notify a listener of what happens to this document; return the function that ends this."""
+        return self._listeners.subscribe(listener)
+
+    # -- changes -------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Make several changes in a `with` block: no other thread changes the document meanwhile.
+
+        Listeners are notified at the end, once.
+        """
+        with self._lock:
+            what = f"Cannot use {self._version.title}"
+            if self._closed:
+                raise EditError(what, "it is closed", "open it again")
+            if self._notifying:
+                raise EditError(what, "its listeners are being notified", "change it after that")
+            self._depth += 1
+            try:
+                yield
+            finally:
+                self._depth -= 1
+                if not self._depth:
+                    self._settle()
+
+    def apply(self, commands: Command | Sequence[Command], base: str | None = None) -> Change:
+        """Apply a command, or several: all of them or none. Each is a step that can be undone.
+
+        `base` is the text in which the command's text was typed: changes of others to it are kept.
+        """
+        if isinstance(commands, Command):
+            command = _validated(commands)
+            with self.together():
+                return self._session.do(command, base)
+        several = [_validated(each) for each in commands]
+        if not several or base is not None:
+            why = "there is no command" if not several else "only one command at a time has a base"
+            raise EditError("Cannot change the document", why, "pass one command")
+        with self.together():
+            before = after = self._session.document
+            for command in several:
+                after = command.apply(after)
+            changes = [self._session.do(command) for command in several]
+            return replace(changes[-1], before=before)
+
+    def undo(self) -> Change:
+        """Undo the last step."""
+        with self.together():
+            return self._session.undo()
+
+    def redo(self) -> Change:
+        """Do the step again that was undone last."""
+        with self.together():
+            return self._session.redo()
+
+    def go_to(self, revision: int) -> Change:
+        """Undo or redo until the document is the one that was made at a revision."""
+        with self.together():
+            return self._session.go_to(revision)
+
+    def copy(self, automaton: int, states: Sequence[int]) -> str:
+        """Return states, with the transitions among them and all below, as text for `PasteStates`."""
+        return copy_states(self._version.document, automaton, states)
+
+    def cut(self, automaton: int, states: Sequence[int]) -> tuple[str, Change]:
+        """Copy states, and delete them."""
+        with self.together():
+            return self._session.cut(automaton, tuple(states))
+
+    def extract(self, automaton: int, path: str | Path) -> Change:
+        """Move an automaton with all below it to a new file beside this one, and import it from there."""
+        file = self._owner.file(path)
+        with self.together():
+            session = self._session
+            return session.do(imports.extract(session.document, automaton, session.path, file))
+
+    def inline(self, automaton: int) -> Change:
+        """Copy the content of an imported automaton into the document."""
+        with self.together():
+            session = self._session
+            return session.do(imports.inline(session.document, automaton, session.path))
+
+    # -- files ---------------------------------------------------------------------------------------------
+
+    def save(self, path: str | Path | None = None, *, overwrite: bool = False) -> Path:
+        """Save to the document's file, or to another one, which is its file from then on; return its path.
+
+        `overwrite` saves over another file, over one in an older format, and over what another program wrote
+        there meanwhile. Without it, these raise WouldOverwriteError, OldFormatError and ChangedOutsideError.
+        """
+        with self.together():
+            if path is None:
+                saved = self._session.save(overwrite=overwrite)
+            else:
+                with self._owner.saving(self, path, overwrite=overwrite) as target:
+                    saved = self._session.save(target, overwrite=overwrite)
+            self._file = "same"
+            return saved
+
+    def save_copy(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the document to another file, which does not become its own; return its path."""
+        with self._owner.saving(self, path, overwrite=overwrite) as target:
+            write_file(target, self.text().encode())
+            return target
+
+    def refresh(self) -> FileState:
+        """See what other programs did to the file, and return it; listeners are notified of what is new.
+
+        A document without unsaved changes becomes as its file is now, which can be undone.
+        """
+        with self._lock:
+            with self.together():
+                before = self._file
+                news = self._compare_with_file()
+                self._file = "same" if news.state == "reloaded" else news.state
+            if news.state != before:
+                self._notify(news)
+            return self._file
+
+    def resolve(self, choice: Choice | str) -> Resolution:
+        """Resolve a change of the file by another program: keep `mine`, take `theirs`, or `merge` both."""
+        with self.together():
+            resolution = self._session.resolve(Choice(choice))
+            self._file = "same"
+            return resolution
+
+    def close(self, *, discard: bool = False) -> None:
+        """Close the document, with unsaved changes only to `discard` them; else it raises UnsavedError."""
+        with self._lock:
+            if self._closed:
+                return
+            if self._session.is_unsaved and not discard:
+                raise UnsavedError(f"{self._version.title} has changes that are not saved")
+            self._session.close(discard=discard)
+            self._end()
+
+    def abandon(self) -> None:
+        """Close the document, and keep its unsaved changes, so that they can be recovered."""
+        with self._lock:
+            if not self._closed:
+                self._session.abandon()
+                self._end()
+
+    # -- checks --------------------------------------------------------------------------------------------
+
+    def check(self, *, again: bool = False) -> Findings:
+        """Return all that checks and the model checker find in the document, in another process.
+
+        It is computed once for each version: `again` is for other files that have changed, such as imported
+        ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
+        """
+        return self._analyses.check(self._version, again=again)
+
+    def problems(self) -> list[Problem]:
+        """Return what is wrong, doubtful or worth knowing, errors first; see `check`."""
+        return [*self.check().problems]
+
+    def prove(self) -> list[Proof]:
+        """Return the verdict on each property of the document, in their order; see `check`.
+
+        Raises EditError when the document has errors, or the model checker takes too long.
+        """
+        return self._analyses.prove(self._version)
+
+    # -- code ----------------------------------------------------------------------------------------------
+
+    def complete(
+        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
+    ) -> Completions:
+        """Return completions of the code at a place, best first; `line` counts from 1, `column` from 0.
+
+        `code` is the code as it is being typed, by default that of the document. It is read in another
+        process, and never run.
+        """
+        found = self._analyses.help_with_code("complete", self._version, place, code, (line, column))
+        return Completions(0, []) if found is None else msgspec.convert(found, Completions)
+
+    def explain(
+        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
+    ) -> Explanation | None:
+        """Return what the name at a position of the code stands for; see `complete`."""
+        found = self._analyses.help_with_code("explain", self._version, place, code, (line, column))
+        return msgspec.convert(found, Explanation | None)
+
+    def signature(
+        self, place: Place, *, line: int = 1, column: int = 0, code: str | None = None
+    ) -> Signature | None:
+        """Return the parameters of the call around a position of the code; see `complete`."""
+        found = self._analyses.help_with_code("signature", self._version, place, code, (line, column))
+        return msgspec.convert(found, Signature | None)
+
+    def generate(self, directory: str | Path | None = None) -> Path:
+        """Write the component of the document as it is now, with unsaved changes, and return its file.
+
+        It is written beside the document, or into a directory. Raises VisualHfsmError, which names the first
+        error and counts the others.
+        """
+        return self._analyses.generate(self._version, None if directory is None else Path(directory))
+
+    def simulate(self, robot: RobotKind | None = None, **options: Any) -> Behavior:  # noqa: ANN401 - of Behavior
+        """Return a run of the component in virtual time, in this process, with a robot or without one.
+
+        `robot` is `fake` or `sim`; the options are those of `visualhfsm.simulation.simulate`. Close it at the
+        end, or use a `with` block. This runs the code of the document.
+        """
+        return self._analyses.simulate(self._version, robot=robot, **options)
+
+    def svg(self, automaton: int | None = None) -> str:
+        """Return a picture of an automaton, by default of the root, as SVG; imported ones are drawn, too."""
+        return self._analyses.svg(self._version, automaton)
+
+    def _repr_svg_(self) -> str:
+        """Show the root in a notebook."""
+        return self.svg()
+
+    # -- parts ---------------------------------------------------------------------------------------------
+
+    def _compare_with_file(self) -> FileChanged:
+        session = self._session
+        if session.path is None or not session.is_changed_outside():
+            return FileChanged(self, "same")
+        if not session.path.exists():
+            return FileChanged(self, "deleted")
+        if session.dirty:
+            return FileChanged(self, "changed")
+        try:
+            session.resolve(Choice.THEIRS)
+        except EditError as error:  # it is not a document, or incomplete: try again
+            return FileChanged(self, "changed", str(error))
+        return FileChanged(self, "reloaded")
+
+    def _settle(self) -> None:
+        """Make the new version, and notify the listeners of it."""
+        version = Version.of(self._session, self._file)
+        if version != self._version:
+            self._version = version
+            self._notifying = True  # otherwise a listener could change it, and others hear of that first
+            try:
+                self._notify(Changed(self, version))
+            finally:
+                self._notifying = False
+
+    def _checked(self, version: Version, findings: Findings) -> None:
+        self._notify(Checked(self, version, findings))
+
+    def _end(self) -> None:
+        self._closed = True
+        self._owner.forget(self)
+        self._notify(Closed(self))
+
+    def _notify(self, event: Event) -> None:
+        self._listeners.notify(event)
+        self._owner.notify(event)
+
+
+def _validated(command: Command) -> Command:
+    """Return a command whose fields have the types that it declares: it will be read from the journal."""
+    try:
+        return decode_command(msgspec.json.encode(command))
+    except TypeError as error:
+        raise EditError("Cannot understand the command", str(error)) from error

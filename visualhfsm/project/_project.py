@@ -1,0 +1,291 @@
+"""A folder with documents, and those of them that are open."""
+
+from __future__ import annotations
+
+import stat
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Final, Literal, Self
+
+from codegen.hfsm.scxml import is_scxml
+from visualhfsm._code_help.service import CodeHelp
+from visualhfsm._editing.check_process import CheckProcess
+from visualhfsm._editing.serialization import import_scxml, parse
+from visualhfsm._errors import EditError, MissingError, TooManyError, WouldOverwriteError
+from visualhfsm._sessions.files import read_file
+from visualhfsm._sessions.journal import Abandoned, find_abandoned, journal_directory
+from visualhfsm._sessions.session import DocumentSession
+from visualhfsm._sessions.templates import EMPTY, make_template
+
+from ._document import OpenDocument
+from ._events import Event, Listener, Listeners, Opened
+from ._root import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX, Root
+from ._titles import free_title, stem
+
+_MOST_ENTRIES: Final = 2000  # of a directory
+_MOST_REMARKS: Final = 100  # about one document
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A directory, a document or a recording in a directory; size in bytes, `changed_at` in s since 1970."""
+
+    path: Path
+    kind: Literal["directory", "document", "recording"]
+    size: int
+    changed_at: float
+
+
+class Project:
+    """A folder with documents, without page and network. Errors are VisualHfsmError.
+
+    `root` is the folder: files outside of it are refused, apart from those `granted`. `include` are
+    directories with further packages of interfaces. Unsaved changes are kept in `journals`, by default the
+    user's directory of journals, and outlive a crash; only one process at a time has them. At most `most`
+    documents are open at a time.
+
+    All methods may be called from any thread. Leaving it as a context closes what is open, and keeps unsaved
+    changes for `recover`.
+    """
+
+    def __init__(
+        self,
+        root: str | Path = ".",
+        include: Iterable[str | Path] = (),
+        *,
+        granted: Iterable[Path] = (),
+        journals: Path | None = None,
+        most: int | None = None,
+        checks: CheckProcess | None = None,
+        code_help: CodeHelp | None = None,
+    ) -> None:
+        self.root: Final = Root(Path(root), granted)
+        self.include: Final[Sequence[Path]] = tuple(Path(each).resolve() for each in include)
+        self.journals: Final = journals or journal_directory()
+        folder = self.root.directory
+        self.checks: Final = checks or CheckProcess(folder=folder)
+        self.code_help: Final = code_help or CodeHelp(include=self.include, folder=folder)
+        self._most = most
+        self._listeners = Listeners()
+        self._opening = threading.RLock()
+        """Held while a document is opened or gets a file, so that no two documents have the same one.
+
+        It may be taken while a document is locked; nobody locks a document while holding it.
+        """
+        self._documents: list[OpenDocument] = []
+        self._closed = False
+        self._abandoned: dict[str, Abandoned] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close all documents, keeping unsaved changes for recovery, and end the processes."""
+        self.end_processes()
+        with self._opening:
+            self._closed = True
+        for document in self.documents:
+            document.abandon()
+
+    def end_processes(self) -> None:
+        """End the processes that check and read code; questions that wait for them fail."""
+        self.checks.close()
+        self.code_help.close()
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Notify a listener of what happens to all documents; return the function that ends this."""
+        return self._listeners.subscribe(listener)
+
+    # -- open documents ------------------------------------------------------------------------------------
+
+    @property
+    def documents(self) -> list[OpenDocument]:
+        """The open documents in the order in which they were opened."""
+        return [*self._documents]
+
+    def find(self, path: Path) -> OpenDocument | None:
+        """Return the open document of a file."""
+        return next((each for each in self.documents if each.has(path)), None)
+
+    def require_room(self) -> None:
+        """Raise TooManyError when no more documents can be opened."""
+        if self._most is not None and len(self._documents) >= self._most:
+            raise TooManyError(f"{len(self._documents)} documents are open; close one first")
+
+    def open(self, path: str | Path) -> OpenDocument:
+        """Open a document in any format, relative to the root; one that is open already is returned.
+
+        SCXML becomes a new document, whose `remarks` say what has no equivalent here.
+        """
+        file = self.root.source(str(path))
+        with self._opening:
+            if (known := self.find(file)) is not None:
+                return known
+            if not file.is_file():
+                raise MissingError(f"there is no file {path}")
+            content, _ = read_file(file)
+            if is_scxml(file.name, content):
+                return self._import(file.name, content)
+            return self._add(lambda: DocumentSession.open(file, journals=self.journals))
+
+    def open_text(self, name: str, text: str, *, kept: bool = False) -> OpenDocument:
+        """Open a text in any format as a document that has no file yet, `name` is that of the text.
+
+        `kept` says that it is kept elsewhere as it is, so that closing it loses nothing.
+        """
+
+        def make() -> DocumentSession:
+            document = parse(text, f"Cannot open {name}")
+            title = name if kept else self._free_title(stem(name))
+            return DocumentSession.new(document, title, journals=self.journals, kept=kept)
+
+        with self._opening:
+            if is_scxml(name, content := text.encode()):
+                return self._import(name, content)
+            return self._add(make)
+
+    def new(self, template: str = EMPTY) -> OpenDocument:
+        """Make a document from a template: an empty one, or one of the behaviors that are installed."""
+
+        def make() -> DocumentSession:
+            name, document = make_template(template)
+            return DocumentSession.new(document, self._free_title(name), journals=self.journals)
+
+        with self._opening:
+            return self._add(make)
+
+    def refresh(self) -> None:
+        """See what other programs did to the files of the open documents, and notify the listeners."""
+        for document in self.documents:
+            document.refresh()
+
+    # -- recovery ------------------------------------------------------------------------------------------
+
+    def recoverable(self) -> list[Abandoned]:
+        """Return the documents that can be recovered: those below the root, and those without a file.
+
+        Their sessions ended without closing.
+        """
+        found = [
+            each
+            for each in find_abandoned(self.journals)
+            if each.path is None or self.root.contains(each.path)
+        ]
+        self._abandoned = {each.file.name: each for each in found}
+        return found
+
+    def recover(self, journal: str) -> OpenDocument:
+        """Open one of `recoverable` as it was, by the name of its journal."""
+        file = self._journal(journal)
+        with self._opening:
+            opened = self._add(lambda: DocumentSession.recover(file))
+        self._abandoned.pop(journal, None)
+        return opened
+
+    def discard(self, journal: str) -> None:
+        """Discard the changes of one of `recoverable`."""
+        DocumentSession.recover(self._journal(journal)).close(discard=True)
+        self._abandoned.pop(journal, None)
+
+    # -- files ---------------------------------------------------------------------------------------------
+
+    def entries(self, directory: str | Path = "") -> list[Entry]:
+        """Return the directories, documents and recordings in a directory, without hidden ones."""
+        place = self.root.directory_of(str(directory))
+        try:
+            found = [*place.iterdir()]
+        except OSError as error:
+            raise MissingError(f"{place.name} cannot be listed: {error.strerror}") from error
+        shown = [each for path in found if (each := self._entry(path)) is not None]
+        shown.sort(key=lambda each: (each.kind != "directory", each.path.name))
+        return shown[:_MOST_ENTRIES]
+
+    def _entry(self, path: Path) -> Entry | None:
+        if path.name.startswith(".") or not self.root.contains(path):
+            return None
+        try:
+            status = path.stat()
+        except OSError:  # a broken link, or a file that was deleted just now
+            return None
+        if stat.S_ISDIR(status.st_mode):
+            return Entry(path, "directory", status.st_size, status.st_mtime)
+        suffix = path.suffix.lower()
+        if not stat.S_ISREG(status.st_mode) or suffix not in _KINDS:
+            return None
+        return Entry(path, _KINDS[suffix], status.st_size, status.st_mtime)
+
+    # -- for open documents --------------------------------------------------------------------------------
+
+    def notify(self, event: Event) -> None:
+        """Notify the listeners of the project of an event."""
+        self._listeners.notify(event)
+
+    def file(self, path: str | Path) -> Path:
+        """Return the path of a document below the root."""
+        return self.root.document(str(path))
+
+    @contextmanager
+    def saving(self, document: OpenDocument, path: str | Path, *, overwrite: bool) -> Iterator[Path]:
+        """Return the file to which a document is saved; its folder is made, and nobody opens it meanwhile."""
+        file = self.file(path)
+        with self._opening:
+            if self.find(file) not in {None, document}:
+                raise WouldOverwriteError(f"{path} is open, too; close that document first")
+            if file.exists() and file != document.path and not overwrite:
+                raise WouldOverwriteError(f"{path} already exists")
+            try:
+                file.parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                what = f"Cannot create the folder {file.parent.name}"
+                raise EditError(what, error.strerror or str(error), "choose another name") from error
+            yield file
+
+    def forget(self, document: OpenDocument) -> None:
+        """Forget a document that is closed."""
+        self._documents.remove(document)
+
+    # -- parts ---------------------------------------------------------------------------------------------
+
+    def _add(self, make: Callable[[], DocumentSession], remarks: Sequence[str] | None = None) -> OpenDocument:
+        if self._closed:
+            raise EditError("Cannot open a document", "the project is closed", "make another Project")
+        self.require_room()
+        opened = OpenDocument(make(), self, remarks)
+        self._documents.append(opened)
+        self.notify(Opened(opened))
+        return opened
+
+    def _import(self, name: str, content: bytes) -> OpenDocument:
+        """Open SCXML as a document that has no file yet."""
+        document, remarks = import_scxml(content, name)
+        title = self._free_title(stem(name))
+        return self._add(
+            lambda: DocumentSession.new(document, title, journals=self.journals), remarks[:_MOST_REMARKS]
+        )
+
+    def _free_title(self, wanted: str) -> str:
+        """Return a title for a document without a file, whose component no other one has."""
+        return free_title(wanted, {each.version.component for each in self.documents})
+
+    def _journal(self, name: str) -> Path:
+        if name not in self._abandoned:
+            self.recoverable()
+        if name not in self._abandoned:
+            raise MissingError(f"{name} cannot be recovered any more")
+        return self._abandoned[name].file
+
+
+_KINDS: Final[dict[str, Literal["document", "recording"]]] = {
+    DOCUMENT_SUFFIX: "document",
+    FOREIGN_SUFFIX: "document",
+    RECORDING_SUFFIX: "recording",
+}

@@ -1,0 +1,98 @@
+"""The folder of a project, outside of which it reaches no file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from codegen.files import is_regular
+from codegen.hfsm.formats.reader import looks_like_document
+from visualhfsm._errors import ForbiddenPathError, MissingError
+
+DOCUMENT_SUFFIX: Final = ".xml"
+FOREIGN_SUFFIX: Final = ".scxml"
+RECORDING_SUFFIX: Final = ".mcap"
+
+_LONGEST_PATH: Final = 4096  # characters, as Linux has it
+
+
+class Root:
+    """The directory to which opening, saving and listing are confined.
+
+    Symbolic links are resolved before a path is checked. `granted` are files that the operator named at the
+    terminal; they may be elsewhere.
+    """
+
+    def __init__(self, directory: Path, granted: Iterable[Path] = ()) -> None:
+        try:
+            self.directory = directory.resolve(strict=True)
+        except (OSError, RuntimeError) as error:  # it does not exist, or is a loop of links
+            raise MissingError(f"there is no folder {directory}") from error
+        if not self.directory.is_dir():
+            raise MissingError(f"{directory} is not a folder")
+        self._granted = frozenset(path.resolve() for path in granted)
+
+    def resolve(self, text: str) -> Path:
+        """Return the path for a text from a user, absolute and without symbolic links.
+
+        Raises ForbiddenPathError.
+        """
+        if not text or len(text) > _LONGEST_PATH or "\0" in text:
+            raise ForbiddenPathError("the path is empty, too long, or contains a zero byte")
+        try:
+            path = (self.directory / text).resolve()
+            with suppress(FileNotFoundError, NotADirectoryError):
+                path.stat()
+        except (OSError, RuntimeError) as error:  # a loop of links, or too long a name
+            raise ForbiddenPathError(f"invalid path {text[:100]}") from error
+        if not self.contains(path):
+            raise ForbiddenPathError(
+                f"{text} is outside {self.directory}; to reach it, open a folder that contains it: "
+                "`Project(DIR)`, or `visualhfsm edit --root DIR`"
+            )
+        return path
+
+    def contains(self, path: Path) -> bool:
+        """Whether users may reach a path, with symbolic links followed."""
+        path = path.resolve()
+        return path.is_relative_to(self.directory) or path in self._granted
+
+    def document(self, text: str) -> Path:
+        """Return the path of a document, which ends in `.xml`; raises ForbiddenPathError."""
+        return self._file(text, DOCUMENT_SUFFIX)
+
+    def source(self, text: str) -> Path:
+        """Return the path of a file to open, a document or SCXML; raises ForbiddenPathError."""
+        return self._file(text, DOCUMENT_SUFFIX, FOREIGN_SUFFIX)
+
+    def recording(self, text: str) -> Path:
+        """Return the path of a recording, which ends in `.mcap`; raises ForbiddenPathError."""
+        return self._file(text, RECORDING_SUFFIX)
+
+    def _file(self, text: str, *suffixes: str) -> Path:
+        path = self.resolve(text)
+        if path.suffix.lower() not in suffixes:
+            raise ForbiddenPathError(f"{text}: the name of the file must end in {' or '.join(suffixes)}")
+        if path.exists() and not path.is_file():  # reading a pipe might wait forever
+            raise ForbiddenPathError(f"{text} is not a file")
+        return path
+
+    def directory_of(self, text: str) -> Path:
+        """Return the path of a directory, the root for an empty text; raises ForbiddenPathError."""
+        path = self.resolve(text) if text else self.directory
+        if not path.is_relative_to(self.directory) or not path.is_dir():
+            raise ForbiddenPathError(f"{text} is not a directory below {self.directory}")
+        return path
+
+    def name(self, path: Path) -> str:
+        """Return the name of a path for users: relative to the root where possible."""
+        return str(path.relative_to(self.directory) if path.is_relative_to(self.directory) else path)
+
+
+def find_documents(directory: Path) -> Iterator[Path]:
+    """Yield the documents in a directory and all below it, by name."""
+    for file in sorted(directory.rglob(f"*{DOCUMENT_SUFFIX}")):
+        if is_regular(file) and looks_like_document(file):
+            yield file

@@ -1,0 +1,58 @@
+"""An open document at one moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Final, Literal
+
+from codegen.hfsm.code.names import component_name
+from codegen.hfsm.document import Document
+from visualhfsm._sessions.session import DocumentSession, Step
+
+FileState = Literal["same", "changed", "deleted"]
+"""What another program did to the file of a document since that was read or saved."""
+
+_STEPS: Final = 100  # that a version names; there may be more
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Version:
+    """An open document at one moment, as a value. Versions share the parts that did not change.
+
+    `path` is its file, None as long as it has none; `dirty` says that the file differs, `title` is its name.
+    """
+
+    revision: int
+    """The number of changes since it was opened."""
+    document: Document
+    path: Path | None
+    title: str
+    dirty: bool
+    is_unsaved: bool
+    """Whether closing would lose changes."""
+    undo: tuple[Step, ...]
+    """The steps that can be undone, the latest first."""
+    redo: tuple[Step, ...]
+    file: FileState = "same"
+
+    @classmethod
+    def of(cls, session: DocumentSession, file: FileState) -> Version:
+        """Return the present version of a session."""
+        return cls(
+            revision=session.revision,
+            document=session.document,
+            path=session.path,
+            title=session.name,
+            dirty=session.dirty,
+            is_unsaved=session.is_unsaved,
+            undo=tuple(islice(session.undo_steps, _STEPS)),
+            redo=tuple(islice(session.redo_steps, _STEPS)),
+            file=file,
+        )
+
+    @property
+    def component(self) -> str:
+        """The name of its component, which follows from that of the file, or from the title without one."""
+        return component_name(self.title if self.path is None else self.path.stem)

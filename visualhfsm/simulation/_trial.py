@@ -1,0 +1,75 @@
+"""Try a component without a robot: `python -m visualhfsm.simulation._trial COMPONENT [ITS OPTIONS]`.
+
+This is *Try it* of the editor: an execution whose time passes by itself, with the fake robot, and stand-ins
+for all other interfaces. They cannot be reached from outside; the monitor is served in the realm, as always.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+from hfsm_runtime.command import World, make_app
+from hfsm_runtime.component import Component
+from hfsm_runtime.debugger.reload import components_in
+from hfsm_runtime.ending import report_abrupt_ends
+from hfsm_runtime.errors import ComponentError, OnError, OnRefused
+from hfsm_runtime.loading import load_module
+from hfsm_runtime.virtual.clock import PacedClock
+from hfsm_runtime.virtual.paced import PacedExecution
+from hfsm_runtime.virtual.world import VirtualWorld
+from zenoh_ice import Clock
+from zenoh_ice.application.cli import run
+
+from ._robot import RobotUnderTest
+
+_KEPT = 100
+"""Events and calls that a trial remembers, perhaps for hours: its monitor shows neither."""
+
+
+@contextmanager
+def trial() -> Iterator[World]:
+    """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block."""
+    clock = PacedClock()
+    with (
+        closing(VirtualWorld(clock, stand_ins=True, kept=_KEPT)) as world,
+        closing(RobotUnderTest("fake", clock, world.network)) as robot,
+    ):
+
+        def make(
+            component: Component,
+            _clock: Clock,
+            on_error: OnError | None = None,
+            _servers_present: Callable[[], bool] | None = None,
+            *,
+            on_refused: OnRefused | None = None,
+        ) -> PacedExecution:
+            made = PacedExecution(component, world, on_error=on_error, on_refused=on_refused)
+            made.joints = lambda: robot.joints
+            return made
+
+        yield World(world.communicator, world.connect, make)
+
+
+def main() -> NoReturn:
+    """Run the component of a file with the component's command line."""
+    if len(sys.argv) < 2:
+        sys.exit("usage: python -m visualhfsm.simulation._trial COMPONENT [ITS OPTIONS]")
+    file = Path(sys.argv[1]).resolve()
+    sys.argv[:2] = [str(file)]
+    sys.path.insert(0, str(file.parent))  # for handwritten code beside it
+    report_abrupt_ends(str(file))
+    try:
+        found = components_in(load_module(file.stem, file, own_builtins=True))
+    except ComponentError as error:
+        sys.exit(f"{file.name}: error: {error}")
+    if len(found) != 1:
+        sys.exit(f"{file.name} defines {len(found)} components, not one")
+    run(make_app(found[0], trial), expected=(ComponentError,))
+
+
+if __name__ == "__main__":
+    main()

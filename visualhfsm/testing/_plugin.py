@@ -1,0 +1,161 @@
+"""The pytest plugin: the fixture `behavior`, the timeline of a failed test, and the coverage of automata.
+
+Every pytest run loads it, so its dependencies are imported only when they are needed.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import pytest
+
+from zenoh_ice.application import hidden_interfaces
+
+if TYPE_CHECKING:
+    from hfsm_runtime import Component
+    from visualhfsm.simulation import Behavior
+    from visualhfsm.simulation._robot import CameraKind, RobotKind
+    from zenoh_ice import Object
+
+
+def __tracebackhide__(caught: pytest.ExceptionInfo[BaseException]) -> bool:  # noqa: N807 - the name is pytest's
+    """Return whether pytest need not show our code, because the error says it all."""
+    if "hfsm_runtime" not in sys.modules:
+        return False  # not an error of it
+    from hfsm_runtime.virtual.errors import says_it_all
+
+    return says_it_all(caught)
+
+
+_BEHAVIORS: Final = pytest.StashKey["list[Behavior]"]()
+_COVERAGE: Final = "hfsm_coverage"
+
+
+class MakeBehavior(Protocol):
+    """The fixture `behavior`."""
+
+    def __call__(
+        self,
+        document: str | Path | type[Component],
+        *,
+        robot: RobotKind | None = None,
+        parameters: Mapping[str, object] | None = None,
+        stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
+        on_error: str | None = None,
+        camera: CameraKind = "auto",
+        include: Sequence[str | Path] = (),
+        **settings: Any,  # noqa: ANN401
+    ) -> Behavior:
+        """Run a document, or a component, in virtual time; it is closed after the test.
+
+        A relative path is looked up next to the test, then below the project root. `robot` is `fake`,
+        `sim` or None; `stubs` answer interfaces by hand; `include` are directories with packages of
+        interfaces that are neither beside the document nor in the project's folder `interfaces`; `settings`
+        are those of the robot, such as `posture`, or `body="H21"`.
+        """
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options."""
+    group = parser.getgroup("hfsm", "automata")
+    group.addoption(
+        "--hfsm-cov",
+        action="append",
+        default=[],
+        metavar="DOCUMENT-OR-DIR",
+        help="measure which states, transitions and guards of these documents the tests cover; repeatable",
+    )
+    group.addoption(
+        "--hfsm-cov-fail-under",
+        type=float,
+        metavar="PERCENT",
+        help="fail when less is covered",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure coverage if an option requests it."""
+    if config.getoption("--hfsm-cov"):
+        from ._coverage import CoverageSession
+
+        config.pluginmanager.register(CoverageSession(config), _COVERAGE)
+
+
+@pytest.fixture
+def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
+    """Make behaviors that run in virtual time; each is closed after the test."""
+    if hidden := hidden_interfaces():
+        pytest.fail(hidden, pytrace=False)
+    from visualhfsm.simulation import simulate
+
+    made: list[Behavior] = []
+    request.node.stash[_BEHAVIORS] = made
+    coverage = request.config.pluginmanager.get_plugin(_COVERAGE)
+    places = [request.path.parent, request.config.rootpath]
+
+    def make(
+        document: str | Path | type[Component],
+        *,
+        include: Sequence[str | Path] = (),
+        **options: Any,  # noqa: ANN401 - those of `simulate`
+    ) -> Behavior:
+        if not isinstance(document, type):
+            document = _find_document(Path(document), places)
+        behavior = simulate(document, include=_find_directories(include, places), **options)
+        made.append(behavior)
+        if coverage is not None and behavior.document is not None:
+            coverage.hits.watch(lambda: behavior.document, behavior.tree)
+        return behavior
+
+    yield make
+    for behavior in made:
+        behavior.close()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Name the module that hides the package `interfaces` where a file of tests cannot import it."""
+    report = yield
+    if report.failed and "interfaces" in str(report.longrepr) and (hidden := hidden_interfaces()):
+        report.longrepr = f"{collector.nodeid}: {hidden}"
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Add the timelines of its behaviors to the report of a failed test."""
+    report = yield
+    if report.when == "call" and report.failed and call.excinfo is not None:
+        message = str(call.excinfo.value)
+        for behavior in item.stash.get(_BEHAVIORS, []):
+            if behavior.timeline not in message:
+                report.sections.append(("behavior", behavior.timeline))
+    return report
+
+
+def _find_document(path: Path, directories: Sequence[Path]) -> Path:
+    """Return the path of a document; a relative one is looked up in the directories, in order."""
+    tried = [directory / path for directory in directories]
+    for candidate in tried:
+        if candidate.is_file():
+            return candidate
+    raise FileNotFoundError(f"there is no document {path}; looked for {', '.join(map(str, tried))}")
+
+
+def _find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) -> list[Path]:
+    """Return the paths of directories; a relative one is looked up in the other directories."""
+    found: list[Path] = []
+    for each in [wanted] if isinstance(wanted, str) else wanted:
+        tried = [directory / each for directory in directories]
+        place = next((candidate for candidate in tried if candidate.is_dir()), None)
+        if place is None:
+            raise FileNotFoundError(f"there is no directory {each}; looked for {', '.join(map(str, tried))}")
+        found.append(place)
+    return found

@@ -1,0 +1,113 @@
+"""What everything that a node creates has in common: its entity, its key, its token, and its end."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+
+import zenoh
+
+from . import _wire as wire
+from ._graph import Discovery, EndpointsOf
+from ._messages import Types
+from ._wire import Attachment, Entity
+from ._workers import Workers
+from .exceptions import MessageError, NodeClosedError
+
+Handler = Callable[..., Any]
+"""Gets a message or a request, and its `Sender` if it asks for that."""
+
+
+class Owner(Protocol):
+    """What the parts of a node need of it."""
+
+    @property
+    def session(self) -> zenoh.Session:
+        """The session that carries their messages."""
+
+    @property
+    def discovery(self) -> Discovery:
+        """The tokens of the domain."""
+
+    @property
+    def types(self) -> Types:
+        """The types of messages that are known."""
+
+    @property
+    def workers(self) -> Workers:
+        """The threads of callbacks."""
+
+    @property
+    def receiving(self) -> Workers:
+        """The thread that decodes messages."""
+
+    def on_close(self, key: object, close: Callable[[], None] | None) -> None:
+        """Call `close` when the node closes; None to forget it."""
+
+
+class Endpoint:
+    """The common part of everything that a node creates: its entity, its key, its token, and its end."""
+
+    def __init__(self, node: Owner, entity: Entity) -> None:
+        self.node: Final = node
+        self.entity: Final = entity
+        self.name: Final = entity.name
+        self.type_name: Final = entity.type_name
+        self._gid: Final = entity.gid()
+        self._key: Final = wire.key(entity.domain, entity.name, entity.type_name, entity.type_hash)
+        self._numbers: Final = itertools.count(1)
+        self._declared: list[Any] = []
+        self._following: Final = threading.Lock()
+        self._others: dict[wire.EntityKind, EndpointsOf] = {}
+        self._closed = False
+
+    def _announce(self, *declared: Any) -> None:  # noqa: ANN401
+        self._declared += [*declared, self.node.session.liveliness().declare_token(self.entity.token())]
+
+    def others(self, kind: wire.EntityKind) -> EndpointsOf:
+        """Return the other ends of one kind of its topic or service, followed from the first use on."""
+        with self._following:
+            found = self._others.get(kind)
+            if found is None:
+                self._check_open()
+                found = self._others[kind] = EndpointsOf(self.node.discovery, kind, self.name, self._meet)
+            return found
+
+    def _meet(self, other: Entity) -> None:
+        """Take notice of another end that came."""
+
+    def _attachment(self) -> tuple[int, bytes]:
+        number = next(self._numbers)
+        return number, Attachment(number, time.time_ns(), self._gid).encode()
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise NodeClosedError(f"{self.name}: it is closed")
+
+    def close(self) -> None:
+        """Withdraw it from the graph."""
+        if self._closed:
+            return
+        self._closed = True
+        self.node.on_close(self, None)
+        for each in reversed(self._declared):  # the token first
+            each.undeclare()
+        with self._following:
+            followed = [*self._others.values()]
+        for each in followed:
+            each.close()
+
+
+def bytes_of(payload: zenoh.ZBytes, most: int, type_name: str) -> bytes:
+    """Return the bytes of a payload; raises MessageError for one that is too large to be copied."""
+    if len(payload) > most:
+        raise MessageError(f"{type_name}: {len(payload)} bytes; at most {most} are decoded")
+    return payload.to_bytes()
+
+
+def attachment_of(data: zenoh.ZBytes | None) -> Attachment | None:
+    """Return the attachment of a message; None if there is none of rmw_zenoh."""
+    return Attachment.decode(data.to_bytes()) if data is not None and len(data) == Attachment.SIZE else None
