@@ -22,19 +22,20 @@ def test_the_conversation_is_held_as_it_is_described(tmp_path: Path) -> None:
     root = tmp_path / "root"
     root.mkdir()
     (root / "robot.xml").write_text(DOCUMENT)
-    lines = [line for block in blocks_of(PAGE.read_text("utf-8")) for line in block.text.splitlines()]
+    text = "\n".join(block.text for block in blocks_of(PAGE.read_text("utf-8")))
+    shown = re.findall(r"^([→←]) (.*\n(?:  .*\n?)*)", f"{text}\n", re.MULTILINE)
+    assert len(shown) > 30
     with editor(root) as running, running.socket() as socket:
         window = Window(socket)
         pushed = 0
-        for line in lines:
-            mark, text = line.split(" ", 1)
-            expected = json.loads(text)
+        for mark, message in shown:
+            expected = json.loads(message)
             if mark == "→":
-                socket.send(text)
+                socket.send(message)
                 pushed = len(window.pushes)
                 continue
             # It may have come while something else was waited for.
-            seen = [message for message in window.pushes[pushed:] if matches(message, expected)]
+            seen = [push for push in window.pushes[pushed:] if matches(push, expected)]
             if not seen:
                 window.wait_for(partial(matches, expected=expected))
     assert not window.documents

@@ -11,6 +11,7 @@ from codegen.command import app
 from tests.support.pages import DOCS
 
 PAGES = sorted(DOCS.rglob("*.md"))
+LONGEST_LINE = 120
 
 
 def test_links_lead_somewhere() -> None:
@@ -21,6 +22,17 @@ def test_links_lead_somewhere() -> None:
     ]
     assert len(links) > len(PAGES)
     assert [(str(page), link) for page, link in links if not (page.parent / link).exists()] == []
+
+
+def test_lines_are_short_enough_for_a_diff() -> None:
+    written = re.compile(r"\||<scxml ")  # rows of tables, and a line that is shown as our program writes it
+    long = [
+        f"{page.relative_to(DOCS.parent)}:{number}"
+        for page in [*DOCS.parent.glob("*.md"), *PAGES]
+        for number, line in enumerate(page.read_text("utf-8").splitlines(), start=1)
+        if len(line) > LONGEST_LINE and not written.match(line.lstrip())
+    ]
+    assert long == []
 
 
 def test_the_site_has_no_program_of_the_folder() -> None:
