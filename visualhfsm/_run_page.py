@@ -1,6 +1,6 @@
 """Write a run as one HTML file that needs neither server nor network, to hand it in.
 
-The file contains the modules of the editor's page that `web/static/run-page.js` imports. Each is a `data:`
+The file contains the modules of the editor's page that `_web/static/run-page.js` imports. Each is a `data:`
 URL in an import map, which browsers know without a build step; nothing relative can be imported from there,
 so that modules import each other by name. The run is one block of compressed JSON in base64: no name,
 variable or code of it is ever read as HTML or script. The policy of the file allows only scripts and styles

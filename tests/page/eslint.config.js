@@ -20,6 +20,6 @@ export default [
       "prefer-template": "error",
     },
   },
-  {files: ["**/web/static/**"], languageOptions: {globals: globals.browser}},
+  {files: ["**/_web/static/**"], languageOptions: {globals: globals.browser}},
   {files: ["**/tests/page/**"], languageOptions: {globals: globals.node}},
 ];

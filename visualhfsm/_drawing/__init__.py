@@ -2,5 +2,5 @@
 
 `arcs` are the lines of transitions, `labels` the places of their names, `text` fits names into circles, and
 `symbols` has glyphs and colours. All of them agree with the modules of the page's canvas in
-`web/static/canvas/`: a change of one needs the same change of the other, and tests compare both.
+`_web/static/canvas/`: a change of one needs the same change of the other, and tests compare both.
 """
