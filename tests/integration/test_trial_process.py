@@ -20,12 +20,13 @@ Tried = tuple[ComponentProcess, HfsmMonitorPrx]
 
 
 @contextmanager
-def tried(directory: Path, endpoint: str, code: str) -> Iterator[Tried]:
+def tried(directory: Path, endpoint: str, code: str, *options: str) -> Iterator[Tried]:
     """Try a document with some code in its second state; yield its process and its monitor, once there."""
     states = state(1, "first", initial=True), state(2, "second", code)
     root = sub(1, 0, *states, transition(1, 1, 2, "100", type="time", name="time"), period="50")
     file = compile_to(directory, document(root), "odd")
-    command = module("visualhfsm.simulation._trial", str(file), "--connect", endpoint, "--clock", "wall")
+    where = ("--connect", endpoint, "--clock", "wall")
+    command = module("visualhfsm.simulation._trial", str(file), *where, *options)
     with (
         initialize(connect=[], listen=[endpoint], clock="wall") as communicator,
         ComponentProcess(command) as process,
@@ -61,6 +62,13 @@ def test_the_monitor_ends_code_that_hangs(tmp_path: Path, endpoint: str) -> None
     with tried(tmp_path, endpoint, HANGS) as (process, monitor):
         monitor.stop()
         assert process.wait(END_LIMIT) == 0
+
+
+@pytest.mark.slow
+def test_a_signal_ends_code_that_hangs_though_its_time_is_not_over(tmp_path: Path, endpoint: str) -> None:
+    with tried(tmp_path, endpoint, HANGS, "--seconds", "600") as (process, _):
+        process.process.send_signal(signal.SIGTERM)
+        assert process.wait(END_LIMIT) == 143
 
 
 def test_code_that_sleeps_ends_with_its_trial(tmp_path: Path, endpoint: str) -> None:
