@@ -130,7 +130,7 @@ def restore_random(text: str) -> None:
             import numpy as np
 
             np.random.set_state(tuple(state["numpy"]))
-    except (LookupError, TypeError, OverflowError, ImportError) as error:
+    except (LookupError, TypeError, OverflowError, RecursionError, ImportError) as error:
         raise ValueError(f"the recorded state of the random numbers is malformed: {error}") from error
 
 

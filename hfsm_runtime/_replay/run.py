@@ -42,6 +42,7 @@ _SECOND: Final = 1_000_000_000
 _PROGRESS_PERIOD: Final = 1.0
 """Wall seconds between reports of progress."""
 _MOST_OVERLAPS: Final = 20
+_LONGEST_ID: Final = 20  # digits
 _MOST_CONTEXTS: Final = 10_000
 """Most contexts whose code has begun and not ended."""
 
@@ -486,4 +487,4 @@ def _periods(recording: Recording) -> dict[int, Any]:
     periods = recording.settings.get("periods")
     if not isinstance(periods, dict):
         return {}
-    return {int(key): value for key, value in periods.items() if key.isdecimal()}
+    return {int(key): value for key, value in periods.items() if key.isdecimal() and len(key) <= _LONGEST_ID}

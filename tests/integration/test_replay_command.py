@@ -237,15 +237,24 @@ def test_ctrl_c_ends_the_process_that_replays(recorded: Path, tmp_path: Path) ->
 # Files that are none, or want to do harm.
 
 
-def harmful(path: Path, *, attachments: dict[str, str], messages: list[bytes], start: str = "1000") -> Path:
+def harmful(
+    path: Path,
+    *,
+    attachments: dict[str, str],
+    messages: list[bytes],
+    start: str = "1000",
+    kind: str = "Reading",
+    topic: str = "/readings",
+    **metadata: str,
+) -> Path:
     with path.open("wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start()
-        writer.add_metadata("visualhfsm.component", {"name": "evil\x1b[31m", "start": start})
+        writer.add_metadata("visualhfsm.component", {"name": "evil\x1b[31m", "start": start, **metadata})
         for name, text in attachments.items():
             writer.add_attachment(0, 0, name, "text/plain", text.encode())
-        schema = writer.register_schema("visualhfsm.Reading", "jsonschema", b"{}")
-        channel = writer.register_channel("/readings", "json", schema)
+        schema = writer.register_schema(f"visualhfsm.{kind}", "jsonschema", b"{}")
+        channel = writer.register_channel(topic, "json", schema)
         for data in messages:
             writer.add_message(channel, 2000, data, 2000)
         writer.finish()
@@ -297,6 +306,32 @@ def test_attachments_do_not_leave_their_folder_and_names_do_not_reach_the_termin
     assert "does not contain its component" in done.stderr
     assert "\x1b" not in done.stdout + done.stderr
     assert not target.exists()
+
+
+@pytest.mark.parametrize(
+    ("metadata", "periods", "reported"),
+    [
+        ({"random": "[" * 100_000}, "1", "the recorded state of the random numbers is malformed"),
+        ({}, "9" * 5000, ""),
+    ],
+)
+def test_settings_that_nobody_recorded_end_no_replay_unseen(
+    tmp_path: Path, metadata: dict[str, str], periods: str, reported: str
+) -> None:
+    component = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True))), "idle").read_text()
+    made = {"kind": "made", "arguments": {"periods": {periods: 1}}}
+    path = harmful(
+        tmp_path / "run.mcap",
+        attachments={"component/idle.py": component},
+        messages=[json.dumps(made).encode()],
+        kind="Action",
+        topic="/actions",
+        **metadata,
+    )
+    done = replay(path)
+    assert "Traceback" not in done.stdout + done.stderr
+    assert reported in done.stderr
+    assert done.returncode == (1 if reported else 0)
 
 
 def test_a_malformed_message_is_reported(tmp_path: Path) -> None:
