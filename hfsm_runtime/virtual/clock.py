@@ -159,6 +159,18 @@ class PacedClock(TaskClock):
                     raise CommunicatorDestroyedException("the execution has ended, and its time stands still")
                 self._changed.wait(_CHECK_PERIOD)
 
+    def wait_for(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Wait until a condition holds; a thread that does not drive the clock leaves its tasks alone."""
+        if self._driver in (None, threading.get_ident()):
+            return super().wait_for(condition, timeout)
+        end = self._now + round(max(0.0, timeout) * _NANOSECONDS)
+        while not condition():
+            now = self._now
+            if now >= end:
+                return False
+            self.advance(min(_POLL, end - now) / _NANOSECONDS)
+        return True
+
     def _move_to(self, end: int) -> None:
         while self._now < end:
             following = (

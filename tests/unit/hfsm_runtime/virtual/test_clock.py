@@ -6,7 +6,9 @@ import threading
 
 import pytest
 
-from hfsm_runtime.virtual.clock import TaskClock
+from hfsm_runtime.virtual.clock import PacedClock, TaskClock
+from tests.support.limits import EVENT_LIMIT, FOREVER
+from zenoh_ice import CommunicatorDestroyedException
 
 
 @pytest.fixture
@@ -63,3 +65,38 @@ def test_the_time_never_runs_backwards(clock: TaskClock) -> None:
         clock.advance(-1.0)
     clock.sleep(-1.0)
     assert clock.now() == 0.0
+
+
+def test_who_waits_by_a_paced_clock_that_hangs_looks_seldom_and_ends_with_it() -> None:
+    clock = PacedClock()
+    driving, released, ended = threading.Event(), threading.Event(), threading.Event()
+    looks = 0
+
+    def drive() -> None:
+        clock.drive()
+        driving.set()
+        released.wait(FOREVER)
+
+    def look() -> bool:
+        nonlocal looks
+        looks += 1
+        return False
+
+    def wait() -> None:
+        with pytest.raises(CommunicatorDestroyedException):
+            clock.wait_for(look, 1.0)
+        ended.set()
+
+    driver, waiter = threading.Thread(target=drive), threading.Thread(target=wait, daemon=True)
+    driver.start()
+    assert driving.wait(EVENT_LIMIT)
+    clock.call_at(0.0, lambda: None)  # overdue while the code of the driver hangs
+    waiter.start()
+    try:
+        assert not ended.wait(0.1)
+        clock.end()
+        assert ended.wait(EVENT_LIMIT)
+        assert looks == 1
+    finally:
+        released.set()
+        driver.join(EVENT_LIMIT)
