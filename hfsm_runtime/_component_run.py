@@ -118,6 +118,12 @@ class ComponentRun:
         return ComponentStatus.Paused if self.component_time.paused else ComponentStatus.Running
 
     @property
+    def paused_by_client(self) -> bool:
+        """Whether a client, or a breakpoint, pauses the component, not a refused command."""
+        with self.tree.lock:
+            return self.component_time.paused and self.refusal is None
+
+    @property
     def errors(self) -> tuple[ErrorReport, ...]:
         """The newest errors, oldest first."""
         return self._supervision.records

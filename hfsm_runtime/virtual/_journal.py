@@ -128,7 +128,8 @@ class Journal(Observer):
         """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all."""
         if not target:
             return list(self._calls)
-        return [call for call in self._calls if target in (call.target, call.target.partition(".")[0])]
+        made = tuple(self._calls)  # which a paced execution may extend meanwhile
+        return [call for call in made if target in (call.target, call.target.partition(".")[0])]
 
     def take_failures(self) -> list[tuple[Run, Exception]]:
         """Return the exceptions of user code since the last time, with their automata."""

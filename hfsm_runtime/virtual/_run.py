@@ -153,14 +153,19 @@ class VirtualRun(ComponentRun):
             elif self.component_time.paused:
                 return
             with self.tree.lock:
-                if not self._due or self._due[0][0] > end:
+                schedule = self._due
+                if not schedule or schedule[0][0] > end:
                     break
-                due, index, run = heapq.heappop(self._due)
-            at = max(due, slot_at(self._move_to(due), run.automaton.interval))
-            self.run_cycle(run, at)
-            with self.tree.lock:
-                if self.tree.run(run.automaton.id) is run:
-                    heapq.heappush(self._due, (self._next(run, due, at), index, run))
+                due, index, run = heapq.heappop(schedule)
+            at = None
+            try:
+                at = max(due, slot_at(self._move_to(due), run.automaton.interval))
+                self.run_cycle(run, at)
+            finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
+                with self.tree.lock:
+                    if schedule is self._due:  # otherwise a reload has scheduled all automata
+                        following = due if at is None else self._next(run, due, at)
+                        heapq.heappush(schedule, (following, index, run))
         if self.halted and not was_halted and self._on_halt is not None:
             self._on_halt()
         self._move_to(end)
@@ -188,7 +193,7 @@ class VirtualRun(ComponentRun):
         """Return the states that an automaton has entered, the initial one included, each with its time."""
         return [
             (change.time, change.state)
-            for change in self.trace
+            for change in tuple(self.trace)  # which a paced execution may extend meanwhile
             if change.automaton == automaton and change.kind is ChangeKind.ENTERED
         ]
 

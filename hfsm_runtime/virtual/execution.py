@@ -105,12 +105,14 @@ class Execution(VirtualRun):
         """Run all cycles that fall due in the next `seconds`, the end included.
 
         Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it
-        calls `sys.exit`.
+        calls `sys.exit`, which ends the component and stops the robot.
         """
         try:
             self._run_cycles(seconds)
         except SystemExit as end:
             location = locate(end, source_of(self.component))
+            self._crashed(self._running or self.tree.root, end)
+            stop_robot(self.component)
             raise BehaviorFailed(
                 f"sys.exit({end.code!r}) ends the component"
                 + (f"\n  at {location}" if location else "")
@@ -121,22 +123,24 @@ class Execution(VirtualRun):
     def run_until(self, condition: Condition, limit: float = 60.0) -> float:
         """Run cycle by cycle until a condition holds, and return the time at which it does.
 
-        A path holds when it, or anything below it, is active. Raises BehaviorFailed after `limit` s.
+        A path holds when it, or anything below it, is active. Raises BehaviorFailed after `limit` s, and when
+        the component has ended or a client pauses it.
         """
         holds = self._condition(condition)
         end = self.clock.now() + limit  # the component's own time may stand still
         step = min(run.automaton.period for run in self.tree.runs)
-        while not holds():
-            if self.clock.now() >= end - 1e-9 or self.halted or self.finished:
-                what = "halted" if self.halted else "finished" if self.finished else f"{limit:g} s"
+        while True:
+            over = self._why_over() or (f"{limit:g} s" if self.clock.now() >= end - 1e-9 else "")
+            if holds():
+                return self.time
+            if over:
                 raise BehaviorFailed(
-                    f"{name_of(condition, 'the condition')} did not happen: {what} at {self.time:.3f} s, "
+                    f"{name_of(condition, 'the condition')} did not happen: {over} at {self.time:.3f} s, "
                     f"in {self.active}\n{self.timeline}"
                 )
             # Advance to the next multiple of the shortest period, when cycles are due.
             left = (int(self.time / step + 1e-6) + 1) * step - self.time
-            self.advance(min(left, end - self.clock.now()))
-        return self.time
+            self.advance(min(left, max(0.0, end - self.clock.now())))
 
     # -- present state -------------------------------------------------------------------------------------
 
@@ -281,6 +285,12 @@ class Execution(VirtualRun):
         """Advance, while the code of the component sees virtual time; raises what ends the component."""
         with self._time_module.shown_to(self.component):
             super().advance(seconds)
+
+    def _why_over(self) -> str:
+        """Return why no cycle will run; empty while one may."""
+        if self.ended.is_set():
+            return "halted" if self.failed else "finished" if self.finished else "ended"
+        return "paused" if self.paused_by_client else ""
 
     def _check(self) -> None:
         pauses = self.component._hfsm_on_refused is OnRefused.PAUSE

@@ -56,9 +56,12 @@ class PacedExecution(Execution):
         self._thread.start()
 
     def advance(self, seconds: float) -> None:
-        """Wait until a duration has passed, or the component has ended or is paused; see `Execution`."""
+        """Wait until a duration has passed, or the component has ended or is paused by a client.
+
+        Raises as that of `Execution`.
+        """
         end = self.clock.now() + seconds
-        while not self.component_time.paused and (left := end - self.clock.now()) > 0:
+        while not self.paused_by_client and (left := end - self.clock.now()) > 0:
             if self.ended.wait(min(left / self.speed, MOVE_PERIOD)):
                 break
         self._check()
@@ -96,8 +99,11 @@ class PacedExecution(Execution):
 
     def close(self) -> None:
         """End the thread and the world."""
-        self.stop()
-        super().close()
+        try:
+            if "tree" in vars(self):  # otherwise it could not be made
+                self.stop()
+        finally:
+            super().close()
 
     def _drive(self) -> None:
         """Let time pass, and run the cycles that fall due, until the end; the body of the thread."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
+
 import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, Proxy, State
@@ -107,3 +110,58 @@ def test_a_cycle_that_a_pause_came_before_runs_after_it() -> None:
         run.resume()
         run.advance(0.2)
         assert times == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+
+
+def leaving(code: Callable[[], object]) -> Component:
+    """Return a component with the hand whose third cycle does something."""
+
+    class Leaves(Component):
+        Hand = Proxy("Hand", GripperPrx)
+
+        def automaton(self) -> Automaton:
+            cycles = iter([lambda: None, lambda: None, code])
+            return automaton(1, "leaves", [State(id=1, name="a", code=lambda: next(cycles, lambda: None)())])
+
+    return Leaves()
+
+
+@pytest.mark.parametrize("on_error", [None, "continue"])
+def test_sys_exit_ends_it_and_stops_what_it_commanded(on_error: str | None) -> None:
+    with Execution(leaving(lambda: sys.exit(3)), stubs={"Hand": {"stop": None}}, on_error=on_error) as run:
+        with pytest.raises(BehaviorFailed, match=r"sys.exit\(3\) ends the component"):
+            run.advance(1.0)
+        assert (run.ended.is_set(), run.exit_code) == (True, 3)
+        assert [call.target for call in run.calls()] == ["Hand.stop"]
+
+
+def test_ctrl_c_in_a_cycle_does_not_end_the_cycles_of_its_automaton() -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    with Execution(leaving(interrupted), stubs={"Hand": {"stop": None}}) as run:
+        with pytest.raises(KeyboardInterrupt):
+            run.advance(1.0)
+        run.advance(1.0)
+        assert run.tree.root.cycles == 13
+
+
+def test_a_task_that_fails_leaves_no_cycle_out() -> None:
+    def fail() -> None:
+        raise OSError("no camera")
+
+    with Execution(leaving(lambda: None), stubs={"Hand": {"stop": None}}) as run:
+        run.world.clock.call_at(0.3, fail)
+        with pytest.raises(OSError, match="no camera"):
+            run.advance(1.0)
+        run.advance(0.2)
+        assert run.tree.root.cycles == 6
+
+
+@pytest.mark.parametrize(("steer", "why"), [(Execution.pause, "paused"), (Execution.request_stop, "ended")])
+def test_nobody_waits_for_what_a_paused_or_ended_one_will_not_do(
+    steer: Callable[[Execution], None], why: str
+) -> None:
+    with Execution(Grasps(), stubs={"Hand": {"close": 1.0}}) as run:
+        run.world.clock.call_at(0.25, lambda: steer(run))
+        with pytest.raises(BehaviorFailed, match=f"closed did not happen: {why} at 0."):
+            run.run_until("closed")

@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 
 from hfsm_runtime import Automaton, Component, State
-from hfsm_runtime.errors import ReloadRefusedError, ValueTypeError
+from hfsm_runtime.errors import ReloadRefusedError, ValueTypeError, VariablesError
+from hfsm_runtime.tree import Run
 from hfsm_runtime.virtual import BehaviorFailed, PacedClock, PacedExecution, VirtualWorld
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException
@@ -233,3 +234,68 @@ def test_what_is_no_speed_is_refused(speed: float) -> None:
 def test_the_time_of_a_run_with_a_robot_is_not_changed() -> None:
     with running(two_states(1.0)) as runtime, pytest.raises(ValueTypeError, match="is no trial"):
         runtime.set_speed(2.0)
+
+
+def test_one_that_cannot_be_made_says_why_and_closes_its_world() -> None:
+    def fail(_: Component) -> Automaton:
+        raise KeyError("speed")
+
+    world = VirtualWorld(PacedClock())
+    with pytest.raises(VariablesError, match="'speed'"):
+        PacedExecution(component(fail), world)
+    assert world.communicator.destroyed
+
+
+def test_a_reload_right_after_a_cycle_doubles_none() -> None:
+    times: list[float] = []
+
+    def root(c: Component) -> Automaton:
+        return two_states(1000.0, lambda: times.append(c.clock.now()))
+
+    class Late(PacedExecution):
+        """An execution that is reloaded by another thread between a cycle and what comes after it."""
+
+        def run_cycle(self, run: Run, at: int) -> None:
+            super().run_cycle(run, at)
+            if len(times) == 3 and not self.reloads:
+                reload = threading.Thread(target=self.exchange, args=(component(root),))
+                reload.start()
+                reload.join(EVENT_LIMIT)
+
+    with Late(component(root), VirtualWorld(PacedClock())) as run:
+        run.set_speed(10.0)
+        run.start()
+        eventually(lambda: len(times) > 8)
+    assert run.reloads == 1
+    assert times == pytest.approx([0.1 * number for number in range(len(times))])
+
+
+def test_who_waits_for_a_state_waits_while_a_refused_command_pauses_it() -> None:
+    def refuse() -> None:
+        raise CommandRefusedException("stopped")
+
+    looks: list[float] = []
+    with paced(two_states(0.5, refuse)) as run:
+        run.set_speed(10.0)
+        with pytest.raises(BehaviorFailed, match="3 s"):
+            run.run_until(lambda: looks.append(run.time), limit=3.0)
+    assert len(looks) < 1000
+
+
+def test_calls_are_read_while_it_makes_more() -> None:
+    with made(two_states(1000.0)) as run:
+        journal, over = run.world.journal, threading.Event()
+
+        def call() -> None:
+            while not over.is_set():
+                journal.called("Hand.close", {}, None, None)
+
+        caller = threading.Thread(target=call)
+        caller.start()
+        eventually(lambda: len(run.calls()) > 1000)
+        try:
+            for _ in range(50):
+                run.calls("Hand")
+        finally:
+            over.set()
+            caller.join(EVENT_LIMIT)
