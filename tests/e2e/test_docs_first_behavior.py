@@ -33,8 +33,8 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
 
 def test_the_translation_has_the_same_code_and_pictures() -> None:
     assert [block.text.strip() for block in blocks_of(TRANSLATION) if block.language == "python"] == CODE
-    pictures = [Path(link).name for link in re.findall(r"!\[.*?\]\((.*?)\)", PAGE)]
-    assert [Path(link).name for link in re.findall(r"!\[.*?\]\((.*?)\)", TRANSLATION)] == pictures
+    pictures = [Path(link).name for link in re.findall(r"!\[[^]]*\]\((.*?)\)", PAGE)]
+    assert [Path(link).name for link in re.findall(r"!\[[^]]*\]\((.*?)\)", TRANSLATION)] == pictures
 
 
 def test_the_first_behavior_is_drawn_run_broken_fixed_and_tested(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any, Final, TypeVar
 
 from interfaces import jderobot, nao
@@ -21,16 +22,13 @@ __all__ = ["PAGE", "robots_page"]
 
 PAGE: Final = Path(__file__).parents[2] / "docs" / "reference/robots.md"
 
-_TEXT: Final = """# What each robot serves
-
-Made by `python -m tests.support.robots_page` from running servers; a test proves that it is current. `nao list` shows the servants of any server that runs.
-
-The simulated robot is that of `naoserver-sim`, the real one that of `naoserver-naoqi`, here with a NAOqi of our own behind libqi; the fake one is for tests. `-` is what a robot does not have: no servant of that interface is there,
-and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no robot has is left out.
-With `--body H21` each lacks {lacking}.
-
-{table}
-"""
+_TITLE: Final = "# What each robot serves"
+_BEGINNING: Final = """Made by `python -m tests.support.robots_page` from running servers; a test proves that it is
+current. `nao list` shows the servants of any server that runs."""
+_ROBOTS: Final = """The simulated robot is that of `naoserver-sim`, the real one that of `naoserver-naoqi`, here with a
+NAOqi of our own behind libqi; the fake one is for tests. `-` is what a robot does not have: no servant of that
+interface is there, and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no robot has is left
+out. With `--body H21` each lacks the joints {}, the hinges {} and the sensors {}."""
 
 
 def robots_page() -> str:
@@ -45,9 +43,9 @@ def robots_page() -> str:
     lacking = [name for name in H25.joint_names if name not in H21.joint_names]
     hinges = [hinge.name for hinge in HINGES if any(joint in lacking for _, joint in hinge.joints)]
     sensors = [name for name in H25.touch_sensors if name not in H21.touch_sensors]
-    lists = map(", ".join, (lacking, hinges, sensors))
-    text = "the joints {}, the hinges {} and the sensors {}".format(*lists)
-    return _TEXT.format(lacking=text, table=_table(surveys).rstrip())
+    lists = [", ".join(names) for names in (lacking, hinges, sensors)]
+    text = [fill(each, 120, break_on_hyphens=False) for each in (_BEGINNING, _ROBOTS.format(*lists))]
+    return "\n\n".join([_TITLE, *text, _table(surveys)])
 
 
 def _surveyed(robot: Robot) -> dict[str, str]:
