@@ -117,10 +117,12 @@ def answer_lines(answer: Callable[[bytes], bytes]) -> None:
 
 
 def _read_line(descriptor: int, until: float) -> bytes:
+    waiting = select.poll()  # `select` takes no descriptor above 1023
+    waiting.register(descriptor, select.POLLIN)
     found = bytearray()
     while not found.endswith(b"\n"):
         left = until - time.monotonic()
-        if left <= 0 or not select.select([descriptor], [], [], left)[0]:
+        if left <= 0 or not waiting.poll(left * 1000):
             raise NoAnswerError("it takes too long")
         part = os.read(descriptor, 1 << 16)
         if not part:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import resource
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,3 +59,15 @@ def test_nothing_is_answered_after_the_end(process: LineProcess) -> None:
     process.close()
     with pytest.raises(NoAnswerError, match="ended"):
         process.ask(b"abc", START_LIMIT)
+
+
+def test_a_program_with_many_open_files_gets_answers(process: LineProcess) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(2048, hard), hard))
+    try:
+        with contextlib.ExitStack() as files:
+            for _ in range(1024):  # more than `select` takes
+                files.enter_context(Path(os.devnull).open())
+            assert process.ask(b"abc", START_LIMIT) == b"cba"
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
