@@ -112,6 +112,8 @@ class Journal:
         try:
             if not _lock(descriptor):
                 raise EditError(what, "its document is open in another process", "edit it there")
+            if not os.fstat(descriptor).st_nlink:  # that process has just closed it
+                raise EditError(what, "it was removed", "it may have been recovered already")
             with os.fdopen(os.dup(descriptor), "rb") as stream:
                 content = stream.read(_LARGEST_JOURNAL)
             first, _, rest = content.partition(b"\n")

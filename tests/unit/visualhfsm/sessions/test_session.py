@@ -587,3 +587,19 @@ def test_an_undone_session_is_not_kept(path: Path, tmp_path: Path) -> None:
     session.undo()
     session.abandon()
     assert list((tmp_path / "journals").iterdir()) == []
+
+
+def test_what_another_process_closes_in_the_same_moment_is_not_recovered(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = DocumentSession.open(path, journals=tmp_path)
+    session.do(AddState(automaton=1, x=0, y=0))
+    session.abandon()
+    (found,) = find_abandoned(tmp_path)
+
+    def lock(_: int, _how: int) -> None:
+        found.file.unlink(missing_ok=True)
+
+    monkeypatch.setattr("fcntl.flock", lock)
+    with pytest.raises(EditError, match="recovered already"):
+        DocumentSession.recover(found.file)
