@@ -12,10 +12,12 @@ from typing import Any
 
 from visualhfsm._errors import EditError
 from visualhfsm._robots import find_worlds
+from visualhfsm._services import complete
 from visualhfsm._sessions.templates import find_templates
 from visualhfsm.project._document import OpenDocument
 
 from . import protocol as p
+from .tab import Tab
 from .window import Window
 from .workspace import Workspace
 
@@ -87,9 +89,13 @@ async def open_recording(workspace: Workspace, window: Window, request: p.Record
 async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
     """Close a document, with unsaved changes only to `discard` them."""
     tab = workspace.tabs.get(request.tab)
-    await tab.edit(OpenDocument.close, discard=request.discard)
-    workspace.remove(tab)
-    await workspace.services.running.forget(tab.id)
+
+    async def closed() -> None:
+        await tab.edit(OpenDocument.close, discard=request.discard)
+        workspace.remove(tab)
+        await workspace.services.running.forget(tab.id)
+
+    await complete(closed())
 
 
 async def save(workspace: Workspace, _: Window, request: p.Save) -> dict[str, Any]:
@@ -141,8 +147,12 @@ async def _shown(
     workspace: Workspace, make: Callable[[], OpenDocument], *, recording: Path | None = None
 ) -> dict[str, Any]:
     """Open a document, and show it in a tab; the answer has the remarks about a foreign file."""
-    document = await workspace.threads.do(make)
-    tab = workspace.show(document, recording=recording)
+
+    async def shown() -> Tab:
+        return workspace.show(await workspace.threads.do(make), recording=recording)
+
+    tab = await complete(shown())
+    document = tab.document
     return {"tab": tab.id, **({} if document.remarks is None else {"remarks": document.remarks})}
 
 

@@ -107,7 +107,10 @@ class Workspace:
             except Exception:
                 _logger.exception("%s did not close", type(service).__name__)
         for tab in self.tabs:
-            await tab.edit(OpenDocument.abandon)
+            try:
+                await tab.edit(OpenDocument.abandon)
+            except Exception:
+                _logger.exception("%s did not close", tab.shown.title)
         await self.threads.close()
         self.project.close()
 
