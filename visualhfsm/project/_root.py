@@ -16,6 +16,7 @@ FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"
 
 _LONGEST_PATH: Final = 4096  # characters, as Linux has it
+_LONGEST_NAME: Final = 255  # bytes of a file or folder
 
 
 class Root:
@@ -39,14 +40,15 @@ class Root:
 
         Raises ForbiddenPathError.
         """
-        if not text or len(text) > _LONGEST_PATH or "\0" in text:
+        names = text.encode(errors="replace").split(b"/")
+        if not text or len(text) > _LONGEST_PATH or "\0" in text or len(max(names, key=len)) > _LONGEST_NAME:
             raise ForbiddenPathError("the path is empty, too long, or contains a zero byte")
         try:
             path = (self.directory / text).resolve()
             with suppress(FileNotFoundError, NotADirectoryError):
                 path.stat()
-        except (OSError, RuntimeError) as error:  # a loop of links, or too long a name
-            raise ForbiddenPathError(f"invalid path {text[:100]}") from error
+        except (OSError, RuntimeError, UnicodeError) as error:  # a loop of links, or half a character
+            raise ForbiddenPathError(f"invalid path {text[:100]!a}") from error
         if not self.contains(path):
             raise ForbiddenPathError(
                 f"{text} is outside {self.directory}; to reach it, open a folder that contains it: "

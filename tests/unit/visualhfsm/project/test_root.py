@@ -59,3 +59,9 @@ def test_what_is_no_document_is_refused(root: Root, path: str) -> None:
 def test_a_root_has_to_be_there(tmp_path: Path) -> None:
     with pytest.raises(MissingError, match="there is no folder"):
         Root(tmp_path / "missing")
+
+
+@pytest.mark.parametrize("path", [f"new/{'a' * 252}.xml", f"new/{'ä' * 126}.xml", "new/\ud800.xml"])
+def test_a_name_that_no_file_can_have_is_refused(root: Root, path: str) -> None:
+    with pytest.raises(ForbiddenPathError):
+        root.document(path)
