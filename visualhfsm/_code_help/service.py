@@ -90,6 +90,8 @@ class CodeHelp:
         patience = self._patience * (1 if process in self._warm else _FIRST)
         try:
             line = process.ask(msgspec.json.encode(question), patience)
+        except UnicodeEncodeError as error:
+            raise VisualHfsmError(f"no help with this code: {error}") from error
         except NoAnswerError as error:
             self._warm.discard(process)
             raise VisualHfsmError(f"no help with this code: {error}") from error

@@ -15,9 +15,10 @@ from visualhfsm._code_help.service import CodeHelp
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._editing.places import Place, spots
 from visualhfsm._editing.problems import Findings, Proof
-from visualhfsm._editing.serialization import written
+from visualhfsm._editing.serialization import parse_file, written
 from visualhfsm._errors import EditError, MissingError, VisualHfsmError
 from visualhfsm._generate import generate_component, summary
+from visualhfsm._sessions.files import read_file
 
 from ._root import Root
 from ._version import Version
@@ -63,9 +64,12 @@ class Analyses:
         tools = self._tools
         with self._checking:
             kept = self._kept
-            if not again and kept is not None and _same(kept[0], version):
-                return kept[1]
-            findings = tools.checks.check(version.document, version.path, tools.include)
+            if again or kept is None or not _same(kept[0], version):
+                findings = tools.checks.check(version.document, version.path, tools.include)
+            else:
+                findings = kept[1]
+                if kept[0].revision == version.revision:
+                    return findings
             self._kept = version, findings
         self._checked(version, findings)
         return findings
@@ -75,6 +79,8 @@ class Analyses:
         findings = self.check(version)
         if findings.proofs is None:
             what = f"Cannot prove the properties of {version.title}"
+            if not findings.problems:  # nothing was drawn yet, which is no problem
+                raise EditError(what, "it has no states", "draw some first")
             errors = [each.message for each in findings.problems if each.severity == "error"]
             why = errors[0] if errors else findings.problems[-1].message
             raise EditError(what, why, "fix the errors first" if errors else "make the document smaller")
@@ -137,13 +143,21 @@ class Analyses:
         The content has the places that it has when it is written.
         """
         file = version.path or self._tools.root.directory / f"{version.component}.xml"
-        if version.path is not None and not version.dirty and version.file == "same":
+        if _holds(file, version.document):
             return file, None
         diagnostics = Diagnostics()
         content = parse_document(written(version.document), file, diagnostics)
         if content is None:
             raise VisualHfsmError(summary(diagnostics))
         return file, content
+
+
+def _holds(file: Path, document: Document) -> bool:
+    """Return whether a file holds a document: another program may just have changed it."""
+    try:
+        return parse_file(read_file(file)[0], file) == document
+    except EditError:
+        return False
 
 
 def _same(one: Version, other: Version) -> bool:

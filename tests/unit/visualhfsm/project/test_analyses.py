@@ -131,3 +131,41 @@ def test_an_automaton_is_drawn_with_unsaved_changes(blinker: OpenDocument) -> No
     assert blinker.svg(1) == blinker.svg() == blinker._repr_svg_()
     with pytest.raises(MissingError, match="no automaton 7"):
         blinker.svg(7)
+
+
+def test_a_document_that_becomes_as_it_was_checked_is_reported_again(document: OpenDocument) -> None:
+    findings = document.check()
+    heard: list[Any] = []
+    document.apply(SetPeriod(automaton=1, period="50"))
+    document.undo()
+    document.subscribe(heard.append)
+    assert document.check() is findings
+    assert [each.version for each in heard] == [document.version]
+    assert document.check() is findings
+    assert len(heard) == 1
+
+
+def test_nothing_is_proved_of_a_document_without_states(project: Project) -> None:
+    made = project.new()
+    with pytest.raises(EditError, match="no states"):
+        made.prove()
+    made.close()
+
+
+@pytest.mark.parametrize("outside", ["another", "deleted"])
+def test_what_another_program_did_just_now_is_neither_simulated_nor_generated(
+    blinker: OpenDocument, outside: str
+) -> None:
+    file = blinker.save(f"{outside}.xml")
+    file.write_text(blinker.text().replace(">off<", ">somewhere<"))
+    if outside == "deleted":
+        file.unlink()
+    with blinker.simulate() as run:
+        run.advance(0.5)
+        assert run.active == "off"
+    assert "somewhere" not in blinker.generate().read_text()
+
+
+def test_half_a_character_is_no_code(document: OpenDocument) -> None:
+    with pytest.raises(VisualHfsmError, match="no help"):
+        document.complete(CODE, code="self.\ud800", column=5)
