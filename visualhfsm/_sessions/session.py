@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -142,6 +142,15 @@ class UndoStack:
         self.document, self.revision = step.document, step.revision
         self.seal()
         return step.name
+
+
+def _bound(document: Document, before: int, size: int) -> int:
+    """Return a bound of the size of a document after a command of `size` bytes; `before` is the former one.
+
+    Raises EditError when the document is too large.
+    """
+    bound = before + _GROWTH + _ESCAPED * size
+    return bound if bound <= MAX_SIZE else len(written(document).encode())
 
 
 def _added(before: Document, after: Document) -> Iterator[Added]:
@@ -317,6 +326,15 @@ class DocumentSession:
             self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document, conflict)
 
+    def require_all(self, commands: Iterable[Command]) -> None:
+        """Raise EditError if commands cannot all be applied, one after the other."""
+        document, bound = self.document, self._size_bound
+        for command in commands:
+            after = command.apply(document)
+            if after != document:
+                bound = _bound(after, bound, len(msgspec.json.encode(command)))
+            document = after
+
     def undo(self) -> Change:
         """Undo the last step. Raises EditError when there is none."""
         return self._move(self._steps.undo, Undone(), "undo")
@@ -442,10 +460,7 @@ class DocumentSession:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
         if document == self.document:  # cheap: what they share is identical
             return
-        bound = self._size_bound + _GROWTH + _ESCAPED * size
-        if bound > MAX_SIZE:
-            bound = len(written(document).encode())
-        self._size_bound = bound
+        self._size_bound = _bound(document, self._size_bound, size)
         self.revision += 1
         self._steps.add(name, document, self.revision, command.merge_key, merge=merge)
 

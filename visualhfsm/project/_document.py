@@ -146,9 +146,8 @@ class OpenDocument:
             why = "there is no command" if not several else "only one command at a time has a base"
             raise EditError("Cannot change the document", why, "pass one command")
         with self.together():
-            before = after = self._session.document
-            for command in several:
-                after = command.apply(after)
+            before = self._session.document
+            self._session.require_all(several)
             changes = [self._session.do(command) for command in several]
             return replace(changes[-1], before=before)
 
@@ -228,6 +227,8 @@ class OpenDocument:
 
     def resolve(self, choice: Choice | str) -> Resolution:
         """Resolve a change of the file by another program: keep `mine`, take `theirs`, or `merge` both."""
+        if choice not in {*Choice}:
+            raise EditError("Cannot resolve the change", f"{choice} is none of {', '.join(Choice)}")
         with self.together():
             resolution = self._session.resolve(Choice(choice))
             self._file = "same"
@@ -350,9 +351,12 @@ class OpenDocument:
                 self._notifying = False
 
     def _checked(self, version: Version, findings: Findings) -> None:
-        self._notify(Checked(self, version, findings))
+        with self._lock:
+            if not self._closed:
+                self._notify(Checked(self, version, findings))
 
     def _end(self) -> None:
+        self._settle()
         self._closed = True
         self._owner.forget(self)
         self._notify(Closed(self))
@@ -366,5 +370,5 @@ def _validated(command: Command) -> Command:
     """Return a command whose fields have the types that it declares: it will be read from the journal."""
     try:
         return decode_command(msgspec.json.encode(command))
-    except TypeError as error:
+    except (TypeError, UnicodeEncodeError) as error:
         raise EditError("Cannot understand the command", str(error)) from error

@@ -38,5 +38,5 @@ def decode_command(content: bytes | str | msgspec.Raw) -> Command:
     """Return the command in JSON. Raises EditError when it is not a command."""
     try:
         return _DECODER.decode(content)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except (msgspec.MsgspecError, UnicodeError) as error:
         raise EditError("Cannot understand the command", str(error)) from error

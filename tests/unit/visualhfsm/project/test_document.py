@@ -16,12 +16,16 @@ from visualhfsm import (
     AddState,
     ChangedOutsideError,
     EditError,
+    Findings,
     OpenDocument,
     Place,
     Project,
     RenameState,
+    SetStateCode,
     UnsavedError,
+    decode_command,
 )
+from visualhfsm._editing.check_process import CheckProcess
 
 CODE = Place(kind="state", automaton=1, id=1, part="code")
 
@@ -183,3 +187,49 @@ def test_a_file_that_is_no_document_is_reported_until_it_is_one_again(
     file.write_text(whole)
     assert document.refresh() == "same"
     assert [each.state for each in heard if hasattr(each, "state")] == ["changed", "deleted", "same"]
+
+
+def test_of_several_commands_that_are_too_large_together_none_is_applied(document: OpenDocument) -> None:
+    before = document.version
+    escaped = "#" + "<" * 1_000_000
+    large = [
+        SetStateCode(automaton=1, state=state, part=part, text=escaped)
+        for state in (1, 2)
+        for part in ("entry", "code", "exit")
+    ]
+    with pytest.raises(EditError, match="larger"):
+        document.apply(large)
+    assert document.version == before
+
+
+def test_half_a_character_is_refused(document: OpenDocument) -> None:
+    with pytest.raises(EditError):
+        document.apply(RenameState(automaton=1, state=1, name="\ud800"))
+    with pytest.raises(EditError):
+        decode_command("\ud800")
+
+
+def test_the_end_is_the_last_of_the_events(document: OpenDocument) -> None:
+    heard = heard_by(document)
+    with document.together():
+        document.apply(AddState(automaton=1, x=0, y=0))
+        document.close(discard=True)
+    assert [type(each).__name__ for each in heard] == ["Changed", "Closed"]
+
+
+def test_a_check_that_ends_later_is_not_reported_of_a_closed_document(
+    document: OpenDocument, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def check(*_: object) -> Findings:
+        document.close(discard=True)
+        return Findings()
+
+    heard = heard_by(document)
+    monkeypatch.setattr(CheckProcess, "check", check)
+    assert document.check() == Findings()
+    assert [type(each).__name__ for each in heard] == ["Closed"]
+
+
+def test_an_unknown_choice_resolves_nothing(document: OpenDocument) -> None:
+    with pytest.raises(EditError, match="mine, theirs, merge"):
+        document.resolve("both")
