@@ -198,6 +198,8 @@ class OpenDocument:
         """
         with self.together():
             if path is None:
+                if self._session.path is not None:
+                    self._owner.file(self._session.path)  # by now it may be a link that leads out
                 saved = self._session.save(overwrite=overwrite)
             else:
                 with self._owner.saving(self, path, overwrite=overwrite) as target:

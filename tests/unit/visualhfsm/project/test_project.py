@@ -109,6 +109,18 @@ def test_what_is_outside_the_folder_is_neither_opened_nor_written(project: Proje
         project.open("no.xml")
 
 
+def test_a_file_that_became_a_link_is_not_followed_out_of_the_folder(project: Project, root: Path) -> None:
+    document = project.open("waver.xml")
+    document.apply(AddState(automaton=1, x=0, y=0))
+    outside = (root / "waver.xml").rename(root.with_name("outside.xml"))
+    (root / "waver.xml").symlink_to(outside)
+    before = outside.read_text()
+    for overwrite in (False, True):
+        with pytest.raises(ForbiddenPathError):
+            document.save(overwrite=overwrite)
+    assert outside.read_text() == before
+
+
 def test_a_document_is_not_saved_over_another_one(project: Project) -> None:
     document, other = project.new(), project.open("waver.xml")
     for overwrite in (False, True):
