@@ -56,9 +56,11 @@ if TYPE_CHECKING:
     from ._editing.commands.transitions import SetTransitionCode as SetTransitionCode
     from ._editing.commands.transitions import SetTransitionType as SetTransitionType
     from ._editing.places import Place as Place
+    from ._editing.problems import CounterexampleView as CounterexampleView
     from ._editing.problems import Findings as Findings
     from ._editing.problems import Problem as Problem
     from ._editing.problems import Proof as Proof
+    from ._editing.problems import StepView as StepView
     from ._errors import ChangedOutsideError as ChangedOutsideError
     from ._errors import EditError as EditError
     from ._errors import ForbiddenPathError as ForbiddenPathError
@@ -68,9 +70,12 @@ if TYPE_CHECKING:
     from ._errors import UnsavedError as UnsavedError
     from ._errors import VisualHfsmError as VisualHfsmError
     from ._errors import WouldOverwriteError as WouldOverwriteError
+    from ._sessions.journal import Abandoned as Abandoned
+    from ._sessions.session import Added as Added
     from ._sessions.session import Change as Change
     from ._sessions.session import Choice as Choice
     from ._sessions.session import Resolution as Resolution
+    from ._sessions.session import Step as Step
     from .project._document import OpenDocument as OpenDocument
     from .project._events import Changed as Changed
     from .project._events import Checked as Checked
@@ -83,11 +88,13 @@ if TYPE_CHECKING:
     from .project._version import Version as Version
 
 _MODULES: Final = {
+    "Abandoned": "_sessions.journal",
     "AddAutomaton": "_editing.commands.automata",
     "AddEntry": "_editing.commands.component",
     "AddRoot": "_editing.commands.automata",
     "AddState": "_editing.commands.states",
     "AddTransition": "_editing.commands.transitions",
+    "Added": "_sessions.session",
     "AlignStates": "_editing.commands.items",
     "AnyCommand": "_editing.commands",
     "Change": "_sessions.session",
@@ -100,6 +107,7 @@ _MODULES: Final = {
     "Command": "_editing.commands.base",
     "Completion": "_code_help.answers",
     "Completions": "_code_help.answers",
+    "CounterexampleView": "_editing.problems",
     "DeleteItems": "_editing.commands.items",
     "DistributeStates": "_editing.commands.items",
     "EditError": "_errors",
@@ -148,6 +156,8 @@ _MODULES: Final = {
     "SetTransitionCode": "_editing.commands.transitions",
     "SetTransitionType": "_editing.commands.transitions",
     "Signature": "_code_help.answers",
+    "Step": "_sessions.session",
+    "StepView": "_editing.problems",
     "TooManyError": "_errors",
     "UnsavedError": "_errors",
     "Version": "project._version",

@@ -26,6 +26,11 @@ def test_what_type_checkers_see_is_what_programs_get() -> None:
         assert found is getattr(importlib.import_module(f"visualhfsm.{module}"), name)
 
 
+@pytest.mark.parametrize("name", ["Abandoned", "Added", "CounterexampleView", "Step", "StepView"])
+def test_the_parts_of_answers_can_be_imported(name: str) -> None:
+    assert name in dir(visualhfsm)
+
+
 def test_all_commands_can_be_imported() -> None:
     assert {command.__name__ for command in COMMANDS} <= {*visualhfsm._MODULES}
     assert [getattr(visualhfsm, command.__name__) for command in COMMANDS] == [*COMMANDS]
