@@ -58,7 +58,7 @@ class VirtualRun(ComponentRun):
     Proxies are not connected: assign stand-ins to the component's attributes. `trace` has every change since
     the start, including the entry into the initial states, or the newest `kept`. `self.sleep` advances the
     time; the cycles that fall due in the meantime run after it. When the root has finished, nothing runs any
-    more. `on_halt` is called once when an error has ended the run, before the time advances further.
+    more. `on_end` is called once when an error or its root has ended it, before the time advances further.
     While `refusal` is set, a refused command pauses the component: `time` stands still, and after each second
     of the clock the automata try again if `commands_accepted` returns true; its argument is the reported
     holder of the robot. A pause by a client lets the clock stand still, too.
@@ -78,13 +78,13 @@ class VirtualRun(ComponentRun):
         tree: Callable[[Automaton], Tree] = Tree,
         on_error: str | None = None,
         on_refused: str | None = None,
-        on_halt: Callable[[], None] | None = None,
+        on_end: Callable[[], None] | None = None,
         commands_accepted: Callable[[str], bool] = lambda _holder: True,
         observers: Iterable[Observer] = (),
         kept: int | None = None,
         starts: bool = True,
     ) -> None:
-        self._on_halt = on_halt
+        self._on_end = on_end
         self._commands_accepted = commands_accepted
         self._retry_at: float | None = None
         """When the automata try again after a refused command, by the clock."""
@@ -144,7 +144,7 @@ class VirtualRun(ComponentRun):
         The seconds are those of the clock, which runs while a refused command pauses the component.
         """
         end = self.component_time.now() + round(seconds * _SECOND)
-        was_halted = self.halted
+        had_ended = self.ended.is_set()
         while not self.ended.is_set():
             if self.refusal is not None:
                 end -= self._sit_out(end - self.component_time.now())
@@ -166,8 +166,8 @@ class VirtualRun(ComponentRun):
                     if schedule is self._due:  # otherwise a reload has scheduled all automata
                         following = due if at is None else self._next(run, due, at)
                         heapq.heappush(schedule, (following, index, run))
-        if self.halted and not was_halted and self._on_halt is not None:
-            self._on_halt()
+        if self.ended.is_set() and not had_ended and self._on_end is not None:
+            self._on_end()
         self._move_to(end)
 
     def run_cycle(self, run: Run, at: int) -> None:

@@ -87,7 +87,7 @@ class Execution(VirtualRun):
                     clock=self.world.clock,
                     on_error=on_error,
                     on_refused=on_refused,
-                    on_halt=lambda: stop_robot(self.component),
+                    on_end=lambda: stop_robot(self.component),
                     commands_accepted=Permission(safety).is_given,
                     observers=[self._journal],
                     kept=self.world.kept,

@@ -10,6 +10,7 @@ from collections import deque
 from types import FrameType
 from typing import Any, Final
 
+from .._robot import stop_robot
 from .._supervision import Refusal
 from ..component import Component
 from ..errors import ComponentStoppedError, CycleCutError, ValueTypeError
@@ -119,6 +120,7 @@ class PacedExecution(Execution):
             pass
         except BaseException as error:  # noqa: BLE001 - nothing may end the thread without being reported
             self._crashed(self._running or self.tree.root, error)
+            stop_robot(self.component)
         finally:
             while self._steps:
                 self._steps.popleft()[1].set()

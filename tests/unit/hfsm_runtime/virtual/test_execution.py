@@ -125,6 +125,24 @@ def leaving(code: Callable[[], object]) -> Component:
     return Leaves()
 
 
+def test_its_root_that_finishes_stops_what_it_commanded() -> None:
+    class Finishes(Component):
+        Hand = Proxy("Hand", GripperPrx)
+
+        def automaton(self) -> Automaton:
+            states = [State(id=1, name="a"), State(id=2, name="b", final=True)]
+            return automaton(1, "finishes", states, [after(0.2, 1, 2)])
+
+    with Execution(Finishes(), stubs={"Hand": {"stop": None}}) as run:
+        run.advance(0.1)
+        assert run.calls() == []
+        run.advance(1.0)
+        assert run.finished
+        assert [(call.time, call.target) for call in run.calls()] == [(0.2, "Hand.stop")]
+        run.advance(1.0)
+        assert len(run.calls()) == 1
+
+
 @pytest.mark.parametrize("on_error", [None, "continue"])
 def test_sys_exit_ends_it_and_stops_what_it_commanded(on_error: str | None) -> None:
     with Execution(leaving(lambda: sys.exit(3)), stubs={"Hand": {"stop": None}}, on_error=on_error) as run:
