@@ -56,9 +56,9 @@ class CounterexampleView(msgspec.Struct, frozen=True, kw_only=True, rename="came
 class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`.
 
-    Line, column and length are those in the text at the place, line 0 means the element as a whole. Without
-    a place it is about the document; `file` and `line` then name another file if it is about that. A violated
-    property has a `counterexample`.
+    Line, column and length are those in the text at the place; both count from 1, line 0 means the element as
+    a whole. Without a place it is about the document; `file` and `line` then name another file if it is about
+    that. A violated property has a `counterexample`.
     """
 
     code: str
