@@ -43,7 +43,7 @@ class CodeHelp:
         self._folder = folder or Path.cwd()
         self._include = tuple(map(str, include))
         self._reading = LineProcess(f"{__package__}.worker")
-        self._checking = LineProcess(f"{__package__}.worker")
+        self._linting = LineProcess(f"{__package__}.worker")
         self._warm: set[LineProcess] = set()
         self._context: tuple[Document, Place, str] | None = None
 
@@ -83,10 +83,10 @@ class CodeHelp:
     def close(self) -> None:
         """End the processes."""
         self._reading.close()
-        self._checking.close()
+        self._linting.close()
 
     def _answer(self, question: Question) -> Any:  # noqa: ANN401
-        process = self._checking if question.wanted == "lint" else self._reading
+        process = self._linting if question.wanted == "lint" else self._reading
         patience = self._patience * (1 if process in self._warm else _FIRST)
         try:
             line = process.ask(msgspec.json.encode(question), patience)

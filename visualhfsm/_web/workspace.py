@@ -15,7 +15,7 @@ from visualhfsm._sessions.journal import Abandoned
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._project import Project
 
-from .checking import Checking
+from .check_scheduler import CheckScheduler
 from .code_questions import CodeQuestions
 from .limits import Limits
 from .news import News, Realm
@@ -64,7 +64,7 @@ class Workspace:
         self._make_services = make_services
         self._make_project = make_project
         self._demo = demo
-        self._checking = Checking(limits.quiet_seconds)
+        self._checks = CheckScheduler(limits.quiet_seconds)
         self._recoverable: list[Abandoned] = []
         self._published: WorkspacePush | None = None
         self._tasks: list[asyncio.Task[None]] = []
@@ -87,7 +87,7 @@ class Workspace:
         await self.look_for_recoverable()
         self._tasks = [
             asyncio.create_task(self._watch_files(), name="watch of the files"),
-            asyncio.create_task(self._checking.run(), name="checks"),
+            asyncio.create_task(self._checks.run(), name="checks"),
         ]
         return self
 
@@ -98,7 +98,7 @@ class Workspace:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await asyncio.to_thread(self.project.end_processes)
-        await self._checking.close()
+        await self._checks.close()
         services = self.services
         for service in (services.running, services.robots, services.live):
             try:
@@ -138,12 +138,12 @@ class Workspace:
             return
         self.publish_state()  # first: a window gets a tab before its document
         self.windows.show(tab)
-        self._checking.check(tab)
+        self._checks.check(tab)
 
     def remove(self, tab: Tab) -> None:
         """Remove a tab, whose document is closed."""
         self.tabs.remove(tab)
-        self._checking.forget(tab)
+        self._checks.forget(tab)
         self.windows.close(tab.id)
         self.publish_state()
 

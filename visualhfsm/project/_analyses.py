@@ -56,13 +56,13 @@ class Analyses:
     def __init__(self, tools: Tools, checked: Callable[[Version, Findings], None]) -> None:
         self._tools = tools
         self._checked = checked
-        self._checking = threading.RLock()
+        self._check_lock = threading.RLock()
         self._kept: tuple[Version, Findings] | None = None
 
     def check(self, version: Version, *, again: bool = False) -> Findings:
         """Return what was found in the last checked version if it is this one, or else check this one."""
         tools = self._tools
-        with self._checking:
+        with self._check_lock:
             kept = self._kept
             if again or kept is None or not _same(kept[0], version):
                 findings = tools.checks.check(version.document, version.path, tools.include)

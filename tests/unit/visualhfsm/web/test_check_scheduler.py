@@ -11,7 +11,7 @@ from tests.support.limits import RUN_LIMIT
 from visualhfsm import Checked, Event, Findings, Project
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._services import RecentLines
-from visualhfsm._web.checking import Checking
+from visualhfsm._web.check_scheduler import CheckScheduler
 from visualhfsm._web.tab import Tab, Threads
 
 
@@ -40,19 +40,19 @@ def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path) -> None:
 
         project = Project(tmp_path, journals=tmp_path, checks=process)
         project.subscribe(hear)
-        checking = Checking(0.0)
-        running = asyncio.create_task(checking.run())
+        scheduler = CheckScheduler(0.0)
+        running = asyncio.create_task(scheduler.run())
         threads = Threads(1)
         documents = [project.new() for _ in range(2)]
         for number, document in enumerate(documents):
             tab = Tab(number, document, threads, changed=lambda _: None, output=RecentLines(1, 100))
-            checking.check(tab)
+            scheduler.check(tab)
         async with asyncio.timeout(RUN_LIMIT):
             assert (await checked.get()).document is documents[1]
         running.cancel()
         await asyncio.wait({running})
         project.close()
-        await checking.close()
+        await scheduler.close()
         await threads.close()
 
     asyncio.run(go())

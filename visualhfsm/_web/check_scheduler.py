@@ -1,4 +1,4 @@
-"""Check the open documents in the background."""
+"""When the open documents are checked in the background."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps cha
 _logger = logging.getLogger(__name__)
 
 
-class Checking:
+class CheckScheduler:
     """Checks documents that have not changed for a moment, one at a time, in their newest version.
 
     `quiet` is that moment in seconds. The listeners of the document get what is found.
