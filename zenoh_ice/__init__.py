@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+from .lazy import import_on_use
 
 if TYPE_CHECKING:
     from ._communicator import Communicator as Communicator
@@ -45,48 +46,45 @@ if TYPE_CHECKING:
     from .streams import Subscription as Subscription
 
 _MODULES: Final = {
-    "AccessDeniedException": "exceptions",
-    "AlreadyRegisteredException": "exceptions",
-    "BusyException": "exceptions",
-    "ClientWatch": "_presence",
-    "Clock": "clock",
-    "Communicator": "_communicator",
-    "CommunicatorDestroyedException": "exceptions",
-    "ConfigurationException": "exceptions",
-    "ConnectFailedException": "exceptions",
-    "ConnectionLostException": "exceptions",
-    "Current": "servant",
-    "EndpointInUseException": "exceptions",
-    "InterfaceMismatchException": "exceptions",
-    "MarshalException": "exceptions",
-    "Object": "servant",
-    "ObjectAdapter": "servant",
-    "ObjectNotExistException": "exceptions",
-    "ObjectPrx": "proxy",
-    "OperationNotExistException": "exceptions",
-    "ProcessStatus": "status",
-    "Publisher": "streams",
-    "RobotClock": "clock",
-    "Sample": "streams",
-    "Samples": "streams",
-    "ServantInfo": "_presence",
-    "ServantStatus": "status",
-    "Settings": "settings",
-    "Subscription": "streams",
-    "SystemException": "exceptions",
-    "TimeoutException": "exceptions",
-    "UnknownException": "exceptions",
-    "UserException": "exceptions",
-    "VirtualClock": "clock",
-    "WallClock": "clock",
-    "ZenohIceError": "exceptions",
-    "initialize": "_communicator",
-    "load_settings": "settings",
+    "AccessDeniedException": ".exceptions",
+    "AlreadyRegisteredException": ".exceptions",
+    "BusyException": ".exceptions",
+    "ClientWatch": "._presence",
+    "Clock": ".clock",
+    "Communicator": "._communicator",
+    "CommunicatorDestroyedException": ".exceptions",
+    "ConfigurationException": ".exceptions",
+    "ConnectFailedException": ".exceptions",
+    "ConnectionLostException": ".exceptions",
+    "Current": ".servant",
+    "EndpointInUseException": ".exceptions",
+    "InterfaceMismatchException": ".exceptions",
+    "MarshalException": ".exceptions",
+    "Object": ".servant",
+    "ObjectAdapter": ".servant",
+    "ObjectNotExistException": ".exceptions",
+    "ObjectPrx": ".proxy",
+    "OperationNotExistException": ".exceptions",
+    "ProcessStatus": ".status",
+    "Publisher": ".streams",
+    "RobotClock": ".clock",
+    "Sample": ".streams",
+    "Samples": ".streams",
+    "ServantInfo": "._presence",
+    "ServantStatus": ".status",
+    "Settings": ".settings",
+    "Subscription": ".streams",
+    "SystemException": ".exceptions",
+    "TimeoutException": ".exceptions",
+    "UnknownException": ".exceptions",
+    "UserException": ".exceptions",
+    "VirtualClock": ".clock",
+    "WallClock": ".clock",
+    "ZenohIceError": ".exceptions",
+    "initialize": "._communicator",
+    "load_settings": ".settings",
 }
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    # Each command begins with `zenoh_ice.application`, before anything that takes time to import.
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
+# Each command begins with `zenoh_ice.application`, before anything that takes time to import.
+__getattr__ = import_on_use(__name__, _MODULES)

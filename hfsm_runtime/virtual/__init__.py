@@ -5,8 +5,9 @@ Tests, trials and replays stand on it; it knows neither pytest nor robots.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+from zenoh_ice.lazy import import_on_use
 
 from ._run import Change, VirtualRun
 
@@ -28,28 +29,25 @@ if TYPE_CHECKING:
     from .world import VirtualWorld as VirtualWorld
 
 _MODULES: Final = {
-    "BehaviorFailed": "errors",
-    "Call": "_journal",
-    "Condition": "execution",
-    "Execution": "execution",
-    "ExecutionError": "errors",
-    "FakeRos": "_ros",
-    "Fired": "_journal",
-    "Journal": "_journal",
-    "PacedClock": "clock",
-    "PacedExecution": "paced",
-    "TaskClock": "clock",
-    "UnknownName": "errors",
-    "VirtualNetwork": "network",
-    "VirtualWorld": "world",
-    "make_stub": "_stubs",
+    "BehaviorFailed": ".errors",
+    "Call": "._journal",
+    "Condition": ".execution",
+    "Execution": ".execution",
+    "ExecutionError": ".errors",
+    "FakeRos": "._ros",
+    "Fired": "._journal",
+    "Journal": "._journal",
+    "PacedClock": ".clock",
+    "PacedExecution": ".paced",
+    "TaskClock": ".clock",
+    "UnknownName": ".errors",
+    "VirtualNetwork": ".network",
+    "VirtualWorld": ".world",
+    "make_stub": "._stubs",
 }
 
 __all__ = ["Change", "VirtualRun", *_MODULES]  # noqa: PLE0604 - all of them are strings
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    # Every component imports this package, few need servants or ROS: these names are imported on first use.
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
+# Every component imports this package, few need servants or ROS: these names are imported on first use.
+__getattr__ = import_on_use(__name__, _MODULES)

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from ._behavior import Behavior as Behavior
@@ -17,17 +18,14 @@ if TYPE_CHECKING:
     from ._robot import RobotUnderTest as RobotUnderTest
 
 _MODULES: Final = {
-    "Ball": "_robot",
-    "Behavior": "_behavior",
-    "DocumentInvalid": "_loading",
-    "RobotUnderTest": "_robot",
-    "load_component": "_loading",
-    "simulate": "_behavior",
+    "Ball": "._robot",
+    "Behavior": "._behavior",
+    "DocumentInvalid": "._loading",
+    "RobotUnderTest": "._robot",
+    "load_component": "._loading",
+    "simulate": "._behavior",
 }
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    # The robot needs libraries that a behavior without one does not: names are imported on first use.
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
+# The robot needs libraries that a behavior without one does not: names are imported on first use.
+__getattr__ = import_on_use(__name__, _MODULES)

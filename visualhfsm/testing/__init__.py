@@ -5,8 +5,9 @@ The fixture `behavior` makes a `Behavior` of a document. See docs/how-to/testing
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from hfsm_runtime.virtual import BehaviorFailed as BehaviorFailed
@@ -33,8 +34,5 @@ _MODULES: Final = {
 }
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    # Every run of pytest loads the plugin, and with it this package, so its names are imported on first use.
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(_MODULES[name]), name)
+# Every run of pytest loads the plugin, and with it this package, so its names are imported on first use.
+__getattr__ = import_on_use(__name__, _MODULES)

@@ -18,12 +18,12 @@ from visualhfsm._editing.commands import COMMANDS
 def test_what_type_checkers_see_is_what_programs_get() -> None:
     text = Path(visualhfsm.__file__).read_text("utf-8")
     declared = {
-        name: module for module, name in re.findall(r"^    from \.([\w.]+) import (\w+) as \2$", text, re.M)
+        name: module for module, name in re.findall(r"^    from (\.[\w.]+) import (\w+) as \2$", text, re.M)
     }
     assert declared == visualhfsm._MODULES
     for name, module in declared.items():
         found = getattr(visualhfsm, name)
-        assert found is getattr(importlib.import_module(f"visualhfsm.{module}"), name)
+        assert found is getattr(importlib.import_module(f"visualhfsm{module}"), name)
 
 
 @pytest.mark.parametrize("name", ["Abandoned", "Added", "CounterexampleView", "Step", "StepView"])

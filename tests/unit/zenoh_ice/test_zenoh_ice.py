@@ -16,11 +16,11 @@ from tests.support.limits import RUN_LIMIT
 def test_what_type_checkers_see_is_what_programs_get() -> None:
     text = Path(zenoh_ice.__file__).read_text("utf-8")
     declared = {
-        name: module for module, name in re.findall(r"^    from \.(\w+) import (\w+) as \2$", text, re.M)
+        name: module for module, name in re.findall(r"^    from (\.\w+) import (\w+) as \2$", text, re.M)
     }
     assert declared == zenoh_ice._MODULES
     for name, module in declared.items():
-        assert getattr(zenoh_ice, name).__module__ == f"zenoh_ice.{module}"
+        assert getattr(zenoh_ice, name).__module__ == f"zenoh_ice{module}"
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:
