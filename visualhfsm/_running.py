@@ -35,10 +35,10 @@ from zenoh_ice.application import last_cycle
 
 _Status = Literal["generating", "starting", "running", "stopping", "ended"]
 
-_PATIENCE: Final = (5.0, 3.0)
+_STOP_LIMITS: Final = (5.0, 3.0)
 """Seconds from SIGINT, at which a component stops the robot, to SIGTERM, and from there to SIGKILL."""
 
-_CLOSE_PATIENCE: Final = (3.0, 2.0)
+_CLOSE_LIMITS: Final = (3.0, 2.0)
 
 _TRIAL: Final = "visualhfsm.simulation._trial"
 """The module that runs a component without a robot."""
@@ -125,7 +125,7 @@ class RunningComponents:
     async def close(self) -> None:
         """Stop everything that runs."""
         runs, self._runs = list(self._runs.values()), {}
-        await asyncio.gather(*(run.close(_CLOSE_PATIENCE) for run in runs))
+        await asyncio.gather(*(run.close(_CLOSE_LIMITS) for run in runs))
 
     def _run_of(self, tab: int) -> _Run:
         return self._runs.setdefault(
@@ -184,7 +184,7 @@ class _Run:
     async def start(self, source: Source, arguments: Sequence[str] = (), *, trial: bool = False) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
-            await self._stop(_PATIENCE)
+            await self._stop(_STOP_LIMITS)
             self._directory.close()
             self.component = source.component
             self._stopping = False
@@ -206,12 +206,12 @@ class _Run:
             self._stopping = True
             self._report("stopping")
 
-    async def stop(self, patience: Sequence[float] = _PATIENCE) -> None:
+    async def stop(self, patience: Sequence[float] = _STOP_LIMITS) -> None:
         """End the process, if there is one."""
         async with self._busy:
             await self._stop(patience)
 
-    async def close(self, patience: Sequence[float] = _PATIENCE) -> None:
+    async def close(self, patience: Sequence[float] = _STOP_LIMITS) -> None:
         """End the process, and delete its temporary files."""
         try:
             await self.stop(patience)

@@ -12,7 +12,7 @@ from ..observer import Observer
 from ..tree import ChangeKind, DropReason, Run
 
 _SECOND: Final = 1_000_000_000
-_LONGEST: Final = 200
+_LONGEST_LINE: Final = 200  # characters
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Journal(Observer):
         """Write down an exception of user code."""
         self._failures.append((run, error))
         text = f"{run.automaton.name}: in {run.current.name} raises {type(error).__name__}: {error}"
-        self._write(self._now(), run.depth, text[:_LONGEST])
+        self._write(self._now(), run.depth, text[:_LONGEST_LINE])
 
     def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:
         """Write down a call of the code that runs."""

@@ -14,7 +14,7 @@ from typing import Final
 from zenoh_ice import CommunicatorDestroyedException, VirtualClock
 
 _NANOSECONDS: Final = 1_000_000_000
-_POLL: Final = 10_000_000
+_POLL_PERIOD: Final = 10_000_000
 """Interval in ns at which a wait for an event checks again."""
 MOVE_PERIOD: Final = 0.02
 """Wall seconds in which a paced clock moves at once: a reader sees it jump by no more."""
@@ -65,7 +65,7 @@ class TaskClock(VirtualClock):
             if now >= end:
                 return False
             following = self._tasks[0][0] if self._tasks else end
-            self.advance(max(0, min(following, now + _POLL, end) - now) / _NANOSECONDS)
+            self.advance(max(0, min(following, now + _POLL_PERIOD, end) - now) / _NANOSECONDS)
         return True
 
 
@@ -168,7 +168,7 @@ class PacedClock(TaskClock):
             now = self._now
             if now >= end:
                 return False
-            self.advance(min(_POLL, end - now) / _NANOSECONDS)
+            self.advance(min(_POLL_PERIOD, end - now) / _NANOSECONDS)
         return True
 
     def _move_to(self, end: int) -> None:

@@ -44,7 +44,7 @@ from .clock import TaskClock
 
 Polls = dict[str, Callable[[], Any]]
 
-_LOOK: Final = LINGER / 4  # s of virtual time between checks for unused streams
+_CLOSE_PERIOD: Final = LINGER / 4  # s of virtual time between checks for unused streams
 
 _logger = logging.getLogger(__name__)
 
@@ -71,7 +71,7 @@ class VirtualNetwork:
         )
         self._adapter: Final = self.communicator.createObjectAdapter("virtual")
         self._adapter.activate()
-        clock.call_at(clock.now() + _LOOK, self._close_unwanted)
+        clock.call_at(clock.now() + _CLOSE_PERIOD, self._close_unwanted)
 
     def serve(self, identity: str, servant: Object, polls: Polls | None = None) -> None:
         """Serve a servant, in place of any earlier one with this identity.
@@ -90,7 +90,7 @@ class VirtualNetwork:
         """Close the streams that are no longer used, now and periodically."""
         self.communicator.streams.close_unwanted()
         if not self.communicator.destroyed:
-            self.clock.call_at(self.clock.now() + _LOOK, self._close_unwanted)
+            self.clock.call_at(self.clock.now() + _CLOSE_PERIOD, self._close_unwanted)
 
 
 class _VirtualCommunicator(Communicator):

@@ -22,11 +22,6 @@ BARE: Final = re.compile(
     re.MULTILINE,
 )
 """Such a constant, except texts."""
-NOT_YET: Final = (
-    *("hfsm_runtime/virtual/", "visualhfsm/_running.py", "visualhfsm/testing/"),
-    "visualhfsm/simulation/",
-)
-"""Where some are left."""
 
 
 def packages() -> list[Path]:
@@ -41,7 +36,7 @@ def test_constants_say_what_they_are(package: Path) -> None:
         for path in sorted(package.rglob("*.py"))
         if (found := BARE.search(path.read_text("utf-8"))) is not None
     }
-    assert {place: name for place, name in bare.items() if not place.startswith(NOT_YET)} == {}
+    assert bare == {}
 
 
 @pytest.mark.parametrize("line", ["_END: Final = 2.0", "MOST = 10", "_PATIENCE: Final = (5.0, 3.0)"])
