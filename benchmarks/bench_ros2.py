@@ -19,7 +19,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.support.processes import free_endpoint  # noqa: E402
+from tests.support.ports import free_port  # noqa: E402
 from tests.support.ros_peers import PROGRAMS, peers_folder  # noqa: E402
 
 ROUNDS = 5
@@ -36,7 +36,7 @@ NAMES = {
 def measure(library: str, task: str, number: int) -> list[dict[str, Any]]:
     """Run both sides of a task; return the figures of each."""
     python = sys.executable if library == "ours" else str(peers_folder() / "bin" / "python")
-    port = free_endpoint().rpartition(":")[2]
+    port = str(free_port())
     environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_LOCALHOST_ONLY": "1"}
     script = str(PROGRAMS / "bench_node.py")
     sides = [

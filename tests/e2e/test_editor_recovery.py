@@ -11,18 +11,13 @@ from playwright.sync_api import Browser, expect
 from tests.support.browser import editor_page
 from tests.support.editor import editor
 from tests.support.panels import edit
-from tests.support.processes import free_endpoint
-
-
-def reusable_port() -> int:
-    """Return a port that nobody is given between two editors that have it."""
-    return int(free_endpoint().rpartition(":")[2])
+from tests.support.ports import free_port
 
 
 def test_a_page_says_what_to_do_when_the_editor_was_restarted(
     browser: Browser, root: Path, path: Path, tmp_path: Path
 ) -> None:
-    port = reusable_port()
+    port = free_port()
     with contextlib.ExitStack() as first:
         former = first.enter_context(editor(root, path, port=port))
         shown = first.enter_context(editor_page(browser, former))
@@ -43,7 +38,7 @@ def test_a_page_says_what_to_do_when_the_editor_was_restarted(
 def test_a_page_connects_again_and_recovers_what_was_not_saved_when_the_editor_was_restarted(
     browser: Browser, root: Path, path: Path
 ) -> None:
-    port = reusable_port()
+    port = free_port()
     with contextlib.ExitStack() as first:
         former = first.enter_context(editor(root, path, port=port))
         shown = first.enter_context(editor_page(browser, former))

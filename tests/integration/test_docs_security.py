@@ -13,7 +13,8 @@ from naoserver.fake import FakeRobot
 from naoserver.server import serve
 from tests.support.commands import run_here
 from tests.support.pages import DOCS
-from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
+from tests.support.ports import free_port
+from tests.support.processes import REPOSITORY, ComponentProcess
 from visualhfsm.nao._command import app
 from zenoh_ice import initialize
 from zenoh_ice.settings import load_settings
@@ -39,7 +40,7 @@ def run(command: list[str]) -> subprocess.CompletedProcess[str]:
 
 def test_the_five_commands(tmp_path: Path) -> None:
     init, router, robot, call, add = commands(tmp_path / "keys")
-    port, operator_port = (free_endpoint().rpartition(":")[2] for _ in range(2))
+    port, operator_port = (str(free_port()) for _ in range(2))
     made = run([*init, "--port", port, "--operator-port", operator_port])
     assert made.returncode == 0, made.stderr
     # Rather than to the network:

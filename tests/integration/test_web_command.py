@@ -23,6 +23,7 @@ from websockets.typing import Origin
 from tests.support.commands import run_here
 from tests.support.editor import DOCUMENT, Window
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm._command import app
 from visualhfsm._errors import VisualHfsmError
@@ -54,7 +55,7 @@ def edit(tmp_path: Path, *arguments: str) -> ComponentProcess:
 
 def test_a_signal_ends_everything_in_an_orderly_way(document: Path, tmp_path: Path) -> None:
     """`test_stop_signals.py` has the other signals. A port can be chosen."""
-    chosen = free_endpoint().rpartition(":")[2]
+    chosen = str(free_port())
     options = ("--no-browser", "--log-level", "debug", "--port", chosen)
     with edit(tmp_path, str(document), *options) as process:
         address = process.wait_for(ADDRESS)

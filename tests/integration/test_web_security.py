@@ -20,7 +20,7 @@ from websockets.sync.client import ClientConnection
 
 from tests.support.editor import DOCUMENT, Editor, Refused, editor
 from tests.support.limits import PAGE_LIMIT
-from tests.support.processes import free_endpoint
+from tests.support.ports import free_port
 from visualhfsm._web.limits import Limits
 
 
@@ -90,7 +90,7 @@ def code_at_end(socket: ClientConnection) -> int | None:
 
 def test_an_address_that_two_browsers_use_locks_out_both_and_all_others(root: Path) -> None:
     reported: list[tuple[str, str]] = []
-    port = int(free_endpoint().rpartition(":")[2])
+    port = free_port()
     with editor(root, port=port, report=lambda *each: reported.append(each)) as running:
         unused = running.server.credentials.new_token()
         path = f"/?token={running.server.credentials.new_token()}"
@@ -146,7 +146,7 @@ def test_cookies_of_other_servers_on_loopback_keep_nobody_out(running: Editor, o
 
 
 def test_a_page_comes_in_again_after_a_restart_on_the_same_port(root: Path) -> None:
-    port = int(free_endpoint().rpartition(":")[2])
+    port = free_port()
     with editor(root, port=port) as first, first.window() as window:
         key = bytes.fromhex(window.hello["key"])
         run = window.hello["run"]

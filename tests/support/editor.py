@@ -21,7 +21,7 @@ from websockets.typing import Origin
 
 from codegen.hfsm.document import Document
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
-from tests.support.processes import free_endpoint
+from tests.support.ports import free_port
 from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._services import Publish
@@ -371,8 +371,8 @@ def usual_port() -> int:
 
 @functools.cache
 def chosen_port() -> int:
-    """Return a port that was free when it was first asked for."""
-    return int(free_endpoint().rpartition(":")[2])
+    """Return the same port each time."""
+    return free_port()
 
 
 @contextlib.contextmanager

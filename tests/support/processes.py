@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import random
 import re
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -18,6 +16,7 @@ from typing import Self
 import psutil
 
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.ports import free_port
 
 __all__ = ["STEADY", "ComponentProcess", "announced", "assert_gone", "children", "free_endpoint", "module"]
 
@@ -41,19 +40,8 @@ def announced(entry: str, *arguments: str) -> list[str]:
 
 
 def free_endpoint() -> str:
-    """Return an endpoint on loopback whose port is unused at the moment.
-
-    It lies below the ports that the system hands out itself: a component that listens on port 0 before the
-    endpoint is used must not be given this very port.
-    """
-    while True:
-        with socket.socket() as probe:
-            port = random.randrange(10_000, 32_000)
-            try:
-                probe.bind(("127.0.0.1", port))
-            except OSError:
-                continue
-            return f"tcp/127.0.0.1:{port}"
+    """Return an endpoint on loopback whose port no other test uses."""
+    return f"tcp/127.0.0.1:{free_port()}"
 
 
 def children(module: str) -> list[psutil.Process]:

@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, free_endpoint
 
 __all__ = ["Command", "Reader", "commands_of", "matches"]
@@ -84,7 +85,7 @@ class Reader:
     def __init__(self, folder: Path, programs: Path | None = None) -> None:
         self.folder = folder
         self._endpoint = free_endpoint()
-        others = [free_endpoint().rpartition(":")[2] for _ in range(4)]
+        others = [free_port() for _ in range(4)]
         self._exchanged = {
             PORT: self._endpoint,
             "tcp/127.0.0.1:7448": f"tcp/127.0.0.1:{others[0]}",

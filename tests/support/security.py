@@ -9,9 +9,10 @@ from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 
-from tests.support.processes import ComponentProcess, free_endpoint
+from tests.support.ports import free_port
+from tests.support.processes import ComponentProcess
 from visualhfsm._security.folder import SecurityFolder
-from zenoh_ice.settings import Settings, host_and_port, load_settings
+from zenoh_ice.settings import Settings, load_settings
 
 __all__ = ["Keys", "routing"]
 
@@ -37,13 +38,12 @@ class Keys:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        place = host_and_port(free_endpoint())
-        assert place is not None
-        self.endpoint = f"tls/127.0.0.1:{place[1]}"
-        self.other_endpoint = f"tls/127.0.0.2:{place[1]}"
+        port = free_port()
+        self.endpoint = f"tls/127.0.0.1:{port}"
+        self.other_endpoint = f"tls/127.0.0.2:{port}"
         """Another address of the router, which its certificate does not name."""
         self.security = SecurityFolder(folder)
-        self.security.create(realm="nao", hosts=["127.0.0.1"], port=place[1], valid=timedelta(days=1))
+        self.security.create(realm="nao", hosts=["127.0.0.1"], port=port, valid=timedelta(days=1))
 
     def settings(self, name: str, **changes: object) -> Settings:
         """Return the settings of the router or of a user, with some changes."""
