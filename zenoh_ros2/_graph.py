@@ -11,6 +11,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Final
 
 import zenoh
@@ -28,6 +29,8 @@ _UNANNOUNCED: Final = 0.8
 _QUERY_DELAY: Final = 2.0
 """Seconds after which tokens are asked for again when there were too many; each time twice as long."""
 _LONGEST_DELAY: Final = 30.0  # s
+_REPORT_LIMIT: Final = 60.0
+"""Seconds in which tokens that exist are reported, over a slow line too."""
 _CHECK_PERIOD: Final = 0.5
 """Seconds after which a waiting caller looks again: only then are tokens asked for again."""
 
@@ -83,6 +86,8 @@ class Entities:
         self._known: dict[str, Entity] = {}
         self._full = False
         """Whether some tokens were left out."""
+        self._ended: set[str] | None = None
+        """The tokens whose end was received since all were asked for, until all have been reported."""
         self._warned = False
         self._closed = False
         self._pause = _QUERY_DELAY
@@ -122,14 +127,39 @@ class Entities:
         """Note a change, on Zenoh's thread."""
         token, exists = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
         with self._lock:
-            is_news = exists is not self._news.get(token, token in self._known)
-            if self._closed or self._full or not is_news:
-                return
-            first = not self._news
-            self._news[token] = exists
-            self._full = len(self._news) > self._most
-        if first:
+            due = self._note(token, exists)
+            if not exists and self._ended is not None and not self._full:
+                self._ended.add(token)
+                if len(self._ended) > self._most:
+                    self._full = due = True
+        if due:
             self._discovery.submit(self._handle)
+
+    def _report(self, ended: set[str], reply: zenoh.Reply) -> None:
+        """Note a token that existed when all were asked for, and has not `ended` since, on Zenoh's thread."""
+        if reply.ok is None:
+            return
+        token = str(reply.ok.key_expr)
+        with self._lock:
+            due = self._ended is ended and token not in ended and self._note(token, exists=True)
+        if due:
+            self._discovery.submit(self._handle)
+
+    def _reported(self, ended: set[str]) -> None:
+        """Forget the tokens that have ended: all that existed have been reported."""
+        with self._lock:
+            if self._ended is ended:
+                self._ended = None
+
+    def _note(self, token: str, exists: bool) -> bool:
+        """Keep a change, if it is one, until `_handle`; return whether that is to be submitted."""
+        is_news = exists is not self._news.get(token, token in self._known)
+        if self._closed or self._full or not is_news:
+            return False
+        is_first = not self._news
+        self._news[token] = exists
+        self._full = len(self._news) > self._most
+        return is_first
 
     def _handle(self) -> None:
         """Handle all changes since the last time."""
@@ -169,21 +199,27 @@ class Entities:
             self._discovery.submit(self._ask)
 
     def _ask(self) -> None:
-        """Ask for all tokens, and follow their changes."""
+        """Follow the changes of the tokens, and ask for all that exist."""
+        ended: set[str] = set()
         with self._lock:
             self._known.clear()
             self._full = False
-        subscriber = self._discovery.session.liveliness().declare_subscriber(
-            self._tokens, Callback(self._receive, indirect=False), history=True
-        )
+            self._ended = ended
+        liveliness = self._discovery.session.liveliness()
+        subscriber = liveliness.declare_subscriber(self._tokens, Callback(self._receive, indirect=False))
         with self._lock:
             closed, full = self._closed, self._full
             if not closed:
                 self._subscriber = subscriber
         if closed:
             subscriber.undeclare()
-        elif full:
+            return
+        if full:
             self._discovery.submit(self._handle)
+        # Not by a subscriber with history: Zenoh may report to it that a token has ended and after
+        # that, from another thread, that the token exists.
+        report = Callback(partial(self._report, ended), partial(self._reported, ended), indirect=False)
+        liveliness.get(self._tokens, handler=report, timeout=_REPORT_LIMIT)
 
 
 class EndpointsOf(Entities):

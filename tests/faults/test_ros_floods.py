@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from typing import Any
 
@@ -224,6 +225,23 @@ def test_a_sender_counts_as_gone_while_there_are_too_many(
     for each in flood:
         each.undeclare()
     until(lambda: not senders[0].gone)
+
+
+def test_subscriptions_that_end_while_they_are_asked_for_count_no_more(watched: tuple[Node, Node]) -> None:
+    for number in range(10):  # it takes the moment
+        end_while_asked_for(*watched, f"map{number}")
+
+
+def end_while_asked_for(robot: Node, tool: Node, topic: str) -> None:
+    announced = tokens(tool.session, MOST_OF_A_NAME, topic)
+    until(lambda: len(robot.graph.subscriptions(f"/{topic}")) == MOST_OF_A_NAME)
+    publisher = robot.create_publisher(TEXT, f"/{topic}")
+    with ThreadPoolExecutor(1) as background:
+        ends = background.submit(lambda: [each.undeclare() for each in announced])
+        assert publisher.subscribers <= MOST_OF_A_NAME  # asks for them
+        ends.result(EVENT_LIMIT)
+    until(lambda: publisher.subscribers == 0)
+    until(lambda: not robot.graph.subscriptions(f"/{topic}"))
 
 
 def test_tokens_of_other_names_reach_nobody(watched: tuple[Node, Node]) -> None:
