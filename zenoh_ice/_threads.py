@@ -1,9 +1,8 @@
 """The threads of a communicator: a pool, and a pulse.
 
-All jobs of the pool go into one queue. If a thread takes a job and no other thread is waiting for the next,
-it first starts one, up to a limit that counts every servant that may be busy: a slow servant thus delays no
-other. Idle threads end. docs/decisions/0008-one-pool.md compares this design with a thread for each
-servant, and says what happens when no further thread can be started.
+All threads of a pool wait in one epoll, for jobs and for files that become readable; the kernel gives each
+event to one of them, which takes what is there and runs it. docs/decisions/0033-local-calls.md compares this
+design with others, and says what happens when no further thread can be started.
 """
 
 from __future__ import annotations
@@ -11,8 +10,11 @@ from __future__ import annotations
 import itertools
 import logging
 import math
+import os
+import select
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -25,11 +27,10 @@ from .exceptions import BusyException
 PULSE_PERIOD: Final = 0.02  # s between checks of the threads and of the clock
 
 _IDLE_LIMIT: Final = 5.0  # s after which a thread ends that has nothing to do
-_SPARE: Final = 1  # idle threads that stay beside the one that leads
+_FEWEST: Final = 2  # threads that stay: while one is busy, another one waits
 _MOST_QUEUED: Final = 1024  # jobs of one line
 _MOST_LINES: Final = 256
-_QUICK: Final = 0.0005  # s that a job takes at most while its thread leads
-_CAUTION: Final = 1000  # jobs that count as long after one that was
+_QUICK: Final = 0.0005  # s that a job takes at most while its thread keeps the source that it came from
 _STALLED: Final = 100  # looks, 2 s, in which jobs wait and none is taken
 _COMPLAINT_PERIOD: Final = 10.0  # s between two reports that no thread can be started
 _STANDSTILL: Final = 0.5  # s without a beat: more than a busy machine makes of the period
@@ -38,24 +39,75 @@ _AFTERMATH: Final = 1.0  # s until all that waited has been read
 # The clock that runs while the machine is suspended, where the system has one.
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
+_ONCE: Final = select.EPOLLIN | select.EPOLLONESHOT
+_EDGE: Final = select.EPOLLIN | select.EPOLLET
+
 _logger = logging.getLogger(__name__)
 
 
 class Kind:
-    """Remember whether jobs of a kind, such as the calls of one method, were quick."""
+    """Remember whether the last job of a kind, such as the calls of one method, was quick."""
 
-    __slots__ = ("caution", "refusable")
+    __slots__ = ("quick", "refusable")
 
-    def __init__(self, caution: float = 1, *, refusable: bool = False) -> None:
-        self.caution = caution
-        """Number of further jobs that count as long; each quick one reduces it."""
+    def __init__(self, *, quick: bool = False, refusable: bool = False) -> None:
+        self.quick = quick
         self.refusable: Final = refusable
         """Whether its jobs may be refused: such a job takes the reason as an argument, and does no more."""
 
 
 Job = tuple[Kind, Callable[..., object]]
 
-_LONG_JOB: Final = Kind(math.inf)
+_LONG_JOB: Final = Kind()
+
+
+class Source(ABC):
+    """A file from which jobs are taken, by one thread at a time, whenever it is readable."""
+
+    owner = 0
+    """Identifier of the thread that takes jobs from it; 0 while the pool waits for it."""
+    owned_since = 0.0
+
+    @abstractmethod
+    def fileno(self) -> int: ...
+
+    @abstractmethod
+    def take(self) -> Job | None:
+        """Return the next job; None if there is none, or no more. It does not wait, and raises nothing."""
+
+
+    def release(self, epoll: select.epoll) -> None:
+        """Let the pool wait for it again."""
+        epoll.modify(self.fileno(), _ONCE)
+
+
+class _Queue(Source):
+    """The jobs that were submitted: one thread waits in it for the next, and others for its bell."""
+
+    def __init__(self, pool: Pool) -> None:
+        self.jobs: Final[SimpleQueue[Any]] = SimpleQueue()
+        self._pool: Final = pool
+        self._bell: Final = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)  # rung when nobody owns it
+
+    def fileno(self) -> int:
+        return self._bell
+
+    def release(self, epoll: select.epoll) -> None:
+        os.eventfd_write(self._bell, 1)
+
+    def take(self) -> Job | None:
+        """Wait for the next job; return None at the end."""
+        while True:
+            self.owned_since = math.inf
+            job = self.jobs.get()
+            if job is None:
+                self.jobs.put(None)
+                return None
+            if type(job) is tuple or (job := self._pool.place(job)) is not None:
+                return job
+
+    def close(self) -> None:
+        os.close(self._bell)
 
 
 class UserCodeThread(threading.Thread):
@@ -75,25 +127,24 @@ def _no_thread(error: RuntimeError | None) -> str:
 
 
 class Pool:
-    """A pool that grows from one thread to a limit and never makes its callers wait.
+    """A pool that grows from two threads to a limit and never makes its callers wait.
 
-    One of them leads: it alone takes jobs out of the queue. Before it runs a job that may take long, it wakes
-    another thread to lead. If jobs of the same kind were quick so far, it keeps the lead instead: waking a
-    thread would take longer. If such a job takes long for once, the lead is handed on within PULSE_PERIOD.
+    Jobs are submitted, or taken from sources in their order. A thread that takes a job that may be long first
+    lets the others have its source, and starts another thread if none waits any more. If the last job of the
+    same kind was quick, it does neither: that would take longer than the job. If such a job takes long for
+    once, its source is given to the others within PULSE_PERIOD.
 
-    If the system gives the process no further thread, the leader refuses the jobs that may be refused, and so
-    stays free for those that may not, such as a stop. A spare thread stays idle: until it is busy, nothing is
-    refused. If nobody takes jobs any more, `on_stall` says so, and so it does when somebody does again.
+    If the system gives the process no further thread, the last that waits refuses the jobs that may be
+    refused, and so stays free for those that may not, such as a stop. If nobody takes jobs any more,
+    `on_stall` says so, and so it does when somebody does again.
 
     A pool of no threads, for tests in virtual time, runs each job at once on the thread that submits it.
 
-    `jobs.put` takes a job; a transport may also put other objects there, which `place` turns into jobs: the
-    `put` of the queue is C code, the cheapest that Zenoh's receiving thread can run.
+    A transport may also `put` other objects, which `place` turns into jobs in the order in which they came.
     """
 
     def __init__(self, size: int, name: str) -> None:
         """Start the first thread; raises BusyException where the system gives this process none."""
-        self.jobs: Final[SimpleQueue[Any]] = SimpleQueue()
         self.has_threads: Final = size > 0
         self.pulse: Final = Pulse()
         self.stalled = False
@@ -101,14 +152,18 @@ class Pool:
         self.on_stall: Callable[[], object] = lambda: None
         """Called on the pool's watch whenever `stalled` changes."""
         self.place: Callable[[Any], Job | None] = lambda job: job
-        """Turns other objects in the queue into jobs, or None, in the queue's order; it raises nothing."""
-        self._limit = size
+        """Turns other objects into jobs, or None; it raises nothing."""
+        self._limit = size + 1  # one waits in the queue
         self._name: Final = name
         self._lock: Final = threading.Lock()
-        self._lead: Final = threading.Lock()  # of the thread that takes jobs
-        self._leader = 0  # its identifier; 0: nobody leads, or a thread is about to
-        self._began = 0.0  # the start of the job that it runs; 0: it waits for one
-        self._idle: Final[set[int]] = set()  # identifiers of threads
+        self._queue: Final = _Queue(self)
+        self.put: Final[Callable[[Any], None]] = self._queue.jobs.put
+        """Queues a job, or an object that `place` makes one of; C code."""
+        self._sources: Final[dict[int, Source]] = {}  # by file
+        self._epoll: Final = select.epoll()
+        self._end: Final = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)  # wakes all threads
+        self._epoll.register(self._end, select.EPOLLIN)
+        self._waiting = 0  # threads that wait for a source
         self._threads: Final[set[threading.Thread]] = set()
         self._serials: Final = itertools.count(1)
         self._shortage: RuntimeError | None = None  # why the last start of a thread failed
@@ -119,15 +174,17 @@ class Pool:
         self._looks_without_job = 0
         self._complained_at = -math.inf
         self._stop_watch: Callable[[], object] | None = None
+        self._sources[self._queue.fileno()] = self._queue
+        self._epoll.register(self._queue, _EDGE)
         with self._lock:
-            started = self._has_successor()
+            started = self._grow()
         if not started:
             raise BusyException(_no_thread(self._shortage))
 
     def submit(self, run: Callable[[], object], kind: Kind | None = None) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""
         if self.has_threads:
-            self.jobs.put((kind or _LONG_JOB, run))
+            self.put((kind or _LONG_JOB, run))
         else:
             run()
 
@@ -151,8 +208,8 @@ class Pool:
         """Let the pool have more threads, or fewer with a negative number, if it needs them."""
         with self._lock:
             self._limit += threads
-            if not self._leader:
-                self._has_successor()
+            if not self._waiting:
+                self._grow()
 
     @contextmanager
     def blocked(self) -> Iterator[None]:
@@ -160,12 +217,13 @@ class Pool:
         if threading.current_thread() not in self._threads:
             yield
             return
+        me = threading.get_ident()
         self.reserve(1)
         try:
             with self._lock:
-                if self._leader == threading.get_ident():
-                    self._has_successor()
-                    self._step_down()  # without one, too: the next thread that is free will lead
+                for source in self._sources.values():
+                    if source.owner == me:
+                        self._release(source)
             yield
         finally:
             self.reserve(-1)
@@ -173,10 +231,24 @@ class Pool:
     def kind(self, *, refusable: bool = False) -> Kind:
         """Return a new kind of jobs, such as the calls of one method; raises BusyException as `start`."""
         with self._lock:
-            if self._stop_watch is None and self.has_threads and not self._closed:
-                self.pulse.beat()
-                self._stop_watch = repeat(PULSE_PERIOD, self._look, f"{self._name} watch")
+            self._watch()
         return Kind(refusable=refusable)
+
+    def attach(self, source: Source) -> None:
+        """Take jobs from a source from now on; raises BusyException as `start`."""
+        with self._lock:
+            self._watch()
+            if not self._closed:
+                self._sources[source.fileno()] = source
+                self._epoll.register(source, _ONCE)
+
+    def detach(self, source: Source) -> None:
+        """Take no more jobs from a source; to be called before its file is closed."""
+        with self._lock:
+            if self._sources.get(source.fileno()) is source:
+                del self._sources[source.fileno()]
+                if not self._closed:
+                    self._epoll.unregister(source)
 
     def close(self, timeout: float) -> bool:
         """End the threads once their jobs are done; return whether all ended within `timeout` s.
@@ -188,16 +260,26 @@ class Pool:
             threads = tuple(self._threads)
         if self._stop_watch is not None:
             self._stop_watch()
-        self.jobs.put(None)
-        return _join(threads, timeout)
+        self.put(None)
+        os.eventfd_write(self._end, 1)
+        ended = _join(threads, timeout)
+        self._queue.close()
+        os.close(self._end)
+        self._epoll.close()
+        return ended
 
-    def _has_successor(self) -> bool:
-        """Return whether a thread can lead after the one that does; start it if none is idle. With the lock.
+    def _watch(self) -> None:
+        """Begin to look after the threads; with the lock."""
+        if self._stop_watch is None and self.has_threads and not self._closed:
+            self.pulse.beat()
+            self._stop_watch = repeat(PULSE_PERIOD, self._look, f"{self._name} watch")
+
+    def _grow(self) -> bool:
+        """Start another thread; return whether one waits now, or will soon. With the lock.
 
         At the limit, that is the next thread whose job ends.
         """
-        at_limit = len(self._threads) >= self._limit
-        if self._idle or at_limit or self._closed or not self.has_threads:
+        if len(self._threads) >= self._limit or self._closed or not self.has_threads:
             return True
         name = f"{self._name}-{next(self._serials)}"
         thread = UserCodeThread(target=self._work, name=name, daemon=True)
@@ -208,25 +290,26 @@ class Pool:
             return False
         self._shortage = None
         self._threads.add(thread)
-        assert thread.ident is not None  # it was started
-        self._idle.add(thread.ident)
+        self._waiting += 1
         return True
 
-    def _step_down(self) -> None:
-        """Let another thread lead; with the lock."""
-        if self._leader:
-            self._leader, self._began = 0, 0.0
-            self._lead.release()
+    def _release(self, source: Source) -> None:
+        """Let any thread take the next job from a source; with the lock."""
+        source.owner = 0
+        if self._sources.get(source.fileno()) is source and not self._closed:
+            source.release(self._epoll)
 
     def _look(self) -> None:
         self.pulse.beat()
-        with self._lock:
-            if self._began and time.monotonic() - self._began > _QUICK:
-                self._step_down()
-            # The spare thread, or one that could not be started or died.
-            self._has_successor()
-            shortage = self._shortage
         now = time.monotonic()
+        with self._lock:
+            for source in self._sources.values():
+                if source.owner and now - source.owned_since > PULSE_PERIOD:
+                    self._release(source)
+            # The spare thread, or one that could not be started or died.
+            if not self._waiting or len(self._threads) < _FEWEST:
+                self._grow()
+            shortage = self._shortage
         if shortage is not None and now - self._complained_at >= _COMPLAINT_PERIOD:
             self._complained_at = now
             _logger.error("%s refuses calls that may take long: %s", self._name, _no_thread(shortage))
@@ -236,7 +319,7 @@ class Pool:
         # Counted in looks: in a process that stands still, or waits for the interpreter, nobody looks either.
         before = self._seen
         self._seen = self._taken
-        waits = not self.jobs.empty()
+        waits = not self._queue.jobs.empty()
         self._looks_without_job = self._looks_without_job + 1 if waits and self._seen == before else 0
         stalled = self._looks_without_job >= _STALLED
         if stalled != self.stalled:
@@ -245,65 +328,65 @@ class Pool:
 
     def _work(self) -> None:
         me = threading.get_ident()
-        lock = self._lock
-        get = self.jobs.get
+        poll = self._epoll.poll
         try:
-            while self._leader == me or self._take_lead(me):
-                job = get()
-                if job is None:  # the end, for the next thread, too
-                    self.jobs.put(None)
-                    return
-                self._taken += 1
-                if type(job) is not tuple and (job := self.place(job)) is None:
-                    continue
-                kind, run = job
-                refusal: BusyException | None = None
-                began = time.monotonic()
-                with lock:
-                    if not kind.caution:
-                        self._began = began
-                    elif not self._has_successor() and kind.refusable:
-                        refusal = BusyException(_no_thread(self._shortage))
-                    else:
-                        self._step_down()
-                try:
-                    run() if refusal is None else run(refusal)
-                except BaseException:
-                    _logger.exception("internal error in %s", threading.current_thread().name)
-                del job, run  # frees what they hold, a query for instance, before the next wait
-                if refusal is not None:
-                    continue
-                if time.monotonic() - began > _QUICK:
-                    kind.caution = max(kind.caution, _CAUTION)
-                elif kind.caution:
-                    kind.caution -= 1
-                with lock:
-                    if self._leader == me:
-                        self._began = 0.0
-                    else:
-                        self._idle.add(me)
+            self._serve(self._queue, me)
+            while not self._closed:
+                events = poll(_IDLE_LIMIT, 1)
+                if not events:
+                    if self._is_surplus():
+                        return
+                elif (source := self._sources.get(events[0][0])) is not None:
+                    self._serve(source, me)
+            self._serve(self._queue, me)
         except BaseException:
             name = threading.current_thread().name
             _logger.exception("internal error ends %s; another thread takes its place", name)
         finally:
-            with lock:
-                self._threads.discard(threading.current_thread())
-                self._idle.discard(me)
-                if self._leader == me:
-                    self._step_down()
-                    self._has_successor()
-
-    def _take_lead(self, me: int) -> bool:
-        """Wait until this thread leads; return false if it is not needed any more."""
-        while True:
-            leads = self._lead.acquire(timeout=_IDLE_LIMIT)
             with self._lock:
-                if leads:
-                    self._leader = me
-                elif not self._leader or len(self._idle) <= _SPARE:  # this one may be about to lead
-                    continue
-                self._idle.discard(me)
-                return leads
+                self._waiting -= 1
+                self._threads.discard(threading.current_thread())
+                for source in self._sources.values():
+                    if source.owner == me:
+                        self._release(source)
+                if not self._waiting:
+                    self._grow()
+
+    def _is_surplus(self) -> bool:
+        with self._lock:
+            return self._waiting > _FEWEST
+
+    def _serve(self, source: Source, me: int) -> None:
+        """Run the jobs that a source has, until one takes long."""
+        with self._lock:
+            if source.owner:
+                return
+            source.owner = me
+            self._waiting -= 1
+            if source is self._queue and not self._waiting:
+                self._grow()
+        while source.owner == me and (job := source.take()) is not None:
+            kind, run = job
+            refusal: BusyException | None = None
+            began = time.monotonic()
+            with self._lock:
+                self._taken += 1
+                source.owned_since = began
+                if not kind.quick:
+                    self._release(source)
+                    if not self._waiting and not self._grow() and kind.refusable:
+                        refusal = BusyException(_no_thread(self._shortage))
+            try:
+                run() if refusal is None else run(refusal)
+            except BaseException:
+                _logger.exception("internal error in %s", threading.current_thread().name)
+            del job, run  # frees what they hold, a query for instance, before the next wait
+            if refusal is None and kind is not _LONG_JOB:
+                kind.quick = time.monotonic() - began < _QUICK
+        with self._lock:
+            self._waiting += 1
+            if source.owner == me:
+                self._release(source)
 
     def _run_line(self, line: object) -> None:
         jobs = self.lines[line]

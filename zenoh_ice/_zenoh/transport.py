@@ -117,6 +117,11 @@ class ZenohTransport:
             )
             self.shares_memory: Final = bool(self.shared_memory.space)
             self.appear(settings.realm)
+            self.neighbors = {}
+            self.door = None
+            import itertools
+            self.numbers = itertools.count(1)
+            self.local_on = not os.environ.get("NOLOCAL")
         except BaseException:
             self.session.close()
             raise
@@ -128,9 +133,14 @@ class ZenohTransport:
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         here = self.local.serve(target, receiver)
+        if self.door is None and self.local_on:
+            from .._local import Door
+            self.door = Door(self.pool, self._receivers, self.id)
+            from pathlib import Path
+            Path("/tmp/door." + target.realm).write_text(self.door.address)
         # Complete: if several processes serve the same identity, one of them gets the call, not all.
         queryable = self.session.declare_queryable(
-            target.key("*"), Callback(self.pool.jobs.put, indirect=False), complete=True
+            target.key("*"), Callback(self.pool.put, indirect=False), complete=True
         )
 
         def close() -> None:
@@ -169,6 +179,14 @@ class ZenohTransport:
             _logger.debug("answer at %s dropped: %s", key, error)
         finally:
             query.drop()
+
+    def neighbor(self, target):
+        n = self.neighbors.get(target.realm)
+        if n is None:
+            from .._local import Neighbor
+            from pathlib import Path
+            n = self.neighbors[target.realm] = Neighbor(self.pool, Path("/tmp/door." + target.realm).read_text(), "")
+        return n
 
     def refusal(self, what: str, error: zenoh.ZError) -> SystemException:
         """Return the exception for an operation that Zenoh refuses."""
@@ -306,6 +324,12 @@ class _Caller:
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
             return self._here.call(payload, attachment)
+        if self._transport.local_on:
+            n = self._transport.neighbor(self._target)
+            line = n.line()
+            outcome = line.call(self._prefix, self._operation.name, payload, attachment, self.timeout)
+            n.idle.append(line)
+            return outcome
         try:
             # No variable holds the channel: the frames of an exception would keep it alive, and a channel
             # that a servant fills with further replies blocks everything on the same link.
@@ -320,7 +344,9 @@ class _Caller:
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        # Servants of this process, too, are called through the session, because it enforces the limit.
+        if self._transport.local_on:
+            n = self._transport.neighbor(self._target)
+            return n.open_channel().begin(next(self._transport.numbers), self._prefix, self._operation.name, payload, attachment, done)
         replies: deque[zenoh.Reply] = deque(maxlen=1)  # a servant may send more than one
 
         def finish() -> None:  # on a thread of the pool
@@ -331,7 +357,7 @@ class _Caller:
         pool = self._transport.pool
         if self._kind is None:
             self._kind = pool.kind()
-        handler = Callback(replies.append, partial(pool.jobs.put, (self._kind, finish)), indirect=False)
+        handler = Callback(replies.append, partial(pool.put, (self._kind, finish)), indirect=False)
         try:
             self._get(
                 handler, payload=payload, attachment=attachment or None, cancellation_token=cancellation

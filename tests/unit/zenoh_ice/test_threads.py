@@ -194,7 +194,7 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
     pool.place = place
     queries = [Query() for _ in range(200)]
     for query in queries:
-        pool.jobs.put(query)
+        pool.put(query)
         pool.submit(execute)
     for _ in range(180 + 200):
         assert executed.acquire(timeout=EVENT_LIMIT)
@@ -206,7 +206,7 @@ def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool, monkeypatch: pytest.
     monkeypatch.setattr("zenoh_ice._threads._QUICK", FOREVER)  # also on a busy machine
     kind, threads, done = pool.kind(), list[str](), threading.Semaphore(0)
     pool.submit(lambda: None, kind)
-    until(lambda: kind.caution == 0)  # the first of a kind counts as long until it has ended
+    until(lambda: kind.quick)  # the first of a kind counts as long until it has ended
     for _ in range(100):
         pool.submit(lambda: threads.append(threading.current_thread().name), kind)
         pool.submit(done.release, kind)
@@ -216,7 +216,7 @@ def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool, monkeypatch: pytest.
 
 def test_a_job_that_takes_long_for_once_leaves_the_pool_to_others(pool: Pool) -> None:
     kind, leave, done = pool.kind(), threading.Event(), threading.Event()
-    kind.caution = 0
+    kind.quick = True
     pool.submit(lambda: leave.wait(FOREVER), kind)
     pool.submit(done.set, kind)
     assert done.wait(EVENT_LIMIT)
@@ -225,11 +225,11 @@ def test_a_job_that_takes_long_for_once_leaves_the_pool_to_others(pool: Pool) ->
 
 def test_jobs_of_a_kind_that_took_long_run_beside_a_thread_that_takes_the_next(pool: Pool) -> None:
     kind, done = pool.kind(), threading.Event()
-    kind.caution = 0
+    kind.quick = True
     pool.submit(lambda: time.sleep(0.01), kind)
     pool.submit(done.set)
     assert done.wait(EVENT_LIMIT)
-    until(lambda: kind.caution > 0)  # the first may end after the second
+    until(lambda: not kind.quick)  # the first may end after the second
 
 
 def test_a_thread_that_waits_for_another_hands_on_the_lead(
@@ -237,7 +237,7 @@ def test_a_thread_that_waits_for_another_hands_on_the_lead(
 ) -> None:
     monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", FOREVER)  # nobody looks after it
     kind, inner, done = pool.kind(), threading.Event(), threading.Event()
-    kind.caution = 0
+    kind.quick = True
 
     def wait() -> None:
         pool.submit(inner.set, kind)
@@ -338,7 +338,7 @@ def test_while_no_thread_can_start_long_jobs_are_refused_and_urgent_ones_run(
 def test_a_thread_that_dies_while_it_leads_is_replaced_as_soon_as_one_can_start(
     pool: Pool, starts: Starts, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._SPARE", 0)
+    monkeypatch.setattr("zenoh_ice._threads._FEWEST", 1)
     monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
     pool.kind()  # starts its watch
 
@@ -348,7 +348,7 @@ def test_a_thread_that_dies_while_it_leads_is_replaced_as_soon_as_one_can_start(
     pool.place = place
     until(lambda: pool_threads() == 2)  # with the watch
     starts.fail = True
-    pool.jobs.put(Query())
+    pool.put(Query())
     until(lambda: pool_threads() == 1)
     assert "internal error ends pool-1; another thread takes its place" in caplog.text
     done = threading.Event()
