@@ -337,7 +337,7 @@ class Communicator:
     def _encode_status(self, since: float) -> bytes:
         return encode_status(
             since,
-            shared_memory=bool(getattr(self.transport, "shares_memory", False)),
+            local_sockets=bool(self.transport.door),
             servants={str(target): served.status() for target, served in list(self.served.items())},
         )
 

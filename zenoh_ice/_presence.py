@@ -28,9 +28,9 @@ from .transport import Target, Transport
 # The characters of our tokens; other names could not be called, and would reach error messages and logs.
 _SERVANT: Final = re.compile(
     rf"@servant/({NAME})/({NAME})/(?=[^/]{{1,256}}/)((?:::[A-Za-z_][A-Za-z0-9_]*)+)/([0-9A-Za-z]{{1,64}}|-)/"
-    r"([0-9a-f]{1,32})/([0-9]{1,15})"
+    r"([0-9a-f]{1,32})/([0-9]{1,15})(?:/([0-9a-f]{16}\.[0-9]{1,10}\.[0-9]{1,10}))?"
 )
-_CLIENT: Final = re.compile(r"@client/[^/]+/([0-9a-f]{1,32})/([0-9a-f]{16}|-)")
+_CLIENT: Final = re.compile(r"@client/[^/]+/([0-9a-f]{1,32})")
 
 # No robot has more of these: more means a flood.
 _MOST_SERVANTS: Final = 4096
@@ -59,13 +59,17 @@ class ServantToken(NamedTuple):
     fingerprint: str  # of the interface; empty for one that has none
     server: str  # id of the session
     since: float  # wall time of the server's machine when it began to, in s since the epoch
+    door: str = ""  # where processes of its machine reach it; empty if they do not
 
 
-def servant_token(target: Target, type_id: str, fingerprint: str, server: str, since: float) -> str:
+def servant_token(
+    target: Target, type_id: str, fingerprint: str, server: str, since: float, *, door: str = ""
+) -> str:
     """Return the key of the token that a servant holds for one of its interfaces."""
     # A dash for an interface without a fingerprint: an empty chunk is no key.
     name = f"{target.realm}/{target.identity}"
-    return f"@servant/{name}/{type_id}/{fingerprint or '-'}/{server}/{round(since * 1000)}"
+    key = f"@servant/{name}/{type_id}/{fingerprint or '-'}/{server}/{round(since * 1000)}"
+    return f"{key}/{door}" if door else key
 
 
 def parse_servant_token(key: str) -> ServantToken | None:
@@ -73,24 +77,25 @@ def parse_servant_token(key: str) -> ServantToken | None:
     match = _SERVANT.fullmatch(key)
     if match is None:
         return None
-    realm, identity, type_id, fingerprint, server, since = match.groups()
-    return ServantToken(Target(realm, identity), type_id, fingerprint.strip("-"), server, int(since) / 1000)
+    realm, identity, type_id, fingerprint, server, since, door = match.groups()
+    target = Target(realm, identity)
+    return ServantToken(target, type_id, fingerprint.strip("-"), server, int(since) / 1000, door or "")
 
 
-def client_token(realm: str, client: str, memory_space: str = "") -> str:
-    """Return the key of the token that a client holds; the space says whose memory it can read."""
-    return f"@client/{realm}/{client}/{memory_space or '-'}"
+def client_token(realm: str, client: str) -> str:
+    """Return the key of the token that a client holds."""
+    return f"@client/{realm}/{client}"
 
 
 def any_client(realm: str) -> str:
     """Return the pattern of the tokens of all clients of a realm."""
-    return f"@client/{realm}/*/*"
+    return f"@client/{realm}/*"
 
 
-def parse_client_token(key: str) -> tuple[str, str] | None:
-    """Return client and memory space of a token; None for a key that no client has."""
+def parse_client_token(key: str) -> str:
+    """Return the client of a token; nothing for a key that no client has."""
     match = _CLIENT.fullmatch(key)
-    return match and (match[1], match[2].strip("-"))
+    return match[1] if match else ""
 
 
 class ServantInfo(NamedTuple):
@@ -428,7 +433,7 @@ class ClientWatch:
         return client in self._gone
 
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
-        client, _ = parse_client_token(key) or ("", "")
+        client = parse_client_token(key)
         if came and client and len(self._first_tokens) < _MOST_CLIENTS:
             self._first_tokens.setdefault(client, key)
             self._gone.pop(client, None)

@@ -75,10 +75,8 @@ class Source(ABC):
     def take(self) -> Job | None:
         """Return the next job; None if there is none, or no more. It does not wait, and raises nothing."""
 
-
-    def release(self, epoll: select.epoll) -> None:
-        """Let the pool wait for it again."""
-        epoll.modify(self.fileno(), _ONCE)
+    def look(self, now: float) -> None:  # noqa: B027 - few have anything to do then
+        """Notice what depends on time alone; called every PULSE_PERIOD."""
 
 
 class _Queue(Source):
@@ -92,7 +90,11 @@ class _Queue(Source):
     def fileno(self) -> int:
         return self._bell
 
-    def release(self, epoll: select.epoll) -> None:
+    def look(self, now: float) -> None:
+        """Notice what depends on time alone; called every PULSE_PERIOD."""
+
+    def ring(self) -> None:
+        """Let a thread own it that waits in the pool's epoll."""
         os.eventfd_write(self._bell, 1)
 
     def take(self) -> Job | None:
@@ -297,7 +299,10 @@ class Pool:
         """Let any thread take the next job from a source; with the lock."""
         source.owner = 0
         if self._sources.get(source.fileno()) is source and not self._closed:
-            source.release(self._epoll)
+            if source is self._queue:
+                self._queue.ring()
+            else:
+                self._epoll.modify(source.fileno(), _ONCE)
 
     def _look(self) -> None:
         self.pulse.beat()
@@ -309,7 +314,9 @@ class Pool:
             # The spare thread, or one that could not be started or died.
             if not self._waiting or len(self._threads) < _FEWEST:
                 self._grow()
-            shortage = self._shortage
+            shortage, sources = self._shortage, list(self._sources.values())
+        for source in sources:
+            source.look(now)
         if shortage is not None and now - self._complained_at >= _COMPLAINT_PERIOD:
             self._complained_at = now
             _logger.error("%s refuses calls that may take long: %s", self._name, _no_thread(shortage))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import logging
 import threading
 from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
@@ -15,7 +14,6 @@ import msgspec
 
 from ._codec import Buffer, Parted, Pieces
 from ._threads import Pool
-from ._wire import encode_error, unknown_exception
 from .exceptions import ConnectionLostException, SystemException
 from .interface import Operation
 from .transport import (
@@ -30,6 +28,7 @@ from .transport import (
     Relay,
     Served,
     Target,
+    admit,
     outcome_of,
 )
 
@@ -38,8 +37,6 @@ __all__ = ["InProcessTransport", "Pool"]
 _MOST_TOKENS: Final = 1 << 15  # remembered ones; no robot has as many: more means a flood
 
 _numbers: Final = itertools.count(1)
-
-_logger = logging.getLogger(__name__)
 
 
 class InProcessTransport:
@@ -50,6 +47,7 @@ class InProcessTransport:
 
     endpoints: Sequence[str] = ()
     token_delay = 0.0
+    door = ""
     relay: Relay | None = None
 
     def __init__(self, pool: Pool) -> None:
@@ -146,11 +144,7 @@ class _Caller(msgspec.Struct, frozen=True, eq=False):
         try:
             if (receiver := transport.receivers.get(self.prefix)) is None:
                 raise NoAnswer(timed_out=False)
-            try:
-                job = receiver.admit(self.operation, payload, attachment or None, reply)
-            except BaseException as error:
-                _logger.exception("internal error in %s", self.operation)
-                return False, encode_error(unknown_exception(error))
+            job = admit(receiver, self.prefix, self.operation, payload, attachment or None, reply=reply)
             if job is not None:
                 kind, run = job
                 if receiver.runs_here:

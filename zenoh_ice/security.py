@@ -75,7 +75,7 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     identities = [f"{realm}/{_glob(pattern)}" for realm in realms for pattern in role.serve]
     served = [key if key.endswith("/**") else f"{key}/*" for key in identities]
     processes = [f"@process/{realm}/*/status" for realm in realms]
-    clients = [f"@client/{realm}/*/*" for realm in realms]
+    clients = [f"@client/{realm}/*" for realm in realms]
     presence = [*(f"@servant/{realm}/**" for realm in realms), *clients]
     return [
         # Everybody may see presence and status: error messages need them. Who asks for the servants of
@@ -204,7 +204,6 @@ def _faults(settings: Settings) -> Iterator[str]:
     """Yield contradictions between settings, and what to do about each."""
     security, client = settings.security, settings.mode == "client"
     listen = [] if client else [each for each in settings.listen if uses_tls(each)]
-    mute = [name for name, role in security.roles.items() if not role.liveliness]
     if bool(security.certificate) != bool(security.key):
         yield "security.certificate and security.key belong together: name both files"
     if bool(security.user) != bool(security.password):
@@ -220,9 +219,6 @@ def _faults(settings: Settings) -> Iterator[str]:
         yield "security.roles in a client: they belong to the router, or the server, that others connect to"
     if security.roles and not security.passwords and not (security.authority and security.mutual):
         yield "security.roles without security.authority or security.passwords, by which users are known"
-    if mute and settings.mode == "peer" and settings.shared_memory:
-        # A client without a token cannot report that it does not share this machine's memory.
-        yield f"security.roles.{mute[0]}.liveliness = false needs shared_memory = false"
 
 
 def _check_tls(security: Security) -> None:

@@ -448,7 +448,12 @@ class ServedObject:
             # Its own interface last: a client that waits for that one finds the others, too.
             for known in reversed(self._interface.lineage):
                 token = servant_token(
-                    self.target, known.type_id, known.fingerprint, communicator.client_id, since
+                    self.target,
+                    known.type_id,
+                    known.fingerprint,
+                    communicator.client_id,
+                    since,
+                    door=communicator.transport.door,
                 )
                 self._tokens.append(communicator.transport.announce(token))
 

@@ -154,9 +154,9 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     """longest duration of a call, and of sending one message, in s: a link that takes longer is closed"""
     lease: Lease = 2.0
     """silence, in s, after which a hung process counts as lost; the end of a process is noticed at once"""
-    shared_memory: bool = True
-    """whether processes of one user on one machine exchange images and other large data through shared memory
-    instead of the network"""
+    local_sockets: bool = True
+    """whether processes of one user on one machine call each other, and exchange images and other large data,
+    through sockets and memory of that machine instead of the network"""
     log_level: Literal["debug", "info", "warning", "error", "critical"] = "warning"
     """lowest level of logged messages"""
     log_file: Text = ""

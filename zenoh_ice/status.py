@@ -43,11 +43,11 @@ class ProcessStatus(msgspec.Struct, frozen=True):
     zenoh: _Text
     version: _Text  # of the distribution
     since: _Seconds  # wall time in s since the epoch at which it began to serve
-    shared_memory: bool
+    local_sockets: bool
     servants: dict[_Text, ServantStatus]  # by `identity@realm`
 
 
-def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, ServantStatus]) -> bytes:
+def encode_status(since: float, *, local_sockets: bool, servants: Mapping[str, ServantStatus]) -> bytes:
     """Return the status of this process, encoded."""
     return msgspec.msgpack.encode(
         ProcessStatus(
@@ -58,7 +58,7 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
             zenoh=_version("eclipse-zenoh"),
             version=own_version(),
             since=since,
-            shared_memory=shared_memory,
+            local_sockets=local_sockets,
             servants=dict(servants),
         )
     )

@@ -7,19 +7,21 @@ one that records what passes to another communicator, and one that replays a rec
 
 from __future__ import annotations
 
+import logging
 import math
 import re
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from functools import partial
 from typing import Any, Final, NamedTuple, Protocol
 
 from ._codec import Buffer, Parted, Pieces
-from ._threads import Job
+from ._threads import Job, Kind
 from ._values import NAME
-from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
-from .exceptions import ConfigurationException, SystemException
+from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment, unknown_exception
+from .exceptions import ConfigurationException, ObjectNotExistException, SystemException
 from .interface import Operation
 
 __all__ = [
@@ -39,6 +41,10 @@ __all__ = [
     "encode_sample_attachment",
     "outcome_of",
 ]
+
+_REFUSALS: Final = Kind()
+
+_logger = logging.getLogger(__name__)
 
 
 class Target(NamedTuple):
@@ -103,12 +109,38 @@ class Receiver(Protocol):
         """
 
 
-class NoAnswer(SystemException):
-    """A call ended without an answer; `timed_out` says whether its limit had passed."""
+def admit(
+    receiver: Receiver | None,
+    prefix: str,
+    name: str,
+    payload: Buffer | None,
+    attachment: Buffer | None,
+    *,
+    reply: Reply,
+) -> Job | None:
+    """Let a receiver admit a call, or refuse one for which there is none; raises nothing."""
+    try:
+        if receiver is None:
+            raise ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
+        return receiver.admit(name, payload, attachment, reply)
+    except ObjectNotExistException as error:
+        answer = encode_error(error)
+    except BaseException as failure:
+        _logger.exception("internal error at %s/%s", prefix, name)
+        answer = encode_error(unknown_exception(failure))
+    return _REFUSALS, partial(reply, False, answer)
 
-    def __init__(self, *, timed_out: bool) -> None:
+
+class NoAnswer(SystemException):
+    """A call ended without an answer.
+
+    `timed_out` says whether its limit had passed, `broken` whether the connection that it took has ended.
+    """
+
+    def __init__(self, *, timed_out: bool, broken: bool = False) -> None:
         super().__init__("no answer")
         self.timed_out = timed_out
+        self.broken = broken
 
 
 def outcome_of(call: Callable[[], Outcome]) -> Outcome | SystemException:
@@ -241,6 +273,10 @@ class Transport(Protocol):
     """Seconds within which existing tokens arrive, once a link is made."""
     relay: Relay | None
     """What finds servants and waits in place of the communicator; None where tokens show who is there."""
+
+    @property
+    def door(self) -> str:
+        """Where processes of this machine reach its servants without a network; empty if they do not."""
 
     def explain_unreachable(self, limit: float) -> str:
         """Return why nothing answers at the endpoints, after `limit` s at most."""

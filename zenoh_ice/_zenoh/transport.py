@@ -6,29 +6,33 @@ import ctypes
 import logging
 import os
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cached_property, lru_cache, partial
+from queue import SimpleQueue
 from typing import Any, Final
 
 import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from .._codec import LARGEST_PAYLOAD, Pieces, too_large
-from .._presence import any_client, client_token
+from .._local.door import Door
+from .._local.messages import REQUEST
+from .._local.neighbors import Neighborhood, NotSent, Sent
+from .._presence import client_token
 from .._threads import Job, Kind, Pool, UserCodeThread, start
-from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
+from .._wire import ERROR_ENCODING
 from ..exceptions import (
     CommunicatorDestroyedException,
     ConnectionLostException,
-    ObjectNotExistException,
     SystemException,
 )
 from ..in_process import InProcessTransport
 from ..interface import Operation
 from ..session import close_session, connect_endpoints, explain_endpoints, open_session
-from ..settings import Settings
+from ..settings import Security, Settings
 from ..text import without_source
 from ..transport import (
     Arrived,
@@ -41,9 +45,9 @@ from ..transport import (
     Relay,
     Served,
     Target,
+    admit,
     outcome_of,
 )
-from .shared_memory import Ring, SharedMemory
 
 # Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One thread that
 # receives and one that sends do the same work: docs/decisions/0012-zenoh-threads.md has the figures, and says
@@ -99,9 +103,8 @@ class ZenohTransport:
         self._lock: Final = threading.Lock()
         self._receivers: Final = self.local.receivers
         self._followed: Final[dict[str, zenoh.Subscriber[Any]]] = {}  # by pattern
-        self._tokens: Final[dict[tuple[str, str], object]] = {}  # by realm and readable memory
+        self._tokens: Final[dict[str, object]] = {}  # by realm
         self._closed = False
-        self._refusals: Final = Kind()
         # Callers that it evicts live on in the calls that hold them.
         self.caller: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
         pool.place = self._place
@@ -110,21 +113,18 @@ class ZenohTransport:
         try:
             self.id = str(self.session.zid())
             self.endpoints: Sequence[str] = tuple(connect_endpoints(settings))
-            self.shared_memory: Final = SharedMemory(
-                enabled=settings.shared_memory,
-                watch_clients=partial(self.watch, any_client(settings.realm)),
-                on_unreadable=self.appear,
-            )
-            self.shares_memory: Final = bool(self.shared_memory.space)
+            # Credentials mean that others decide who may call whom; they see nothing of a socket.
+            self.is_local: Final = settings.local_sockets and settings.security == Security()
+            self.neighborhood: Final = Neighborhood(pool, self.local.watch) if self.is_local else None
+            self._door: Door | None = None
             self.appear(settings.realm)
-            self.neighbors = {}
-            self.door = None
-            import itertools
-            self.numbers = itertools.count(1)
-            self.local_on = not os.environ.get("NOLOCAL")
         except BaseException:
             self.session.close()
             raise
+
+    @property
+    def door(self) -> str:
+        return "" if self._door is None else self._door.address
 
     def explain_unreachable(self, limit: float) -> str:
         return explain_endpoints(self.endpoints, self.settings.security, limit)
@@ -133,11 +133,7 @@ class ZenohTransport:
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         here = self.local.serve(target, receiver)
-        if self.door is None and self.local_on:
-            from .._local import Door
-            self.door = Door(self.pool, self._receivers, self.id)
-            from pathlib import Path
-            Path("/tmp/door." + target.realm).write_text(self.door.address)
+        self._open_door()
         # Complete: if several processes serve the same identity, one of them gets the call, not all.
         queryable = self.session.declare_queryable(
             target.key("*"), Callback(self.pool.put, indirect=False), complete=True
@@ -153,40 +149,29 @@ class ZenohTransport:
         """Give a call its place among those of its servant; return the job that executes or refuses it."""
         key = query.key_expr
         prefix, _, name = str(key).rpartition("/")
+        receiver = self._receivers.get(prefix)
         reply = partial(self._reply, query, key)
-        try:
-            receiver = self._receivers.get(prefix)
-            if receiver is None:
-                error = ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
-                return self._refusals, partial(reply, False, encode_error(error))
-            return receiver.admit(name, query.payload, query.attachment, reply)
-        except BaseException as failure:
-            _logger.exception("internal error at %s", key)
-            return self._refusals, partial(reply, False, encode_error(unknown_exception(failure)))
+        return admit(receiver, prefix, name, query.payload, query.attachment, reply=reply)
+
+    def _open_door(self) -> None:
+        with self._lock:
+            if self._door is None and self.is_local and not self._closed:
+                try:
+                    self._door = Door(self.pool, self._receivers, self.id)
+                except OSError as error:
+                    _logger.warning("others of this machine call over the network: no socket: %s", error)
 
     def _reply(self, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces) -> None:
         """Answer a query and drop it: otherwise its client would hang until the limit."""
         try:  # not `with query`: the sooner it is dropped, the more often both travel in one message
-            if not ok:
-                query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
-            elif isinstance(answer, bytes):
-                query.reply(key, answer)
+            if ok:
+                query.reply(key, bytes(answer))
             else:
-                about = query.attachment
-                client = decode_attachment(about.to_bytes()).client if about is not None else ""
-                query.reply(key, self.shared_memory.lend(answer, client) or bytes(answer))
+                query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
         except zenoh.ZError as error:  # the session was closed meanwhile
             _logger.debug("answer at %s dropped: %s", key, error)
         finally:
             query.drop()
-
-    def neighbor(self, target):
-        n = self.neighbors.get(target.realm)
-        if n is None:
-            from .._local import Neighbor
-            from pathlib import Path
-            n = self.neighbors[target.realm] = Neighbor(self.pool, Path("/tmp/door." + target.realm).read_text(), "")
-        return n
 
     def refusal(self, what: str, error: zenoh.ZError) -> SystemException:
         """Return the exception for an operation that Zenoh refuses."""
@@ -197,8 +182,7 @@ class ZenohTransport:
     # Streams.
 
     def publish(self, target: Target, operation: Operation[..., Any]) -> _Outlet:
-        ring = Ring(self.shared_memory) if operation.result.holds_bytes else None
-        return _Outlet(self.session, target.key(operation.name), ring)
+        return _Outlet(self.session, target.key(operation.name), bulk=operation.result.holds_bytes)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> _Inlet:
         self.appear(target.realm)
@@ -225,24 +209,22 @@ class ZenohTransport:
 
         def on_event(event: zenoh.TransportEvent) -> None:
             up = event.kind == zenoh.SampleKind.PUT
-            changed(str(event.transport.zid), up)
-            if not up:
-                self.pool.submit(self.shared_memory.close_ended)
+            peer = str(event.transport.zid)
+            changed(peer, up)
+            if not up and self.neighborhood is not None:
+                self.neighborhood.lost(peer)
 
         listener = self.session.info.declare_transport_events_listener(
             Callback(on_event, indirect=False), history=True
         )
         return Served(partial(_undeclare, listener))
 
-    def appear(self, *realms: str) -> None:
-        """Announce this process, and the memory it can read, to the servants of some realms, or of all."""
+    def appear(self, realm: str) -> None:
+        """Announce this process to the servants of a realm."""
         with self._lock:
-            space = self.shared_memory.readable_space
-            for realm in realms or {realm for realm, _ in self._tokens}:
-                # A second token, since the end of the first would be the end of this client.
-                if (realm, space) not in self._tokens and not self._closed:
-                    token = client_token(realm, self.id, space)
-                    self._tokens[realm, space] = self.session.liveliness().declare_token(token)
+            if realm not in self._tokens and not self._closed:
+                token = client_token(realm, self.id)
+                self._tokens[realm] = self.session.liveliness().declare_token(token)
 
     # Status.
 
@@ -279,8 +261,11 @@ class ZenohTransport:
         for subscriber in tuple(self._followed.values()):
             _undeclare(subscriber)
         self.local.close()
+        if self._door is not None:
+            self._door.close()
+        if self.neighborhood is not None:
+            self.neighborhood.close()
         close_session(self.session)
-        self.shared_memory.close()
 
 
 class _Caller:
@@ -296,8 +281,10 @@ class _Caller:
         self._operation: Final = operation
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
+        neighborhood = transport.neighborhood
+        self._route: Final = None if neighborhood is None else neighborhood.route(target)
+        self._request: Final = (REQUEST, 0, self._prefix, operation.name)
         self._limit: Final = result.size_limit
-        self._may_refer: Final = result.holds_bytes
         self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
         bulk = operation.arguments.holds_bytes or result.holds_bytes
@@ -324,12 +311,12 @@ class _Caller:
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
             return self._here.call(payload, attachment)
-        if self._transport.local_on:
-            n = self._transport.neighbor(self._target)
-            line = n.line()
-            outcome = line.call(self._prefix, self._operation.name, payload, attachment, self.timeout)
-            n.idle.append(line)
-            return outcome
+        if (route := self._route) is not None and (neighbor := route.neighbor) is not None and route.is_clear:
+            with suppress(NotSent):
+                if route.in_channel:
+                    return self._call_in_channel(payload, attachment)
+                request = (*self._request, attachment)
+                return neighbor.call(request, payload, self.timeout, self._limit, self._what)
         try:
             # No variable holds the channel: the frames of an exception would keep it alive, and a channel
             # that a servant fills with further replies blocks everything on the same link.
@@ -337,19 +324,50 @@ class _Caller:
         except zenoh.ZError:  # the end without an answer, of the session too
             raise NoAnswer(timed_out=False) from None
         answer = reply.ok
-        if answer is None or self._may_refer or len(content := answer.payload) > self._limit:
+        if answer is None or len(content := answer.payload) > self._limit:
             return self._interpret(reply)
         return True, content.to_bytes()
+
+    def _call_in_channel(self, payload: bytes, attachment: bytes) -> Outcome:
+        """Call after the calls in flight."""
+        outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
+        self.begin(payload, attachment, outcomes.put)
+        with self._transport.pool.blocked():
+            outcome = outcomes.get()  # always comes, at the limit at the latest
+        if isinstance(outcome, SystemException):
+            raise outcome
+        return outcome
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        if self._transport.local_on:
-            n = self._transport.neighbor(self._target)
-            return n.open_channel().begin(next(self._transport.numbers), self._prefix, self._operation.name, payload, attachment, done)
+        # Servants of this process, too, are called through the session, because it enforces the limit.
+        route = self._route
+        if (
+            route is not None
+            and (neighbor := route.neighbor) is not None
+            and route.is_clear
+            and self._prefix not in self._receivers
+        ):
+            sent = Sent(
+                self._prefix,
+                self._operation.name,
+                attachment,
+                self.timeout,
+                self._limit,
+                self._what,
+                route.in_channel,
+            )
+            with suppress(NotSent):
+                return neighbor.channel().begin(sent, payload, done)
+        call = object()
+        if route is not None:
+            route.over_network[call] = time.monotonic() + self.timeout
         replies: deque[zenoh.Reply] = deque(maxlen=1)  # a servant may send more than one
 
         def finish() -> None:  # on a thread of the pool
+            if route is not None:
+                route.over_network.pop(call, None)
             done(outcome_of(lambda: self._interpret(replies.pop() if replies else None)))
 
         cancellation = zenoh.CancellationToken()
@@ -372,7 +390,9 @@ class _Caller:
             raise NoAnswer(timed_out=False)
         answer = reply.ok
         if answer is not None:
-            return True, self._transport.shared_memory.read(answer.payload, self._limit, self._what)
+            if len(answer.payload) > self._limit:
+                raise too_large(len(answer.payload), self._limit, self._what)
+            return True, answer.payload.to_bytes()
         error = reply.err
         assert error is not None  # a reply has either a result or an error
         if str(error.encoding) == ERROR_ENCODING:
@@ -383,12 +403,10 @@ class _Caller:
 
 
 class _Outlet:
-    def __init__(self, session: zenoh.Session, key: str, ring: Ring | None) -> None:
-        self._ring: Final = ring
+    def __init__(self, session: zenoh.Session, key: str, *, bulk: bool) -> None:
         # A publisher that another thread is using cannot be undeclared: "Already borrowed".
         self._lock: Final = threading.Lock()
         self._closed = False
-        bulk = ring is not None
         self._publisher: Final = session.declare_publisher(
             key,
             congestion_control=zenoh.CongestionControl.DROP,
@@ -407,11 +425,8 @@ class _Outlet:
         with self._lock:
             if self._closed:
                 return
-            if isinstance(payload, Pieces):
-                placed = None if self._ring is None else self._ring.place(payload)
-                payload = placed or bytes(payload)
             try:
-                self._publisher.put(payload, attachment=attachment)
+                self._publisher.put(bytes(payload), attachment=attachment)
             except zenoh.ZError as error:  # the session was closed meanwhile
                 _logger.debug("sample dropped: %s", error)
 
@@ -419,8 +434,6 @@ class _Outlet:
         with self._lock:
             self._closed = True
             self._publisher.undeclare()
-            if self._ring is not None:
-                self._ring.close()
 
 
 class _Inlet:
@@ -463,9 +476,10 @@ class _Inlet:
         self._thread = thread  # not earlier: a thread that Ctrl-C kept from starting cannot be joined
 
     def open(self, sample: zenoh.Sample) -> Arrived:
-        payload = self._transport.shared_memory.read(sample.payload, self._limit, f"sample of {self._key}")
+        if len(sample.payload) > self._limit:
+            raise too_large(len(sample.payload), self._limit, f"sample of {self._key}")
         attachment = sample.attachment
-        return Arrived(payload, None if attachment is None else attachment.to_bytes())
+        return Arrived(sample.payload.to_bytes(), None if attachment is None else attachment.to_bytes())
 
     def close(self, timeout: float = 0.0) -> bool:
         self._closed.set()

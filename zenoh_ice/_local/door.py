@@ -1,0 +1,278 @@
+"""The door of a process that serves: the socket through which others of its machine and user call it."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import re
+import resource
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from .._codec import DECODE_ERRORS, Pieces
+from .._memory import Arena
+from .._threads import Job, Kind, Pool, Source
+from ..exceptions import MarshalException
+from ..transport import Receiver, admit
+from .messages import (
+    ANSWER,
+    HELLO,
+    LARGEST_MESSAGE,
+    VERSION,
+    Cancel,
+    Part,
+    Parts,
+    Request,
+    Return,
+    Subscribe,
+    decode_to_server,
+    encode,
+    lend,
+    limit_waits,
+    owner_of,
+    send_parts,
+)
+
+_ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no further file
+_SENDING_LIMIT: Final = 1.0  # s that a client may take none of its answers
+_SHARE_OF_FILES: Final = 0.5  # of what the process may open: others go over the network
+
+_CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
+
+_logger = logging.getLogger(__name__)
+
+
+class Door(Source):
+    """Take connections of processes of the same user, and pass their calls to receivers.
+
+    The socket is bound in a folder that only the user may enter, and loses its name at once: it is reached
+    through the descriptor that this process keeps, which the system shows to its user alone. So nothing is
+    left when the process is killed. Raises OSError where there is no such socket.
+    """
+
+    def __init__(self, pool: Pool, receivers: Mapping[str, Receiver], server: str) -> None:
+        self.server: Final = server
+        self.pool: Final = pool
+        self.receivers: Final = receivers
+        self.kind: Final = Kind()
+        """Of what every connection does."""
+        self._lock: Final = threading.Lock()
+        self._connections: Final[set[_Connection]] = set()
+        self._closed = False
+        self._most: Final = int(_SHARE_OF_FILES * resource.getrlimit(resource.RLIMIT_NOFILE)[0])
+        self._socket: Final = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        try:
+            self._handle: Final = _bind(self._socket)
+        except OSError:
+            self._socket.close()
+            raise
+        self.address: Final = f"{memory_space()}.{os.getpid()}.{self._handle}"
+        """Where processes of the same space find it."""
+        self.arena: Arena | None = None
+        try:
+            self.arena = Arena()
+        except OSError as error:
+            _logger.warning("no memory to share, large values go through the socket: %s", error)
+        self._socket.listen()
+        self._socket.setblocking(False)
+        pool.attach(self)
+
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
+    def take(self) -> Job | None:
+        try:
+            connection, _ = self._socket.accept()
+        except BlockingIOError:
+            return None
+        except OSError as error:
+            if not self._closed:
+                _logger.warning("no further connection from this machine: %s", error)
+                time.sleep(_ACCEPT_PERIOD)  # the socket is readable all the time
+            return None
+        return self.kind, partial(self._open, connection)
+
+    def close(self) -> None:
+        """End all connections; take no further ones."""
+        with self._lock:
+            self._closed = True
+            connections = list(self._connections)
+        self.pool.detach(self)
+        self._socket.close()
+        os.close(self._handle)
+        for each in connections:
+            each.close()
+        if self.arena is not None:
+            self.arena.close()
+
+    def abandon(self) -> None:
+        """Close all files in a forked child: otherwise the others would not notice this process's end."""
+        self._socket.close()
+        for each in self._connections:
+            each.abandon()
+
+    def forget(self, connection: _Connection) -> None:
+        """Let others come in place of a connection that ended."""
+        with self._lock:
+            self._connections.discard(connection)
+
+    def _open(self, connection: socket.socket) -> None:
+        opened = _Connection(self, connection)
+        try:
+            connection.setblocking(True)
+            limit_waits(connection, socket.SO_SNDTIMEO, _SENDING_LIMIT)
+            if owner_of(connection) != os.geteuid():
+                raise PermissionError("a process of another user")
+            with self._lock:
+                if self._closed or len(self._connections) >= self._most:
+                    raise ConnectionRefusedError("too many connections")
+                self._connections.add(opened)
+            files = [] if self.arena is None else [self.arena.file]
+            socket.send_fds(connection, [encode((HELLO, VERSION, self.server))], files, socket.MSG_NOSIGNAL)
+            self.pool.attach(opened)
+        except OSError as error:
+            _logger.info("a connection from this machine was refused: %s", error)
+            opened.close()
+
+
+class _Connection(Source):
+    """A connection of a client: takes its calls, and sends their answers."""
+
+    def __init__(self, door: Door, connection: socket.socket) -> None:
+        self._door: Final = door
+        self._socket: Final = connection
+        self._file: Final = connection.fileno()
+        self._sending: Final = threading.Lock()
+        self._parts: Final = Parts()
+        self._lent = -1  # the memory of the last answer to a call without a number
+        self._closed = False
+
+    def fileno(self) -> int:
+        return self._file
+
+    def take(self) -> Job | None:
+        while True:
+            try:
+                message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return None
+            except OSError:
+                message = b""
+            if not message:
+                self.close()
+                return None
+            try:
+                received = decode_to_server(message)
+                if type(received) is Request:
+                    return self._admit(received)
+                self._note(received)
+            except (*DECODE_ERRORS, MarshalException) as error:
+                _logger.warning("a malformed message from this machine ends its connection: %s", error)
+                self.close()
+                return None
+
+    def _admit(self, request: Request) -> Job | None:
+        if request.number == 0 and self._lent >= 0:  # the answer before was read
+            self._give_back(0, self._lent)
+            self._lent = -1
+        return admit(
+            self._door.receivers.get(request.target),
+            request.target,
+            request.operation,
+            self._parts.complete(request.payload),
+            request.attachment or None,
+            reply=partial(self._answer, request.number),
+        )
+
+    def _note(self, message: Part | Return | Subscribe | Cancel) -> None:
+        match message:
+            case Part():
+                self._parts.add(message.payload)
+            case Return():
+                self._give_back(message.number, message.start)
+
+    def _give_back(self, number: int, start: int) -> None:
+        if self._door.arena is not None:
+            self._door.arena.give_back(start, (self, number))
+
+    def _answer(self, number: int, ok: bool, answer: bytes | Pieces) -> None:
+        payload, places, extent = lend(answer, self._door.arena, (self, number))
+        if number == 0 and extent is not None:
+            self._lent = extent.start
+        with self._sending:
+            if self._closed:
+                return
+            try:
+                payload = send_parts(self._socket, payload)
+                lent = () if extent is None else (places, extent)
+                self._socket.send(encode((ANSWER, number, ok, payload, *lent)), socket.MSG_NOSIGNAL)
+                return
+            except OSError as error:  # its client is gone, or takes nothing
+                _logger.debug("answer dropped: %s", error)
+        self.close()
+
+    def abandon(self) -> None:
+        """Close its file in a forked child."""
+        self._socket.close()
+
+    def close(self) -> None:
+        """End the connection; answers to its calls are dropped."""
+        self._door.pool.detach(self)
+        with self._sending:
+            self._closed = True
+            self._socket.close()
+        if self._door.arena is not None:
+            self._door.arena.forget(self)
+        self._door.forget(self)
+
+
+def _bind(made: socket.socket) -> int:
+    """Bind a socket without a name; return a descriptor through which it is reached."""
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="zenoh_ice-", dir=os.environ.get("XDG_RUNTIME_DIR") or None))
+    except OSError:
+        folder = Path(tempfile.mkdtemp(prefix="zenoh_ice-"))
+    try:
+        inside = os.open(folder, os.O_PATH | os.O_CLOEXEC)
+        try:
+            path = f"/proc/self/fd/{inside}/door"  # shorter than the folder's own may be
+            made.bind(path)
+            try:
+                return os.open(path, os.O_PATH | os.O_CLOEXEC)
+            finally:
+                os.unlink("door", dir_fd=inside)
+        finally:
+            os.close(inside)
+    finally:
+        folder.rmdir()
+
+
+def memory_space() -> str:
+    """Return the same text in all processes that can reach each other's doors; empty if none can.
+
+    These are processes of one user and group with the same capabilities, on one machine, and in one container
+    if in any: see "Ptrace access mode checking" in ptrace(2).
+    """
+    own = Path("/proc/self")
+    try:
+        # A process whose program has capabilities, say, cannot be inspected by others of its user: its files
+        # in /proc belong to root.
+        if (own / "fd").stat().st_uid != os.geteuid():
+            return ""
+        machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
+        kinds = {"pid", "user"}  # a system may lack one of them
+        namespaces = sorted(path.stat().st_ino for path in (own / "ns").iterdir() if path.name in kinds)
+        permitted, effective = _CAPABILITIES.findall((own / "status").read_text("utf-8", "replace"))
+    except (OSError, ValueError):  # no /proc
+        return ""
+    if permitted != effective:  # not even another such process
+        return ""
+    rights = f"{os.geteuid()} {os.getegid()} {permitted}"
+    return hashlib.sha256(f"{machine} {namespaces} {rights}".encode()).hexdigest()[:16]

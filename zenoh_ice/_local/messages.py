@@ -1,0 +1,202 @@
+"""What passes through a Unix socket: messages in MessagePack, each of at most 64 KiB.
+
+The sockets keep the borders of messages and their order. A payload that is larger than a message lies in
+memory that its sender lends; where there is none, and on the way to a servant, it is sent in parts.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+from collections.abc import Callable
+from typing import Annotated, Any, Final, TypeVar
+
+import msgspec
+from msgspec import Meta
+
+from .._codec import LARGEST_BULK, Parted, Pieces, too_large
+from .._memory import Arena, ArenaView, Extent, Reader
+from .._wire import ATTACHMENT_LIMIT
+from ..exceptions import MarshalException
+
+VERSION: Final = 1
+"""Of these messages: a process of another release is called over Zenoh."""
+
+LARGEST_MESSAGE: Final = 1 << 16
+LARGEST_INLINE: Final = LARGEST_MESSAGE - (1 << 12)
+"""Bytes of a payload within a message: the rest of it has room beside it."""
+
+_LARGEST_WHOLE: Final = LARGEST_BULK + (1 << 12)  # bytes of all parts of a payload
+
+HELLO, PART, REQUEST, ANSWER, RETURN, SUBSCRIBE, CANCEL, SUBSCRIBED, SAMPLE = range(9)
+"""The tags of messages."""
+
+encode: Final = msgspec.msgpack.Encoder().encode
+"""Encodes a message, given as a tuple that begins with its tag: that is faster than the struct."""
+
+T = TypeVar("T")
+
+_Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
+_Name = Annotated[str, Meta(max_length=512)]
+_Attachment = Annotated[bytes, Meta(max_length=ATTACHMENT_LIMIT)]
+_Places = Annotated[tuple[_Number, ...], Meta(max_length=256)]
+
+
+class Hello(msgspec.Struct, array_like=True, tag=HELLO):
+    """The first message to a client; the descriptor of the memory that the server lends comes with it."""
+
+    version: int
+    server: Annotated[str, Meta(max_length=64)]
+    """Id of the server's session."""
+
+
+class Part(msgspec.Struct, array_like=True, tag=PART):
+    """A part of the payload of the next message, after the parts before it."""
+
+    payload: bytes
+
+
+class Request(msgspec.Struct, array_like=True, tag=REQUEST):
+    """A call."""
+
+    number: _Number
+    """Its number on this connection; 0 where only one is made at a time."""
+    target: _Name
+    operation: _Name
+    attachment: _Attachment
+    payload: bytes
+
+
+class Answer(msgspec.Struct, array_like=True, tag=ANSWER):
+    """The answer to a call."""
+
+    number: _Number
+    ok: bool
+    payload: bytes
+    places: _Places = ()
+    """Places of the lent byte sequences in the payload; without any, the only one is the whole payload."""
+    extent: Extent | None = None
+
+
+class Return(msgspec.Struct, array_like=True, tag=RETURN):
+    """The lent memory of an answer or a sample was read."""
+
+    number: _Number
+    start: _Number
+
+
+class Subscribe(msgspec.Struct, array_like=True, tag=SUBSCRIBE):
+    """Samples of a stream are wanted, until the number is cancelled."""
+
+    number: _Number
+    target: _Name
+    operation: _Name
+    queue: Annotated[int, Meta(ge=1, le=10_000)]
+
+
+class Cancel(msgspec.Struct, array_like=True, tag=CANCEL):
+    """No further sample is wanted."""
+
+    number: _Number
+
+
+class Subscribed(msgspec.Struct, array_like=True, tag=SUBSCRIBED):
+    """Whether samples will come; otherwise the stream is not published here."""
+
+    number: _Number
+    ok: bool
+
+
+class Sample(msgspec.Struct, array_like=True, tag=SAMPLE):
+    """A sample of a stream."""
+
+    number: _Number
+    attachment: _Attachment
+    payload: bytes
+    places: _Places = ()
+    extent: Extent | None = None
+
+
+ToServer = Part | Request | Return | Subscribe | Cancel
+ToClient = Part | Answer | Subscribed | Sample
+
+decode_hello: Final = msgspec.msgpack.Decoder(Hello).decode
+decode_to_server: Final[Callable[[bytes], Any]] = msgspec.msgpack.Decoder(ToServer).decode
+decode_to_client: Final[Callable[[bytes], Any]] = msgspec.msgpack.Decoder(ToClient).decode
+
+
+class Parts:
+    """The parts of a payload that have arrived."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._size = 0
+
+    def add(self, part: bytes) -> None:
+        """Keep a part; raises MarshalException for more than any payload has."""
+        self._size += len(part)
+        if self._size > _LARGEST_WHOLE:
+            raise too_large(self._size, _LARGEST_WHOLE, "payload")
+        self._parts.append(part)
+
+    def complete(self, last: bytes) -> bytes:
+        """Return the whole payload with its last part, and forget it."""
+        if not self._parts:
+            return last
+        whole = b"".join((*self._parts, last))
+        self._parts, self._size = [], 0
+        return whole
+
+
+def send_parts(connection: socket.socket, payload: bytes) -> bytes:
+    """Send all of a payload but its last part, and return that; raises OSError."""
+    if len(payload) <= LARGEST_INLINE:
+        return payload
+    view = memoryview(payload)
+    last = (len(payload) - 1) // LARGEST_INLINE * LARGEST_INLINE
+    for start in range(0, last, LARGEST_INLINE):
+        connection.send(encode((PART, view[start : start + LARGEST_INLINE])), socket.MSG_NOSIGNAL)
+    return payload[last:]
+
+
+def lend(
+    payload: bytes | Pieces, arena: Arena | None, *readers: Reader
+) -> tuple[bytes, tuple[int, ...], Extent | None]:
+    """Write a payload that is too large for a message into memory, for some readers.
+
+    Return what travels of it, the places of the byte sequences in it that are lent (without any, the only one
+    is all of it), and where they lie: None if nothing is lent.
+    """
+    if arena is not None and len(payload) > LARGEST_INLINE:
+        if isinstance(payload, Pieces) and len(rest := payload.without_large()) <= LARGEST_INLINE:
+            if (extent := arena.lend(payload.large, readers)) is not None:
+                return rest, payload.places, extent
+        elif (extent := arena.lend((bytes(payload),), readers)) is not None:
+            return b"", (), extent
+    return bytes(payload), (), None
+
+
+def collect(received: Answer | Sample, view: ArenaView | None, limit: int, what: str) -> bytes | Parted:
+    """Return the payload that `lend` divided; raises MarshalException for one of more than `limit` bytes."""
+    payload, places, extent = received.payload, received.places, received.extent
+    if len(payload) > limit:
+        raise too_large(len(payload), limit, what)
+    if extent is None:
+        return payload
+    if view is None or len(extent.sizes) != max(1, len(places)):
+        raise MarshalException(f"{what}: a reference to no memory")
+    large = view.read(extent, limit - len(payload), what)
+    return Parted(payload, places, large) if places else large[0]
+
+
+def limit_waits(connection: socket.socket, option: int, seconds: float) -> None:
+    """Let the system end a wait to send (SO_SNDTIMEO) or to receive (SO_RCVTIMEO) after some seconds."""
+    whole = int(seconds)
+    connection.setsockopt(socket.SOL_SOCKET, option, struct.pack("@ll", whole, int((seconds - whole) * 1e6)))
+
+
+def owner_of(connection: socket.socket) -> int:
+    """Return the user of the process at the other end, as the system knows it."""
+    credentials = struct.Struct("3i")
+    found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, credentials.size)
+    return int(credentials.unpack(found)[1])

@@ -1,0 +1,498 @@
+"""The neighbors of a process: others of its machine and user, whose servants it calls through their doors."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import math
+import os
+import re
+import socket
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from typing import Final
+
+import msgspec
+
+from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD
+from .._memory import ArenaView
+from .._presence import parse_servant_token
+from .._threads import Job, Pool, Source
+from ..exceptions import MarshalException, SystemException
+from ..transport import NoAnswer, Outcome, Target
+from .door import memory_space
+from .messages import (
+    LARGEST_INLINE,
+    LARGEST_MESSAGE,
+    REQUEST,
+    RETURN,
+    VERSION,
+    Answer,
+    Part,
+    Parts,
+    collect,
+    decode_hello,
+    decode_to_client,
+    encode,
+    limit_waits,
+    owner_of,
+    send_parts,
+)
+
+_ADDRESS: Final = re.compile(r"([0-9a-f]{16})\.([0-9]{1,10})\.([0-9]{1,10})")
+_HELLO_LIMIT: Final = 0.5  # s
+_PAUSE: Final = 5.0  # s after a vain attempt to reach a neighbor, in which it is called over the network
+_MOST_IDLE: Final = 8  # connections kept for calls that wait
+_MOST_NEIGHBORS: Final = 256
+_MOST_TOKENS: Final = 64  # of one target
+
+_logger = logging.getLogger(__name__)
+
+Done = Callable[["Outcome | SystemException"], object]
+
+
+class NotSent(Exception):
+    """A call did not reach its server: another way may carry it."""
+
+
+class Neighbor:
+    """Another process of this machine, with the connections to it; thread-safe.
+
+    A call that waits has a connection for itself, so that its thread reads the answer; calls in flight share
+    one, the channel, which keeps their order.
+    """
+
+    def __init__(self, pool: Pool, address: str, server: str) -> None:
+        self.pool: Final = pool
+        self._address: Final = address
+        self._server: Final = server
+        self._lock: Final = threading.Lock()
+        self._idle: Final[deque[_Line]] = deque()
+        self._lines: Final[set[_Line]] = set()
+        self._channel: Channel | None = None
+        self._view: ArenaView | None = None
+        self._absent_until = -math.inf
+        self._closed = False
+
+    @property
+    def is_absent(self) -> bool:
+        """Whether it could not be reached a moment ago."""
+        return time.monotonic() < self._absent_until
+
+    def call(
+        self, request: tuple[object, ...], payload: bytes, timeout: float, limit: int, what: str
+    ) -> Outcome:
+        """Call and wait for the answer; raises NotSent, NoAnswer, or MarshalException for an unreadable one.
+
+        The request is complete but for the payload.
+        """
+        while True:
+            try:
+                line = self._idle.pop()
+            except IndexError:
+                line = self._open_line()
+                fresh = True
+            else:
+                fresh = False
+            try:
+                line.send(request, payload, timeout)
+            except OSError as error:
+                self._drop(line)
+                if isinstance(error, BlockingIOError):
+                    raise NoAnswer(timed_out=True) from None
+                if fresh:
+                    raise NotSent(str(error)) from None
+                continue  # it ended while it was idle
+            break
+        try:
+            outcome = line.receive(limit, what, self._view)
+        except BaseException:
+            self._drop(line)
+            raise
+        if len(self._idle) < _MOST_IDLE and not self._closed:
+            self._idle.append(line)
+        else:
+            self._drop(line)
+        return outcome
+
+    def channel(self) -> Channel:
+        """Return the connection for calls in flight; raises NotSent."""
+        channel = self._channel
+        if channel is None or channel.ended:
+            with self._lock:
+                channel = self._channel
+                if channel is None or channel.ended:
+                    channel = self._channel = Channel(self, self._connect())
+        return channel
+
+    @property
+    def view(self) -> ArenaView | None:
+        """The memory that it lends."""
+        return self._view
+
+    def shut(self) -> None:
+        """End all connections: running calls end without an answer."""
+        with self._lock:
+            lines = list(self._lines)
+            channel = self._channel
+        for line in lines:
+            line.shut()
+        if channel is not None:
+            channel.shut()
+
+    def close(self) -> None:
+        """End all connections for good."""
+        self._closed = True
+        self._absent_until = math.inf
+        self.shut()
+        while self._idle:
+            with suppress(IndexError):
+                self._drop(self._idle.pop())
+
+    def abandon(self) -> None:
+        """Close all files in a forked child."""
+        for line in self._lines:
+            line.close()
+        if self._channel is not None:
+            self._channel.abandon()
+
+    def _drop(self, line: _Line) -> None:
+        with self._lock:
+            self._lines.discard(line)
+        line.close()
+
+    def _open_line(self) -> _Line:
+        line = _Line(self._connect())
+        with self._lock:
+            self._lines.add(line)
+        if self._closed:
+            line.shut()
+        return line
+
+    def _connect(self) -> socket.socket:
+        """Return a connection to the neighbor; raises NotSent, and is not tried again for a while."""
+        if self.is_absent:
+            raise NotSent("not reached before")
+        match = _ADDRESS.fullmatch(self._address)
+        assert match is not None  # parsed before
+        made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        try:
+            made.settimeout(_HELLO_LIMIT)
+            made.connect(f"/proc/{match[2]}/fd/{match[3]}")
+            if owner_of(made) != os.geteuid():
+                raise PermissionError("its user is another one")
+            message, files, _, _ = socket.recv_fds(made, LARGEST_MESSAGE, 1)
+            self._take_memory(files)
+            hello = decode_hello(message)
+            if (hello.version, hello.server) != (VERSION, self._server):
+                raise ConnectionRefusedError("it is another process, or of another release")
+            made.settimeout(None)
+        except (OSError, *DECODE_ERRORS) as error:
+            made.close()
+            self._absent_until = time.monotonic() + _PAUSE
+            _logger.info("process %s of this machine is called over the network: %s", match[2], error)
+            raise NotSent(str(error)) from None
+        return made
+
+    def _take_memory(self, files: list[int]) -> None:
+        for file in files:
+            if self._view is None:
+                self._view = ArenaView(file)
+            else:
+                os.close(file)
+
+
+class _Line:
+    """A connection for one call at a time."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._socket: Final = connection
+        self._timeout = 0.0
+
+    def send(self, request: tuple[object, ...], payload: bytes, timeout: float) -> None:
+        """Send a call; raises OSError if it was not sent, BlockingIOError of these when there was no room."""
+        if timeout != self._timeout:
+            limit_waits(self._socket, socket.SO_RCVTIMEO, timeout)
+            limit_waits(self._socket, socket.SO_SNDTIMEO, timeout)
+            self._timeout = timeout
+        if len(payload) > LARGEST_INLINE:
+            payload = send_parts(self._socket, payload)
+        self._socket.send(encode((*request, payload)), socket.MSG_NOSIGNAL)
+
+    def receive(self, limit: int, what: str, view: ArenaView | None) -> Outcome:
+        """Wait for the answer."""
+        parts: Parts | None = None
+        while True:
+            try:
+                message = self._socket.recv(LARGEST_MESSAGE)
+            except BlockingIOError:
+                raise NoAnswer(timed_out=True) from None
+            except OSError:
+                message = b""
+            if not message:
+                raise NoAnswer(timed_out=False, broken=True)
+            try:
+                answer = decode_to_client(message)
+            except DECODE_ERRORS as error:
+                raise MarshalException(f"{what}: {error}") from None
+            match answer:
+                case Answer(number=0):
+                    if parts is not None:
+                        answer.payload = parts.complete(answer.payload)
+                    return outcome_of_answer(answer, limit, what, view)
+                case Part():
+                    parts = parts or Parts()
+                    parts.add(answer.payload)
+                case _:
+                    raise MarshalException(f"{what}: an answer to another call")
+
+    def shut(self) -> None:
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+def outcome_of_answer(answer: Answer, limit: int, what: str, view: ArenaView | None) -> Outcome:
+    """Return what an answer says; raises MarshalException for one that is too large."""
+    if answer.ok and answer.extent is None and len(answer.payload) <= limit:
+        return True, answer.payload
+    limit = limit if answer.ok else LARGEST_PAYLOAD
+    return answer.ok, collect(answer, view, limit, what)
+
+
+class Channel(Source):
+    """A connection for calls in flight."""
+
+    def __init__(self, neighbor: Neighbor, connection: socket.socket) -> None:
+        self.ended = False
+        self._neighbor: Final = neighbor
+        self._socket: Final = connection
+        self._file: Final = connection.fileno()
+        self._sending: Final = threading.Lock()
+        self._numbers: Final = itertools.count(1)
+        self._pending: Final[dict[int, _Pending]] = {}
+        self._parts: Final = Parts()
+        self._next_deadline = math.inf
+        self._kind: Final = neighbor.pool.kind()
+        neighbor.pool.attach(self)
+
+    def fileno(self) -> int:
+        return self._file
+
+    def begin(self, call: Sent, payload: bytes, done: Done) -> Callable[[], object]:
+        """Send a call; `done` gets its outcome, once. Return a function that forgets it.
+
+        Raises NotSent, or NoAnswer when there was no room for it.
+        """
+        number = next(self._numbers)
+        deadline = time.monotonic() + call.timeout
+        self._pending[number] = pending = _Pending(call, deadline, done)
+        call.unanswered.add(number)
+        self._next_deadline = min(self._next_deadline, deadline)
+        try:
+            with self._sending:
+                limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
+                last = send_parts(self._socket, payload)
+                request = (REQUEST, number, call.target, call.operation, call.attachment, last)
+                self._socket.send(encode(request), socket.MSG_NOSIGNAL)
+        except OSError as error:
+            self.shut()  # a part of it may have been sent
+            if self._take(number) is not None:
+                if isinstance(error, BlockingIOError):
+                    raise NoAnswer(timed_out=True) from None
+                raise NotSent(str(error)) from None
+        return pending.forget
+
+    def take(self) -> Job | None:
+        while True:
+            try:
+                message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return None
+            except OSError:
+                message = b""
+            if not message:
+                return self._end()
+            try:
+                received = decode_to_client(message)
+                match received:
+                    case Answer():
+                        received.payload = self._parts.complete(received.payload)
+                        if (pending := self._take(received.number)) is not None:
+                            return self._kind, partial(self._finish, pending, received)
+                    case Part():
+                        self._parts.add(received.payload)
+            except (*DECODE_ERRORS, MarshalException) as error:
+                _logger.warning("a malformed message from this machine ends its connection: %s", error)
+                self.shut()
+
+    def look(self, now: float) -> None:
+        if now < self._next_deadline:
+            return
+        self._next_deadline = min((each.deadline for each in list(self._pending.values())), default=math.inf)
+        for number, pending in list(self._pending.items()):
+            if pending.deadline <= now and self._take(number) is not None:
+                self._neighbor.pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
+
+    def shut(self) -> None:
+        """End it: pending calls end without an answer."""
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+
+    def abandon(self) -> None:
+        """Close its file in a forked child."""
+        self._socket.close()
+
+    def _take(self, number: int) -> _Pending | None:
+        pending = self._pending.pop(number, None)
+        if pending is not None:
+            pending.call.unanswered.discard(number)
+        return pending
+
+    def _finish(self, pending: _Pending, answer: Answer) -> None:
+        call = pending.call
+        try:
+            view = self._neighbor.view
+            outcome: Outcome | SystemException = outcome_of_answer(answer, call.limit, call.what, view)
+        except SystemException as error:
+            outcome = error
+        if answer.extent is not None:
+            with suppress(OSError), self._sending:
+                self._socket.send(encode((RETURN, answer.number, answer.extent.start)), socket.MSG_NOSIGNAL)
+        pending.done(outcome)
+
+    def _end(self) -> Job:
+        self.ended = True
+        self._neighbor.pool.detach(self)
+        with self._sending:
+            self._socket.close()
+
+        def fail() -> None:
+            for number in list(self._pending):
+                if (pending := self._take(number)) is not None:
+                    pending.done(NoAnswer(timed_out=False, broken=True))
+
+        return self._kind, fail
+
+
+class Sent(msgspec.Struct, eq=False):
+    """A call that is sent, without its arguments."""
+
+    target: str
+    operation: str
+    attachment: bytes
+    timeout: float
+    limit: int
+    """Bytes that its result may have."""
+    what: str
+    unanswered: set[int]
+    """The numbers of the calls of its target that are not answered yet."""
+
+
+class _Pending(msgspec.Struct, eq=False):
+    call: Sent
+    deadline: float
+    done: Done
+
+    def forget(self) -> None:
+        """Forget the outcome; its target is not called on another way before it is known."""
+        self.done = lambda _: None
+
+
+class Route:
+    """The way to one target: through the door of its only server, or over the network.
+
+    Calls of one client stay in order: none takes another way than those before it that are not answered.
+    """
+
+    def __init__(self, neighborhood: Neighborhood) -> None:
+        self.neighbor: Neighbor | None = None
+        self.in_channel: Final[set[int]] = set()
+        self.over_network: Final[dict[object, float]] = {}
+        """Calls in flight, with the moments of the monotonic clock at which they end in any case."""
+        self._neighborhood: Final = neighborhood
+        self._doors: Final[dict[str, tuple[str, str]]] = {}
+
+    def on_token(self, key: str, came: bool) -> None:
+        """Note a token of the target: on the transport's thread."""
+        if came and len(self._doors) < _MOST_TOKENS:
+            token = parse_servant_token(key)
+            if token is not None:
+                self._doors[key] = token.server, token.door
+        elif not came:
+            self._doors.pop(key, None)
+        doors = set(self._doors.values())
+        self.neighbor = self._neighborhood.neighbor(*doors.pop()) if len(doors) == 1 else None
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether no call over the network is unanswered."""
+        if not self.over_network:
+            return True
+        now = time.monotonic()
+        for call, end in list(self.over_network.items()):
+            if end <= now:
+                self.over_network.pop(call, None)
+        return not self.over_network
+
+
+class Neighborhood:
+    """The neighbors of a process, and the routes to the targets that it calls."""
+
+    def __init__(self, pool: Pool, watch: Callable[[str, Callable[[str, bool], object]], object]) -> None:
+        self._pool: Final = pool
+        self._watch: Final = watch
+        self._space: Final = memory_space()
+        self._lock: Final = threading.Lock()
+        self._routes: Final[dict[Target, Route]] = {}
+        self._neighbors: Final[dict[str, Neighbor]] = {}
+        self._closed = False
+
+    def route(self, target: Target) -> Route:
+        """Return the route to a target."""
+        with self._lock:
+            if (known := self._routes.get(target)) is not None:
+                return known
+            route = self._routes[target] = Route(self)
+        self._watch(f"@servant/{target.prefix}/**", route.on_token)
+        return route
+
+    def neighbor(self, server: str, door: str) -> Neighbor | None:
+        """Return the neighbor that serves at a door; None if it is none."""
+        if not self._space or not door.startswith(self._space):
+            return None
+        with self._lock:
+            if self._closed:
+                return None
+            known = self._neighbors.get(server)
+            if known is None:
+                if len(self._neighbors) >= _MOST_NEIGHBORS:
+                    self._neighbors.pop(next(iter(self._neighbors))).close()
+                known = self._neighbors[server] = Neighbor(self._pool, door, server)
+            return known
+
+    def lost(self, server: str) -> None:
+        """End the calls of a neighbor whose link was lost: it may be frozen."""
+        with self._lock:
+            neighbor = self._neighbors.pop(server, None)
+        if neighbor is not None:
+            neighbor.close()
+
+    def close(self) -> None:
+        """End all calls."""
+        with self._lock:
+            self._closed = True
+            neighbors = list(self._neighbors.values())
+        for each in neighbors:
+            each.close()
+
+    def abandon(self) -> None:
+        """Close all files in a forked child."""
+        for each in self._neighbors.values():
+            each.abandon()
