@@ -102,11 +102,11 @@ class Arena:
         with self._lock:
             return sum(reader in loan.readers for loan in self._loans)
 
-    def forget(self, link: object) -> None:
-        """End the loans of all readers of a link that ended, once none can be reading any more."""
+    def forget(self, link: object, number: int | None = None) -> None:
+        """End the loans of a reader that ended, or of all of a link, once they cannot be reading any more."""
         with self._lock:
             for loan in self._loans:
-                if any(reader[0] is link for reader in loan.readers):
+                if any(each[0] is link and number in {None, each[1]} for each in loan.readers):
                     loan.until = time.monotonic() + _LAST_READS
 
     def close(self) -> None:

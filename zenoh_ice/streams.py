@@ -260,7 +260,7 @@ class _Listener(Generic[V]):
         streams.presence.watch(target.realm)
 
     def _decode(self, inlet: Inlet, raw: object) -> Sample[V] | None:
-        """Return a received sample; None for one that was lost.
+        """Return a received sample; None for one that was lost, or received before.
 
         Raises MarshalException for one that does not fit the operation, InterfaceMismatchException for one of
         a servant with another interface.
@@ -271,10 +271,14 @@ class _Listener(Generic[V]):
             _logger.debug("%s", error)
             return None
         about = NO_ATTACHMENT if arrived.attachment is None else decode_attachment(arrived.attachment)
-        last, self._last = self._last, about
+        last = self._last
+        lost = 0
         # After a restart of the servant it is not known how many it sent before.
-        same_stream = last is not None and last.stream == about.stream
-        lost = max(0, about.sequence - last.sequence - 1) if last is not None and same_stream else 0
+        if last is not None and last.stream == about.stream:
+            if about.stream and about.sequence <= last.sequence:  # it came on two ways
+                return None
+            lost = max(0, about.sequence - last.sequence - 1)
+        self._last = about
         self.lost += lost
         if about.fingerprint != self._accepted:
             self._check_fingerprint(about.fingerprint)

@@ -21,10 +21,12 @@ from .._memory import Arena
 from .._threads import Job, Kind, Pool, Source
 from ..exceptions import MarshalException
 from ..transport import Receiver, admit
+from .listeners import Listeners
 from .messages import (
     ANSWER,
     HELLO,
     LARGEST_MESSAGE,
+    SUBSCRIBED,
     VERSION,
     Cancel,
     Part,
@@ -41,6 +43,7 @@ from .messages import (
 )
 
 _ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no further file
+_SAMPLE_LIMIT: Final = 0.005  # s that a sample waits while an answer is sent
 _SENDING_LIMIT: Final = 1.0  # s that a client may take none of its answers
 _SHARE_OF_FILES: Final = 0.5  # of what the process may open: others go over the network
 
@@ -75,6 +78,8 @@ class Door(Source):
             raise
         self.address: Final = f"{memory_space()}.{os.getpid()}.{self._handle}"
         """Where processes of the same space find it."""
+        self.streams: Final[dict[str, Listeners]] = {}
+        """Listeners to the streams of large values, by the keys of these."""
         self.arena: Arena | None = None
         try:
             self.arena = Arena()
@@ -117,6 +122,18 @@ class Door(Source):
         self._socket.close()
         for each in self._connections:
             each.abandon()
+
+    def publish(self, key: str) -> Listeners | None:
+        """Return who listens to a stream, from now on; None without memory to share."""
+        if self.arena is None:
+            return None
+        return self.streams.setdefault(key, Listeners(self.arena))
+
+    def unpublish(self, key: str) -> None:
+        """Let nobody listen to a stream any more."""
+        listeners = self.streams.pop(key, None)
+        if listeners is not None:
+            listeners.close()
 
     def forget(self, connection: _Connection) -> None:
         """Let others come in place of a connection that ended."""
@@ -197,6 +214,35 @@ class _Connection(Source):
                 self._parts.add(message.payload)
             case Return():
                 self._give_back(message.number, message.start)
+            case Subscribe():
+                self._subscribe(message)
+            case Cancel():
+                for listeners in list(self._door.streams.values()):
+                    listeners.remove(self, message.number)
+                if self._door.arena is not None:
+                    self._door.arena.forget(self, message.number)
+
+    def _subscribe(self, message: Subscribe) -> None:
+        listeners = self._door.streams.get(f"{message.target}/{message.operation}")
+        if listeners is not None:
+            listeners.add(self, message.number)
+            if self._closed:  # meanwhile, by another thread
+                listeners.remove(self)
+        self.send_sample(encode((SUBSCRIBED, message.number, listeners is not None)))
+
+    def send_sample(self, message: bytes) -> bool:
+        """Send a message without waiting; return whether there was room for it."""
+        if not self._sending.acquire(timeout=_SAMPLE_LIMIT):
+            return False
+        try:
+            if not self._closed:
+                self._socket.send(message, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+                return True
+        except OSError:  # no room, or no client
+            pass
+        finally:
+            self._sending.release()
+        return False
 
     def _give_back(self, number: int, start: int) -> None:
         if self._door.arena is not None:
@@ -228,6 +274,8 @@ class _Connection(Source):
         with self._sending:
             self._closed = True
             self._socket.close()
+        for listeners in list(self._door.streams.values()):
+            listeners.remove(self)
         if self._door.arena is not None:
             self._door.arena.forget(self)
         self._door.forget(self)

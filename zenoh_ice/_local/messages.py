@@ -91,7 +91,6 @@ class Subscribe(msgspec.Struct, array_like=True, tag=SUBSCRIBE):
     number: _Number
     target: _Name
     operation: _Name
-    queue: Annotated[int, Meta(ge=1, le=10_000)]
 
 
 class Cancel(msgspec.Struct, array_like=True, tag=CANCEL):

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import Final
+from typing import Final, Protocol
 
 import msgspec
 
@@ -26,14 +26,18 @@ from ..exceptions import MarshalException, SystemException
 from ..transport import NoAnswer, Outcome, Target
 from .door import memory_space
 from .messages import (
+    CANCEL,
     LARGEST_INLINE,
     LARGEST_MESSAGE,
     REQUEST,
     RETURN,
+    SUBSCRIBE,
     VERSION,
     Answer,
     Part,
     Parts,
+    Sample,
+    Subscribed,
     collect,
     decode_hello,
     decode_to_client,
@@ -266,8 +270,18 @@ def outcome_of_answer(answer: Answer, limit: int, what: str, view: ArenaView | N
     return answer.ok, collect(answer, view, limit, what)
 
 
+class Subscriber(Protocol):
+    """What a subscription of a channel calls, on a thread of the pool, where it must not wait."""
+
+    def confirm(self, channel: Channel, number: int, *, ok: bool) -> None:
+        """Note whether samples come, at first and whenever that changes."""
+
+    def arrive(self, channel: Channel, sample: Sample) -> None:
+        """Take a sample; its memory is to be given back."""
+
+
 class Channel(Source):
-    """A connection for calls in flight."""
+    """A connection for calls in flight, and for streams of large values."""
 
     def __init__(self, neighbor: Neighbor, connection: socket.socket) -> None:
         self.ended = False
@@ -277,13 +291,20 @@ class Channel(Source):
         self._sending: Final = threading.Lock()
         self._numbers: Final = itertools.count(1)
         self._pending: Final[dict[int, _Pending]] = {}
+        self._subscribers: Final[dict[int, Subscriber]] = {}
         self._parts: Final = Parts()
+        self._timeout = 0.0
         self._next_deadline = math.inf
         self._kind: Final = neighbor.pool.kind()
         neighbor.pool.attach(self)
 
     def fileno(self) -> int:
         return self._file
+
+    @property
+    def view(self) -> ArenaView | None:
+        """The memory that the neighbor lends."""
+        return self._neighbor.view
 
     def begin(self, call: Sent, payload: bytes, done: Done) -> Callable[[], object]:
         """Send a call; `done` gets its outcome, once. Return a function that forgets it.
@@ -297,7 +318,9 @@ class Channel(Source):
         self._next_deadline = min(self._next_deadline, deadline)
         try:
             with self._sending:
-                limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
+                if call.timeout != self._timeout:
+                    limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
+                    self._timeout = call.timeout
                 last = send_parts(self._socket, payload)
                 request = (REQUEST, number, call.target, call.operation, call.attachment, last)
                 self._socket.send(encode(request), socket.MSG_NOSIGNAL)
@@ -308,6 +331,25 @@ class Channel(Source):
                     raise NoAnswer(timed_out=True) from None
                 raise NotSent(str(error)) from None
         return pending.forget
+
+    def subscribe(self, target: str, operation: str, subscriber: Subscriber) -> int:
+        """Ask for the samples of a stream, and return the number of the subscription; raises NotSent."""
+        number = next(self._numbers)
+        self._subscribers[number] = subscriber
+        if not self._send((SUBSCRIBE, number, target, operation)):
+            self._subscribers.pop(number, None)
+            raise NotSent("its connection ended")
+        return number
+
+    def cancel(self, number: int) -> None:
+        """End a subscription."""
+        if self._subscribers.pop(number, None) is not None:
+            self._send((CANCEL, number))
+
+    def give_back(self, received: Answer | Sample) -> None:
+        """Let the memory be used again that was lent for a message."""
+        if received.extent is not None:
+            self._send((RETURN, received.number, received.extent.start))
 
     def take(self) -> Job | None:
         while True:
@@ -328,6 +370,11 @@ class Channel(Source):
                             return self._kind, partial(self._finish, pending, received)
                     case Part():
                         self._parts.add(received.payload)
+                    case Sample():
+                        self._arrive(received)
+                    case Subscribed():
+                        if (subscriber := self._subscribers.get(received.number)) is not None:
+                            subscriber.confirm(self, received.number, ok=received.ok)
             except (*DECODE_ERRORS, MarshalException) as error:
                 _logger.warning("a malformed message from this machine ends its connection: %s", error)
                 self.shut()
@@ -362,10 +409,24 @@ class Channel(Source):
             outcome: Outcome | SystemException = outcome_of_answer(answer, call.limit, call.what, view)
         except SystemException as error:
             outcome = error
-        if answer.extent is not None:
-            with suppress(OSError), self._sending:
-                self._socket.send(encode((RETURN, answer.number, answer.extent.start)), socket.MSG_NOSIGNAL)
+        self.give_back(answer)
         pending.done(outcome)
+
+    def _arrive(self, sample: Sample) -> None:
+        subscriber = self._subscribers.get(sample.number)
+        if subscriber is None:  # cancelled meanwhile
+            self.give_back(sample)
+        else:
+            subscriber.arrive(self, sample)
+
+    def _send(self, message: tuple[object, ...]) -> bool:
+        """Send a message; return false when the connection has ended."""
+        try:
+            with self._sending:
+                self._socket.send(encode(message), socket.MSG_NOSIGNAL)
+        except OSError:
+            return False
+        return True
 
     def _end(self) -> Job:
         self.ended = True
@@ -377,6 +438,9 @@ class Channel(Source):
             for number in list(self._pending):
                 if (pending := self._take(number)) is not None:
                     pending.done(NoAnswer(timed_out=False, broken=True))
+            while self._subscribers:
+                number, subscriber = self._subscribers.popitem()
+                subscriber.confirm(self, number, ok=False)
 
         return self._kind, fail
 
@@ -413,6 +477,8 @@ class Route:
 
     def __init__(self, neighborhood: Neighborhood) -> None:
         self.neighbor: Neighbor | None = None
+        self.changed: Final[set[Callable[[], object]]] = set()
+        """Called, where they must not wait, whenever the neighbor is another one, or none."""
         self.in_channel: Final[set[int]] = set()
         self.over_network: Final[dict[object, float]] = {}
         """Calls in flight, with the moments of the monotonic clock at which they end in any case."""
@@ -428,7 +494,11 @@ class Route:
         elif not came:
             self._doors.pop(key, None)
         doors = set(self._doors.values())
+        before = self.neighbor
         self.neighbor = self._neighborhood.neighbor(*doors.pop()) if len(doors) == 1 else None
+        if self.neighbor is not before:
+            for changed in tuple(self.changed):
+                changed()
 
     @property
     def is_clear(self) -> bool:

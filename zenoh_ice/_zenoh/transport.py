@@ -15,14 +15,14 @@ from queue import SimpleQueue
 from typing import Any, Final
 
 import zenoh
-from zenoh.handlers import Callback, RingChannel
+from zenoh.handlers import Callback
 
 from .._codec import LARGEST_PAYLOAD, Pieces, too_large
 from .._local.door import Door
 from .._local.messages import REQUEST
-from .._local.neighbors import Neighborhood, NotSent, Sent
+from .._local.neighbors import Neighborhood, NotSent, Route, Sent
 from .._presence import client_token
-from .._threads import Job, Kind, Pool, UserCodeThread, start
+from .._threads import Job, Kind, Pool
 from .._wire import ERROR_ENCODING
 from ..exceptions import (
     CommunicatorDestroyedException,
@@ -35,12 +35,10 @@ from ..session import close_session, connect_endpoints, explain_endpoints, open_
 from ..settings import Security, Settings
 from ..text import without_source
 from ..transport import (
-    Arrived,
     Buffer,
     Caller,
     NoAnswer,
     Outcome,
-    Pacer,
     Receiver,
     Relay,
     Served,
@@ -48,6 +46,7 @@ from ..transport import (
     admit,
     outcome_of,
 )
+from .streams import BulkInlet, Outlet, SmallInlet, undeclare
 
 # Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One thread that
 # receives and one that sends do the same work: docs/decisions/0012-zenoh-threads.md has the figures, and says
@@ -126,6 +125,10 @@ class ZenohTransport:
     def door(self) -> str:
         return "" if self._door is None else self._door.address
 
+    def route(self, target: Target) -> Route | None:
+        """Return the route to a target; None where all goes over Zenoh."""
+        return None if self.neighborhood is None else self.neighborhood.route(target)
+
     def explain_unreachable(self, limit: float) -> str:
         return explain_endpoints(self.endpoints, self.settings.security, limit)
 
@@ -141,7 +144,7 @@ class ZenohTransport:
 
         def close() -> None:
             here.close()
-            _undeclare(queryable)
+            undeclare(queryable)
 
         return Served(close)
 
@@ -181,17 +184,28 @@ class ZenohTransport:
 
     # Streams.
 
-    def publish(self, target: Target, operation: Operation[..., Any]) -> _Outlet:
-        return _Outlet(self.session, target.key(operation.name), bulk=operation.result.holds_bytes)
+    def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
+        key, bulk = target.key(operation.name), operation.result.holds_bytes
+        self._open_door()
+        door = self._door if bulk else None
+        return Outlet(self.session, key, door, bulk=bulk)
 
-    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> _Inlet:
+    def subscribe(
+        self, target: Target, operation: Operation[..., Any], queue: int = 1
+    ) -> SmallInlet | BulkInlet:
         self.appear(target.realm)
-        return _Inlet(self, target.key(operation.name), operation, queue)
+        try:
+            if operation.result.holds_bytes:
+                return BulkInlet(self, target, operation, queue)
+            key = target.key(operation.name)
+            return SmallInlet(self.session, key, operation.result.size_limit, queue)
+        except zenoh.ZError as error:
+            raise self.refusal(operation.name, error) from error
 
     # Presence.
 
     def announce(self, token: str) -> Served:
-        return Served(partial(_undeclare, self.session.liveliness().declare_token(token)))
+        return Served(partial(undeclare, self.session.liveliness().declare_token(token)))
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
         watch = self.local.watch(pattern, changed)
@@ -217,7 +231,7 @@ class ZenohTransport:
         listener = self.session.info.declare_transport_events_listener(
             Callback(on_event, indirect=False), history=True
         )
-        return Served(partial(_undeclare, listener))
+        return Served(partial(undeclare, listener))
 
     def appear(self, realm: str) -> None:
         """Announce this process to the servants of a realm."""
@@ -237,7 +251,7 @@ class ZenohTransport:
         queryable = self.session.declare_queryable(
             f"@process/{realm}/{self.id}/status", Callback(answer, indirect=False), complete=True
         )
-        return Served(partial(_undeclare, queryable))
+        return Served(partial(undeclare, queryable))
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
         with suppress(zenoh.ZError):  # no answer
@@ -259,7 +273,7 @@ class ZenohTransport:
         with self._lock:
             self._closed = True
         for subscriber in tuple(self._followed.values()):
-            _undeclare(subscriber)
+            undeclare(subscriber)
         self.local.close()
         if self._door is not None:
             self._door.close()
@@ -281,8 +295,7 @@ class _Caller:
         self._operation: Final = operation
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
-        neighborhood = transport.neighborhood
-        self._route: Final = None if neighborhood is None else neighborhood.route(target)
+        self._route: Final = transport.route(target)
         self._request: Final = (REQUEST, 0, self._prefix, operation.name)
         self._limit: Final = result.size_limit
         self._kind: Kind | None = None
@@ -400,109 +413,3 @@ class _Caller:
                 raise too_large(len(error.payload), LARGEST_PAYLOAD, self._what)
             return False, error.payload.to_bytes()
         raise NoAnswer(timed_out=error.payload.to_bytes() == _TIMEOUT)
-
-
-class _Outlet:
-    def __init__(self, session: zenoh.Session, key: str, *, bulk: bool) -> None:
-        # A publisher that another thread is using cannot be undeclared: "Already borrowed".
-        self._lock: Final = threading.Lock()
-        self._closed = False
-        self._publisher: Final = session.declare_publisher(
-            key,
-            congestion_control=zenoh.CongestionControl.DROP,
-            # Images must not delay states, and neither must delay calls.
-            priority=zenoh.Priority.DATA_LOW if bulk else zenoh.Priority.DATA,
-            # Not batched: if images were sent together, all but the last would be useless.
-            express=bulk,
-        )
-
-    @property
-    def listening(self) -> bool:
-        with self._lock:
-            return not self._closed and self._publisher.matching_status.matching  # type: ignore[attr-defined]
-
-    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
-        with self._lock:
-            if self._closed:
-                return
-            try:
-                self._publisher.put(bytes(payload), attachment=attachment)
-            except zenoh.ZError as error:  # the session was closed meanwhile
-                _logger.debug("sample dropped: %s", error)
-
-    def close(self) -> None:
-        with self._lock:
-            self._closed = True
-            self._publisher.undeclare()
-
-
-class _Inlet:
-    def __init__(
-        self, transport: ZenohTransport, key: str, operation: Operation[..., Any], queue: int
-    ) -> None:
-        self._transport: Final = transport
-        self._key: Final = key
-        self._limit: Final = operation.result.size_limit
-        self._closed: Final = threading.Event()
-        self._thread: threading.Thread | None = None
-        # A ring: a full queue that keeps its contents would block the whole session.
-        ring: RingChannel[zenoh.Sample] = RingChannel(queue)
-        try:
-            self._subscriber: Final = transport.session.declare_subscriber(key, ring)
-        except zenoh.ZError as error:
-            raise transport.refusal(key, error) from error
-        # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
-        self._handler: Final = self._subscriber.handler
-        self.poll: Callable[[], Any] = self._handler.try_recv
-
-    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
-        if self._thread is None:  # until then, samples that arrive cost this process nothing
-            newest: deque[zenoh.Sample] = deque(maxlen=1)
-
-            def keep(sample: zenoh.Sample) -> None:
-                with changed:
-                    newest.append(sample)
-                    changed.notify_all()
-
-            self.deliver(keep)
-            self.poll = lambda: newest.pop() if newest else None
-        return changed.wait_for(holds, timeout)
-
-    def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        thread = UserCodeThread(
-            target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._key}", daemon=True
-        )
-        start(thread)
-        self._thread = thread  # not earlier: a thread that Ctrl-C kept from starting cannot be joined
-
-    def open(self, sample: zenoh.Sample) -> Arrived:
-        if len(sample.payload) > self._limit:
-            raise too_large(len(sample.payload), self._limit, f"sample of {self._key}")
-        attachment = sample.attachment
-        return Arrived(sample.payload.to_bytes(), None if attachment is None else attachment.to_bytes())
-
-    def close(self, timeout: float = 0.0) -> bool:
-        self._closed.set()
-        _undeclare(self._subscriber)  # ends the thread: its channel is closed
-        if (thread := self._thread) is None or thread is threading.current_thread():
-            return True
-        thread.join(timeout)
-        return not thread.is_alive()
-
-    def _run(self, callback: Callable[[Any], object], pacer: Pacer) -> None:
-        while not (self._closed.wait(delay) if (delay := pacer.delay()) else self._closed.is_set()):
-            try:
-                sample = self._handler.recv()
-            except zenoh.ZError:  # undeclared
-                return
-            pacer.count()
-            callback(sample)
-            del sample  # it may be large, and the next one may be a long time coming
-
-
-def _undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener
-    """Undeclare what was declared, unless the session was closed meanwhile."""
-    try:
-        declared.undeclare()
-    except zenoh.ZError as error:
-        _logger.debug("not undeclared: %s", error)

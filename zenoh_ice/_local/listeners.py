@@ -1,0 +1,68 @@
+"""The neighbors that listen to a stream of large values, at its servant's process."""
+
+from __future__ import annotations
+
+import threading
+from typing import Final, Protocol
+
+from .._codec import Pieces
+from .._memory import Arena
+from .messages import LARGEST_INLINE, SAMPLE, SUBSCRIBED, encode, lend
+
+MOST_LENT: Final = 8
+"""Samples that a listener may leave unread in the memory of their sender."""
+
+_ON_THEIR_WAY: Final = 3  # more of them that it has received, or that were sent to it, but not given back
+
+
+class Link(Protocol):
+    """A connection that carries samples."""
+
+    def send_sample(self, message: bytes) -> bool:
+        """Send a sample; return whether there was room for it."""
+
+
+class Listeners:
+    """Send samples to those who listen; each is written into memory once, for all of them. Thread-safe."""
+
+    def __init__(self, arena: Arena) -> None:
+        self._arena: Final = arena
+        self._lock: Final = threading.Lock()
+        self._all: tuple[tuple[Link, int], ...] = ()  # by their numbers on their links
+
+    def __bool__(self) -> bool:
+        return bool(self._all)
+
+    def add(self, link: Link, number: int) -> None:
+        """Send it samples from now on."""
+        with self._lock:
+            self._all = (*self._all, (link, number))
+
+    def remove(self, link: Link, number: int | None = None) -> None:
+        """Send it no further samples; without a number, none of those at the link."""
+        with self._lock:
+            self._all = tuple(
+                each for each in self._all if each[0] is not link or number not in {None, each[1]}
+            )
+
+    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
+        """Send a sample; those who have not read several before do not get it."""
+        most = MOST_LENT + _ON_THEIR_WAY
+        ready = [each for each in self._all if self._arena.lent_to(each) < most]
+        if not ready:
+            return
+        small, places, extent = lend(payload, self._arena, *ready)
+        if len(small) > LARGEST_INLINE:  # all memory is lent
+            return
+        where = () if extent is None else (places, extent)
+        for link, number in ready:
+            sent = link.send_sample(encode((SAMPLE, number, attachment, small, *where)))
+            if not sent and extent is not None:
+                self._arena.give_back(extent.start, (link, number))
+
+    def close(self) -> None:
+        """Tell all that no further samples come."""
+        with self._lock:
+            ended, self._all = self._all, ()
+        for link, number in ended:
+            link.send_sample(encode((SUBSCRIBED, number, False)))

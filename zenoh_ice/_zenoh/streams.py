@@ -1,0 +1,336 @@
+"""The ends of streams: over Zenoh, and those of large values also through the doors of neighbors."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
+from zenoh.handlers import Callback, RingChannel
+
+from .._codec import Pieces, too_large
+from .._local.door import Door
+from .._local.listeners import MOST_LENT
+from .._local.messages import Sample, collect
+from .._local.neighbors import Channel, Neighbor, NotSent, Route
+from .._threads import UserCodeThread, start
+from ..exceptions import ConnectionLostException
+from ..interface import Operation
+from ..transport import Arrived, Pacer, Target
+
+if TYPE_CHECKING:
+    from .transport import ZenohTransport
+
+_logger = logging.getLogger(__name__)
+
+
+class Outlet:
+    """The publishing end of a stream."""
+
+    def __init__(self, session: zenoh.Session, key: str, door: Door | None, *, bulk: bool) -> None:
+        self._key: Final = key
+        self._door: Final = door
+        self._listeners: Final = None if door is None else door.publish(key)
+        # A publisher that another thread is using cannot be undeclared: "Already borrowed".
+        self._lock: Final = threading.Lock()
+        self._closed = False
+        self._publisher: Final = session.declare_publisher(
+            key,
+            congestion_control=zenoh.CongestionControl.DROP,
+            # Images must not delay states, and neither must delay calls.
+            priority=zenoh.Priority.DATA_LOW if bulk else zenoh.Priority.DATA,
+            # Not batched: if images were sent together, all but the last would be useless.
+            express=bulk,
+        )
+
+    @property
+    def listening(self) -> bool:
+        if self._listeners:
+            return True
+        with self._lock:
+            return not self._closed and self._is_matched
+
+    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
+        if self._listeners:
+            self._listeners.put(payload, attachment)
+        with self._lock:
+            if self._closed or (self._listeners is not None and not self._is_matched):
+                return
+            try:
+                self._publisher.put(bytes(payload), attachment=attachment)
+            except zenoh.ZError as error:  # the session was closed meanwhile
+                _logger.debug("sample dropped: %s", error)
+
+    def close(self) -> None:
+        with self._lock:
+            self._closed = True
+            self._publisher.undeclare()
+        if self._door is not None:
+            self._door.unpublish(self._key)
+
+    @property
+    def _is_matched(self) -> bool:
+        return bool(self._publisher.matching_status.matching)  # type: ignore[attr-defined]
+
+
+class _Inlet(ABC):
+    """A listening end, which a thread of its own empties where somebody is to be called."""
+
+    poll: Callable[[], Any]
+
+    def __init__(self, what: str, limit: int) -> None:
+        self._what: Final = what
+        self._limit: Final = limit
+        self._closed: Final = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @abstractmethod
+    def _receive(self) -> Any:  # noqa: ANN401
+        """Wait for the next sample; return None at the end."""
+
+    @abstractmethod
+    def _stop(self) -> None:
+        """Receive no more; `_receive` ends."""
+
+    def _discard(self, sample: Any) -> None:  # noqa: ANN401, B027 - most cost nothing
+        """Drop a sample that nobody reads."""
+
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+        if self._thread is None:  # until then, samples that arrive cost this process nothing
+            newest: deque[Any] = deque()
+
+            def keep(sample: Any) -> None:  # noqa: ANN401
+                with changed:
+                    while newest:
+                        self._discard(newest.pop())
+                    newest.append(sample)
+                    changed.notify_all()
+
+            self.deliver(keep)
+            self.poll = lambda: newest.pop() if newest else None
+        return changed.wait_for(holds, timeout)
+
+    def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
+        thread = UserCodeThread(
+            target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._what}", daemon=True
+        )
+        start(thread)
+        self._thread = thread  # not earlier: a thread that Ctrl-C kept from starting cannot be joined
+
+    def close(self, timeout: float = 0.0) -> bool:
+        self._closed.set()
+        self._stop()
+        if (thread := self._thread) is None or thread is threading.current_thread():
+            return True
+        thread.join(timeout)
+        return not thread.is_alive()
+
+    def _run(self, callback: Callable[[Any], object], pacer: Pacer) -> None:
+        while not (self._closed.wait(delay) if (delay := pacer.delay()) else self._closed.is_set()):
+            sample = self._receive()
+            if sample is None:
+                return
+            pacer.count()
+            callback(sample)
+            del sample  # it may be large, and the next one may be a long time coming
+
+
+class SmallInlet(_Inlet):
+    """The listening end of a stream of small values: a ring that Zenoh fills without Python."""
+
+    def __init__(self, session: zenoh.Session, key: str, limit: int, queue: int) -> None:
+        super().__init__(key, limit)
+        # A ring: a full queue that keeps its contents would block the whole session.
+        ring: RingChannel[zenoh.Sample] = RingChannel(queue)
+        self._subscriber: Final = session.declare_subscriber(key, ring)
+        # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
+        self._handler: Final = self._subscriber.handler
+        self.poll = self._handler.try_recv
+
+    def open(self, sample: zenoh.Sample) -> Arrived:
+        return _opened(sample, self._limit, self._what)
+
+    def _receive(self) -> zenoh.Sample | None:
+        try:
+            return self._handler.recv()
+        except zenoh.ZError:  # undeclared
+            return None
+
+    def _stop(self) -> None:
+        undeclare(self._subscriber)  # its channel is closed
+
+
+class BulkInlet(_Inlet):
+    """The listening end of a stream of large values.
+
+    It listens through the door of the servant's only server if that is a neighbor that publishes the stream
+    there, and otherwise over Zenoh. While it changes from one to the other it listens on both, and whoever
+    counts the samples drops the second of two.
+    """
+
+    def __init__(
+        self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], queue: int
+    ) -> None:
+        super().__init__(target.key(operation.name), operation.result.size_limit)
+        self.poll = self._poll
+        self._transport: Final = transport
+        self._target: Final = target.prefix
+        self._operation: Final = operation.name
+        self._route: Final[Route | None] = transport.route(target)
+        self._queue: Final = queue
+        self._samples: Final[deque[zenoh.Sample | _Lent]] = deque()
+        self._arrived: Final = threading.Condition(threading.Lock())
+        self._choosing: Final = threading.Lock()
+        self._subscriber: zenoh.Subscriber[Any] | None = None
+        self._channel: tuple[Channel, int] | None = None
+        self._vain: Neighbor | None = None  # it does not publish the stream at its door
+        if self._route is not None:
+            self._route.changed.add(self._reconsider)
+        self._choose()
+
+    def confirm(self, channel: Channel, number: int, *, ok: bool) -> None:
+        if not ok and self._route is not None:
+            self._vain = self._route.neighbor
+        self._transport.pool.submit(lambda: self._settle(channel, number, ok=ok))
+
+    def arrive(self, channel: Channel, sample: Sample) -> None:
+        lent = _Lent(channel, sample)
+        if self._queue > MOST_LENT:  # its memory is not for so many
+            lent.read(self._limit, self._what)
+        self._keep(lent)
+
+    def open(self, sample: zenoh.Sample | _Lent) -> Arrived:
+        if isinstance(sample, _Lent):
+            return sample.read(self._limit, self._what)
+        return _opened(sample, self._limit, self._what)
+
+    def _keep(self, sample: zenoh.Sample | _Lent) -> None:
+        oldest = None
+        with self._arrived:
+            if len(self._samples) >= self._queue:
+                oldest = self._samples.popleft()
+            self._samples.append(sample)
+            self._arrived.notify()
+        if oldest is not None:
+            self._discard(oldest)
+
+    def _poll(self) -> zenoh.Sample | _Lent | None:
+        with self._arrived:
+            return self._samples.popleft() if self._samples else None
+
+    def _receive(self) -> zenoh.Sample | _Lent | None:
+        with self._arrived:
+            self._arrived.wait_for(lambda: self._samples or self._closed.is_set())
+            return self._samples.popleft() if self._samples else None
+
+    def _discard(self, sample: zenoh.Sample | _Lent) -> None:
+        if isinstance(sample, _Lent):
+            sample.give_back()
+
+    def _stop(self) -> None:
+        if self._route is not None:
+            self._route.changed.discard(self._reconsider)
+        with self._choosing:
+            self._leave_channel()
+            self._leave_network()
+        with self._arrived:
+            left = list(self._samples)
+            self._samples.clear()
+            self._arrived.notify_all()
+        for sample in left:
+            self._discard(sample)
+
+    def _reconsider(self) -> None:
+        self._vain = None
+        self._transport.pool.submit(self._choose)
+
+    def _choose(self) -> None:
+        """Listen where the samples are."""
+        with self._choosing:
+            neighbor = None if self._route is None else self._route.neighbor
+            if self._closed.is_set():
+                return
+            if neighbor is not None and neighbor is not self._vain:
+                try:
+                    channel = neighbor.channel()
+                    if self._channel is not None and self._channel[0] is channel:
+                        return
+                    self._leave_channel()
+                    self._channel = channel, channel.subscribe(self._target, self._operation, self)
+                    return  # `confirm` says whether samples come
+                except NotSent:
+                    pass
+            self._leave_channel()
+            self._enter_network()
+
+    def _settle(self, channel: Channel, number: int, *, ok: bool) -> None:
+        with self._choosing:
+            if self._closed.is_set() or self._channel != (channel, number):
+                return
+            if ok:
+                self._leave_network()
+            else:
+                self._channel = None
+                self._enter_network()
+
+    def _enter_network(self) -> None:
+        if self._subscriber is None:
+            keep = Callback(self._keep, indirect=False)
+            self._subscriber = self._transport.session.declare_subscriber(self._what, keep)
+
+    def _leave_network(self) -> None:
+        if self._subscriber is not None:
+            undeclare(self._subscriber)
+            self._subscriber = None
+
+    def _leave_channel(self) -> None:
+        if self._channel is not None:
+            channel, number = self._channel
+            self._channel = None
+            channel.cancel(number)
+
+
+class _Lent:
+    """A sample in memory that its sender lends, until it is read or given back."""
+
+    def __init__(self, channel: Channel, sample: Sample) -> None:
+        self._channel: Final = channel
+        self._sample: Final = sample
+        self._arrived: Arrived | None = None
+
+    def read(self, limit: int, what: str) -> Arrived:
+        """Return its contents; raises MarshalException, or ConnectionLostException when they are gone."""
+        if self._arrived is None:
+            try:
+                payload = collect(self._sample, self._channel.view, limit, f"sample of {what}")
+            finally:
+                self.give_back()
+            if self._channel.ended:
+                raise ConnectionLostException(f"sample of {what} was lost with its sender")
+            self._arrived = Arrived(payload, self._sample.attachment)
+        return self._arrived
+
+    def give_back(self) -> None:
+        """Let its memory be used again."""
+        if self._arrived is None:
+            self._channel.give_back(self._sample)
+
+
+def _opened(sample: zenoh.Sample, limit: int, what: str) -> Arrived:
+    """Return the contents of a sample that came over Zenoh; raises MarshalException for too large ones."""
+    if len(sample.payload) > limit:
+        raise too_large(len(sample.payload), limit, f"sample of {what}")
+    attachment = sample.attachment
+    return Arrived(sample.payload.to_bytes(), None if attachment is None else attachment.to_bytes())
+
+
+def undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener
+    """Undeclare what was declared, unless the session was closed meanwhile."""
+    try:
+        declared.undeclare()
+    except zenoh.ZError as error:
+        _logger.debug("not undeclared: %s", error)
