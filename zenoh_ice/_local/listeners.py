@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Final, Protocol
 
 from .._codec import Pieces
@@ -50,6 +51,7 @@ class Listeners:
         most = MOST_LENT + _ON_THEIR_WAY
         ready = [each for each in self._all if self._arena.lent_to(each) < most]
         if not ready:
+            time.sleep(0)  # a turn for the thread that learns what was given back
             return
         small, places, extent = lend(payload, self._arena, *ready)
         if len(small) > LARGEST_INLINE:  # all memory is lent
