@@ -173,7 +173,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
             },
             "link": link,
             "auth": {"usrpwd": {name: text or None for name, text in login.items()}},
-            "shared_memory": {"enabled": False},  # we use our own instead
+            "shared_memory": {"enabled": False},  # large values go through local sockets
         },
     }
     if security.roles:

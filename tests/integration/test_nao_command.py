@@ -369,12 +369,12 @@ def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:
     assert failure.endswith("tools.Calculator, tools.Second")
 
 
-def test_doctor_finds_a_process_that_shares_no_memory(tools: Any) -> None:
+def test_doctor_finds_a_process_without_a_local_socket(tools: Any) -> None:
     end = free_endpoint()
-    with serving(tools, realm="alone", listen=[end], connect=[], shared_memory=False):
+    with serving(tools, realm="alone", listen=[end], connect=[], local_sockets=False):
         settings = load_settings(flags={"realm": "alone", "connect": [end], "clock": "wall"})
         found = [each.text for each in check_network(settings) if each.level == Level.NOTE]
-    assert any(f" {os.getpid()} on " in text and "shares no memory" in text for text in found)
+    assert any(f" {os.getpid()} on " in text and "has no local socket" in text for text in found)
 
 
 def test_a_realm_without_servants_names_those_that_have_some(robot: ServedRobot) -> None:

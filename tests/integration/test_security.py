@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, suppress
@@ -12,9 +11,7 @@ from queue import SimpleQueue
 
 import pytest
 
-from interfaces.jderobot import ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
-from tests.support.image_servant import ImageI, image
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.security import Keys, routing
@@ -22,10 +19,8 @@ from tests.support.stranger import session_of
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
 from zenoh_ice._presence import client_token
-from zenoh_ice._zenoh.shared_memory import memory_space
 from zenoh_ice.exceptions import (
     AccessDeniedException,
-    ConfigurationException,
     ConnectFailedException,
     ConnectionLostException,
     EndpointInUseException,
@@ -131,9 +126,8 @@ def test_a_student_reads_and_does_not_move(keys: Keys, head: HeadI, open_with: O
     assert head.moved == [(0.5, 0.1)]
 
 
-@pytest.mark.parametrize("same", [False, True], ids=["another token", "the very same token"])
 def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
-    own_keys: Keys, open_with: Open, same: bool
+    own_keys: Keys, open_with: Open
 ) -> None:
     roles = {"robot": {"serve": ["**"]}, "operator": {"call": ["**"]}, "student": {"call": ["*.get*"]}}
     with routing(own_keys.settings("router", security={"roles": roles})):
@@ -145,7 +139,7 @@ def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
         with closing(robot.onClientLost(lost.put)):
             proxy(operator).setPose(0.0, 0.0, 0.5)
             proxy(student).getPose()
-            forged = client_token("nao", operator.client_id, memory_space() if same else "0123456789abcdef")
+            forged = client_token("nao", operator.client_id)
             for _ in range(5):
                 session_of(student).liveliness().declare_token(forged).undeclare()
             student.destroy()
@@ -172,40 +166,12 @@ def test_the_robot_learns_of_an_operator_who_is_gone_and_of_no_tokens_of_a_stude
     with closing(robot.onClientLost(lost.append)):
         proxy(operator).setPose(0.0, 0.0, 0.5)
         proxy(student).getPose()
-        session_of(student).liveliness().declare_token(f"@client/nao/{operator.client_id}/-").undeclare()
+        session_of(student).liveliness().declare_token(client_token("nao", operator.client_id)).undeclare()
         student.destroy()
         operator.destroy()
         until(lambda: operator.client_id in lost)
         assert lost.count(operator.client_id) == 1
         assert student.client_id not in lost
-
-
-def test_who_holds_no_token_gets_images_over_the_network(keys: Keys, router: None, open_with: Open) -> None:
-    adapter = open_with(keys.settings("robot")).createObjectAdapter("Test")
-    servant = ImageI()
-    adapter.add(servant, "Camera")
-    adapter.activate()
-    operator, student = (open_with(keys.settings(who)) for who in ("operator", "student"))
-    # The operator can read the robot's memory, and says so.
-    ImageProviderPrx.checkedCast(operator.stringToProxy("Camera")).getImageData("GRAY8")
-    sizes: list[int] = []
-    with session_of(student).declare_subscriber(
-        "nao/Camera/getImageData", lambda sample: sizes.append(len(sample.payload))
-    ):
-        assert listened(servant.getImageDataPublisher, EVENT_LIMIT)
-        numbers = itertools.count()
-
-        def received() -> int:
-            servant.getImageDataPublisher.publish(image(next(numbers)))
-            return len(sizes)
-
-        until(lambda: received() > 200)  # long after the robot knows who can read its memory
-    assert min(sizes) > len(image().pixelData)
-
-
-def test_a_server_that_shares_memory_lets_every_client_hold_a_token(keys: Keys) -> None:
-    with pytest.raises(ConfigurationException, match="liveliness = false needs shared_memory"):
-        initialize(keys.settings("router", mode="peer"))
 
 
 def read_patiently(head: PoseHeadPrx) -> None:
@@ -368,7 +334,7 @@ class TestPasswords:
 def test_a_server_without_a_router_grants_access_itself(own_keys: Keys, open_with: Open) -> None:
     router = own_keys.settings("router")
     servant = HeadI()
-    serve(open_with(router.override(mode="peer", shared_memory=False)), servant, "Head")
+    serve(open_with(router.override(mode="peer")), servant, "Head")
     student = proxy(open_with(own_keys.settings("student")))
     assert student.getPose().pan == 0.25
     with pytest.raises(AccessDeniedException):

@@ -370,7 +370,7 @@ def _nobody(communicator: Communicator) -> Finding:
 
 
 def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
-    """Yield processes that hang, are of other versions than this one, or share no memory."""
+    """Yield processes that hang, are of other versions than this one, or have no local socket."""
     wrong = False
     for server, status in processes.items():
         if not isinstance(status, ProcessStatus):
@@ -385,9 +385,9 @@ def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterato
             if own not in {None, theirs}:
                 wrong = True
                 yield _warn(f"{who} has {name} {theirs}, here it is {own}", "install the same on both sides")
-        if status.host == socket.gethostname() and not status.shared_memory:
-            text = f"{who} shares no memory: its images go over the network"
-            yield _note(text, "docs/how-to/streams.md says what shared memory needs")
+        if status.host == socket.gethostname() and not status.local_sockets:
+            text = f"{who} has no local socket: calls and images of this machine go over the network"
+            yield _note(text, "docs/explanation/calls.md says what a local socket needs")
     if not wrong:
         yield _ok("all processes answer, and have the versions of this machine")
 

@@ -135,8 +135,8 @@ def _print_process(process: ProcessStatus, *, every_servant: bool) -> None:
     out = console()
     where = f"pid {process.pid} on {_escaped(process.host)}, for {span_text(time.time() - process.since)}"
     out.print(f"[bold]{_escaped(process.program)}[/bold]  {where}")
-    memory = "shared memory" if process.shared_memory else "no shared memory"
-    versions = f"visualhfsm {process.version}, zenoh {process.zenoh}, Python {process.python}, {memory}"
+    way = "local socket" if process.local_sockets else "no local socket"
+    versions = f"visualhfsm {process.version}, zenoh {process.zenoh}, Python {process.python}, {way}"
     out.print(f"  [dim]{_escaped(versions)}[/dim]")
     rows = sorted(process.servants.items(), key=lambda item: (-_trouble(item[1]), -item[1].calls, item[0]))
     shown = [

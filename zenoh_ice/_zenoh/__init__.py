@@ -1,1 +1,1 @@
-"""The transport over Zenoh: sessions, calls, streams, presence, and images through shared memory."""
+"""The transport over Zenoh: sessions, calls, streams, presence, and what goes through local sockets instead."""

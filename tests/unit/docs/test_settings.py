@@ -31,7 +31,7 @@ EXAMPLES = {
     "listen": "tcp/127.0.0.1:7",
     "mode": "client",
     "clock": "wall",
-    "shared_memory": "false",
+    "local_sockets": "false",
     "log_level": "debug",
     "log_format": "json",
     "security.mutual": "false",

@@ -57,14 +57,14 @@ def test_environment_parses_every_type() -> None:
         environment={
             "VISUALHFSM_CONNECT": "tcp/10.0.0.1:7447, tcp/[::1]:9",
             "VISUALHFSM_LISTEN": "",
-            "VISUALHFSM_SHARED_MEMORY": "False",
+            "VISUALHFSM_LOCAL_SOCKETS": "False",
             "VISUALHFSM_DISPATCH_THREADS": "3",
             "VISUALHFSM_LOG_LEVEL": "DEBUG",
         }
     )
     assert settings.connect == ("tcp/10.0.0.1:7447", "tcp/[::1]:9")
     assert settings.listen == ()
-    assert settings.shared_memory is False
+    assert settings.local_sockets is False
     assert settings.dispatch_threads == 3
     assert settings.log_level == "debug"
 
@@ -96,7 +96,7 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         ("timeout = true", ["timeout"]),
         ("timeout = nan", ["timeout"]),
         ("timeout = 600", ["timeout", "60"]),
-        ("shared_memory = 1", ["shared_memory", "true or false"]),
+        ("local_sockets = 1", ["local_sockets", "true or false"]),
         ("log_level = 'loud'", ["log_level"]),
         ("dispatch_threads = 0", ["dispatch_threads"]),
         ("realm = \nclock = 1", ["TOML", "line 1"]),
@@ -146,7 +146,7 @@ def test_a_file_of_an_impossible_name_is_reported() -> None:
     ("variable", "text"),
     [
         ("VISUALHFSM_TIMEOUT", "soon"),
-        ("VISUALHFSM_SHARED_MEMORY", "maybe"),
+        ("VISUALHFSM_LOCAL_SOCKETS", "maybe"),
         ("VISUALHFSM_DISPATCH_THREADS", "2.5"),
         ("VISUALHFSM_REALM", ""),
         ("VISUALHFSM_REELM", "x"),
