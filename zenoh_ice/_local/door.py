@@ -166,6 +166,8 @@ class _Connection(Source):
         self._door: Final = door
         self._socket: Final = connection
         self._file: Final = connection.fileno()
+        # Both are held while it is closed: nobody uses a file with the same number.
+        self._receiving: Final = threading.Lock()
         self._sending: Final = threading.Lock()
         self._parts: Final = Parts()
         self._lent = -1  # the memory of the last answer to a call without a number
@@ -177,7 +179,8 @@ class _Connection(Source):
     def take(self) -> Job | None:
         while True:
             try:
-                message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+                with self._receiving:
+                    message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
             except BlockingIOError:
                 return None
             except OSError:
@@ -271,7 +274,7 @@ class _Connection(Source):
     def close(self) -> None:
         """End the connection; answers to its calls are dropped."""
         self._door.pool.detach(self)
-        with self._sending:
+        with self._receiving, self._sending:
             self._closed = True
             self._socket.close()
         for listeners in list(self._door.streams.values()):

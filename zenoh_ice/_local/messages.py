@@ -190,8 +190,8 @@ def collect(received: Answer | Sample, view: ArenaView | None, limit: int, what:
 
 def limit_waits(connection: socket.socket, option: int, seconds: float) -> None:
     """Let the system end a wait to send (SO_SNDTIMEO) or to receive (SO_RCVTIMEO) after some seconds."""
-    whole = int(seconds)
-    connection.setsockopt(socket.SOL_SOCKET, option, struct.pack("@ll", whole, int((seconds - whole) * 1e6)))
+    whole, microseconds = divmod(max(1, int(seconds * 1e6)), 1_000_000)  # zero would be no limit
+    connection.setsockopt(socket.SOL_SOCKET, option, struct.pack("@ll", whole, microseconds))
 
 
 def owner_of(connection: socket.socket) -> int:

@@ -138,21 +138,17 @@ class Neighbor:
         """The memory that it lends."""
         return self._view
 
-    def shut(self) -> None:
-        """End all connections: running calls end without an answer."""
+    def close(self) -> None:
+        """End all connections for good: running calls end without an answer."""
+        self._closed = True
+        self._absent_until = math.inf
         with self._lock:
             lines = list(self._lines)
             channel = self._channel
         for line in lines:
             line.shut()
         if channel is not None:
-            channel.shut()
-
-    def close(self) -> None:
-        """End all connections for good."""
-        self._closed = True
-        self._absent_until = math.inf
-        self.shut()
+            channel.close()
         while self._idle:
             with suppress(IndexError):
                 self._drop(self._idle.pop())
@@ -189,7 +185,7 @@ class Neighbor:
             made.connect(f"/proc/{match[2]}/fd/{match[3]}")
             if owner_of(made) != os.geteuid():
                 raise PermissionError("its user is another one")
-            message, files, _, _ = socket.recv_fds(made, LARGEST_MESSAGE, 1)
+            message, files, _, _ = socket.recv_fds(made, LARGEST_MESSAGE, 1, socket.MSG_CMSG_CLOEXEC)
             self._take_memory(files)
             hello = decode_hello(message)
             if (hello.version, hello.server) != (VERSION, self._server):
@@ -288,13 +284,14 @@ class Channel(Source):
         self._neighbor: Final = neighbor
         self._socket: Final = connection
         self._file: Final = connection.fileno()
+        # Both are held while it is closed: nobody uses a file with the same number.
+        self._receiving: Final = threading.Lock()
         self._sending: Final = threading.Lock()
         self._numbers: Final = itertools.count(1)
         self._pending: Final[dict[int, _Pending]] = {}
         self._subscribers: Final[dict[int, Subscriber]] = {}
         self._parts: Final = Parts()
         self._timeout = 0.0
-        self._next_deadline = math.inf
         self._kind: Final = neighbor.pool.kind()
         neighbor.pool.attach(self)
 
@@ -315,7 +312,6 @@ class Channel(Source):
         deadline = time.monotonic() + call.timeout
         self._pending[number] = pending = _Pending(call, deadline, done)
         call.unanswered.add(number)
-        self._next_deadline = min(self._next_deadline, deadline)
         try:
             with self._sending:
                 if call.timeout != self._timeout:
@@ -354,13 +350,15 @@ class Channel(Source):
     def take(self) -> Job | None:
         while True:
             try:
-                message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+                with self._receiving:
+                    message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
             except BlockingIOError:
                 return None
             except OSError:
                 message = b""
             if not message:
-                return self._end()
+                self.close()
+                return None
             try:
                 received = decode_to_client(message)
                 match received:
@@ -380,17 +378,23 @@ class Channel(Source):
                 self.shut()
 
     def look(self, now: float) -> None:
-        if now < self._next_deadline:
-            return
-        self._next_deadline = min((each.deadline for each in list(self._pending.values())), default=math.inf)
         for number, pending in list(self._pending.items()):
             if pending.deadline <= now and self._take(number) is not None:
                 self._neighbor.pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
 
     def shut(self) -> None:
-        """End it: pending calls end without an answer."""
+        """Let it end, on a thread of the pool."""
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        """End it: pending calls end without an answer."""
+        self.ended = True
+        self.shut()  # ends a wait to send, too
+        self._neighbor.pool.detach(self)
+        with self._receiving, self._sending:
+            self._socket.close()
+        self._neighbor.pool.submit(self._fail_pending)
 
     def abandon(self) -> None:
         """Close its file in a forked child."""
@@ -412,6 +416,13 @@ class Channel(Source):
         self.give_back(answer)
         pending.done(outcome)
 
+    def _fail_pending(self) -> None:
+        for number in list(self._pending):
+            if (pending := self._take(number)) is not None:
+                pending.done(NoAnswer(timed_out=False, broken=True))
+        for number, subscriber in list(self._subscribers.items()):
+            subscriber.confirm(self, number, ok=False)
+
     def _arrive(self, sample: Sample) -> None:
         subscriber = self._subscribers.get(sample.number)
         if subscriber is None:  # cancelled meanwhile
@@ -427,22 +438,6 @@ class Channel(Source):
         except OSError:
             return False
         return True
-
-    def _end(self) -> Job:
-        self.ended = True
-        self._neighbor.pool.detach(self)
-        with self._sending:
-            self._socket.close()
-
-        def fail() -> None:
-            for number in list(self._pending):
-                if (pending := self._take(number)) is not None:
-                    pending.done(NoAnswer(timed_out=False, broken=True))
-            while self._subscribers:
-                number, subscriber = self._subscribers.popitem()
-                subscriber.confirm(self, number, ok=False)
-
-        return self._kind, fail
 
 
 class Sent(msgspec.Struct, eq=False):
@@ -493,6 +488,10 @@ class Route:
                 self._doors[key] = token.server, token.door
         elif not came:
             self._doors.pop(key, None)
+        self.choose()
+
+    def choose(self) -> None:
+        """Choose the neighbor again."""
         doors = set(self._doors.values())
         before = self.neighbor
         self.neighbor = self._neighborhood.neighbor(*doors.pop()) if len(doors) == 1 else None
@@ -551,8 +550,12 @@ class Neighborhood:
         """End the calls of a neighbor whose link was lost: it may be frozen."""
         with self._lock:
             neighbor = self._neighbors.pop(server, None)
+            routes = list(self._routes.values())
         if neighbor is not None:
-            neighbor.close()
+            for route in routes:
+                if route.neighbor is neighbor:
+                    route.choose()
+            self._pool.submit(neighbor.close)
 
     def close(self) -> None:
         """End all calls."""

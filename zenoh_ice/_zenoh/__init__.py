@@ -1,1 +1,1 @@
-"""The transport over Zenoh: sessions, calls, streams, presence, and what goes through local sockets instead."""
+"""The transport over Zenoh: sessions, calls, streams, presence, and their ways past it on one machine."""
