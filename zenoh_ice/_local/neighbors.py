@@ -49,6 +49,7 @@ from .messages import (
 
 _ADDRESS: Final = re.compile(r"([0-9a-f]{16})\.([0-9]{1,10})\.([0-9]{1,10})")
 _HELLO_LIMIT: Final = 0.5  # s
+_HELLO_SHARE: Final = 0.1  # of a call's limit: after a vain attempt, it is made over the network
 _PAUSE: Final = 5.0  # s after a vain attempt to reach a neighbor, in which it is called over the network
 _MOST_IDLE: Final = 8  # connections kept for calls that wait
 _MOST_NEIGHBORS: Final = 256
@@ -98,7 +99,7 @@ class Neighbor:
             try:
                 line = self._idle.pop()
             except IndexError:
-                line = self._open_line()
+                line = self._open_line(timeout)
                 fresh = True
             else:
                 fresh = False
@@ -123,14 +124,14 @@ class Neighbor:
             self._drop(line)
         return outcome
 
-    def channel(self) -> Channel:
-        """Return the connection for calls in flight; raises NotSent."""
+    def channel(self, timeout: float = math.inf) -> Channel:
+        """Return the connection for calls in flight, of which one has this limit in s; raises NotSent."""
         channel = self._channel
         if channel is None or channel.ended:
             with self._lock:
                 channel = self._channel
                 if channel is None or channel.ended:
-                    channel = self._channel = Channel(self, self._connect())
+                    channel = self._channel = Channel(self, self._connect(timeout))
         return channel
 
     @property
@@ -165,23 +166,23 @@ class Neighbor:
             self._lines.discard(line)
         line.close()
 
-    def _open_line(self) -> _Line:
-        line = _Line(self._connect())
+    def _open_line(self, timeout: float) -> _Line:
+        line = _Line(self._connect(timeout))
         with self._lock:
             self._lines.add(line)
         if self._closed:
             line.shut()
         return line
 
-    def _connect(self) -> socket.socket:
-        """Return a connection to the neighbor; raises NotSent, and is not tried again for a while."""
+    def _connect(self, timeout: float) -> socket.socket:
+        """Return a connection for calls with a limit; raises NotSent, and is not tried again for a while."""
         if self.is_absent:
             raise NotSent("not reached before")
         match = _ADDRESS.fullmatch(self._address)
         assert match is not None  # parsed before
         made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
-            made.settimeout(_HELLO_LIMIT)
+            made.settimeout(min(_HELLO_LIMIT, _HELLO_SHARE * timeout))
             made.connect(f"/proc/{match[2]}/fd/{match[3]}")
             if owner_of(made) != os.geteuid():
                 raise PermissionError("its user is another one")
@@ -304,27 +305,19 @@ class Channel(Source):
         return self._neighbor.view
 
     def begin(self, call: Sent, payload: bytes, done: Done) -> Callable[[], object]:
-        """Send a call; `done` gets its outcome, once. Return a function that forgets it.
-
-        Raises NotSent, or NoAnswer when there was no room for it.
-        """
+        """Send a call; `done` gets its outcome, once. Return a function that forgets it. Raises NotSent."""
         number = next(self._numbers)
         deadline = time.monotonic() + call.timeout
         self._pending[number] = pending = _Pending(call, deadline, done)
         call.unanswered.add(number)
         try:
-            with self._sending:
-                if call.timeout != self._timeout:
-                    limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
-                    self._timeout = call.timeout
-                last = send_parts(self._socket, payload)
-                request = (REQUEST, number, call.target, call.operation, call.attachment, last)
-                self._socket.send(encode(request), socket.MSG_NOSIGNAL)
-        except OSError as error:
-            self.shut()  # a part of it may have been sent
+            self._send_call(number, call, payload)
+        except BlockingIOError:  # no room for it, all the time
             if self._take(number) is not None:
-                if isinstance(error, BlockingIOError):
-                    raise NoAnswer(timed_out=True) from None
+                self._neighbor.pool.submit(partial(done, NoAnswer(timed_out=True)))
+        except OSError as error:
+            self.shut()
+            if self._take(number) is not None:
                 raise NotSent(str(error)) from None
         return pending.forget
 
@@ -438,6 +431,24 @@ class Channel(Source):
         except OSError:
             return False
         return True
+
+    def _send_call(self, number: int, call: Sent, payload: bytes) -> None:
+        """Send a call; raises OSError, of these BlockingIOError when there was no room within its limit."""
+        if not self._sending.acquire(timeout=call.timeout):
+            raise BlockingIOError
+        try:
+            if call.timeout != self._timeout:
+                limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
+                self._timeout = call.timeout
+            last = send_parts(self._socket, payload)
+            request = (REQUEST, number, call.target, call.operation, call.attachment, last)
+            self._socket.send(encode(request), socket.MSG_NOSIGNAL)
+        except BlockingIOError:
+            if len(payload) > LARGEST_INLINE:  # a part of it may have been sent
+                self.shut()
+            raise
+        finally:
+            self._sending.release()
 
 
 class Sent(msgspec.Struct, eq=False):
