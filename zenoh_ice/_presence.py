@@ -23,7 +23,7 @@ from .exceptions import (
     TimeoutException,
 )
 from .text import few
-from .transport import Target, Transport
+from .transport import NoAnswer, Target, Transport
 
 # The characters of our tokens; other names could not be called, and would reach error messages and logs.
 _SERVANT: Final = re.compile(
@@ -127,7 +127,7 @@ class Presence:
     ) -> None:
         self._transport: Final = transport
         self._submit: Final = submit
-        self._is_served: Final = is_served
+        self.is_served: Final = is_served
         self._endpoints: Final = tuple(transport.endpoints)
         self.needs_links = needs_links
         self._changed: Final = threading.Condition()
@@ -262,19 +262,19 @@ class Presence:
         )
 
     def explain_no_answer(
-        self, target: Target, what: str, started: float, timeout: float, *, timed_out: bool
+        self, target: Target, what: str, started: float, timeout: float, end: NoAnswer
     ) -> SystemException:
         """Return the exception of a call that ended without an answer.
 
         `started` is the moment of the monotonic clock when it began, `timeout` its limit in s, which may have
         passed. Servants answer every call that reaches them. If the call ended before its limit although the
-        servant is well, it never reached the servant: access control dropped it.
+        servant and the connection are well, it never reached the servant: access control dropped it.
         """
         served = False
         # There will be no further news of a servant that was offline before the call.
-        unexplained = not timed_out and target in self.present and not self.lost_since(target, started)
+        unexplained = not end.timed_out and target in self.present and not self.lost_since(target, started)
         if unexplained and not self.came_since(target, started):  # a new server never received the call
-            served = self._is_served(target, started + timeout - time.monotonic())
+            served = self.is_served(target, started + timeout - time.monotonic())
         if unexplained and not served:
             self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
         if self._closed:
@@ -285,12 +285,14 @@ class Presence:
             reason = ": the server restarted during the call"
         elif self._last_link_lost >= started:
             reason = ": the connection was lost during the call"
-        elif timed_out:
+        elif end.timed_out:
             return TimeoutException(f"{what} did not answer within {timeout:g} s")
         elif self.came_since(target, started):
             reason = ": its servant started during the call, and missed it"
         elif not served:
             reason = " got no answer, and its process does not answer either"
+        elif end.broken:
+            reason = ": the connection was lost during the call"
         else:
             return AccessDeniedException(
                 f"{what} was not executed: {target} exists, but access control does not let this component "

@@ -222,31 +222,26 @@ class Call(Generic[P, V]):
     def _retry(
         self, caller: Caller, payload: bytes, attachment: bytes, end: NoAnswer, started: float
     ) -> Outcome:
-        """Call an idempotent operation again if its server was lost and is back.
+        """Call an idempotent operation again if its server was lost and is back, or its connection alone was.
 
         Otherwise raise the reason why there was no answer.
         """
         presence, target = self._communicator.presence, self._proxy._target
-        error = presence.explain_no_answer(
-            target, self._what, started, caller.timeout, timed_out=end.timed_out
-        )
+        error = presence.explain_no_answer(target, self._what, started, caller.timeout, end)
         left = started + caller.timeout - time.monotonic()
-        if (
-            not self._operation.idempotent
-            or end.timed_out
-            or left <= 0
-            or not (presence.lost_since(target, started) or presence.came_since(target, started))
-            or not presence.wait_for_return(target, min(_RETRY_WAIT, left))
-        ):
+        if not self._operation.idempotent or end.timed_out or left <= 0:
+            raise error
+        restarted = presence.lost_since(target, started) or presence.came_since(target, started)
+        if not restarted and not (end.broken and presence.is_served(target, left)):
+            raise error
+        if not presence.wait_for_return(target, min(_RETRY_WAIT, left)):
             raise error
         again = time.monotonic()
         caller = self._find(started + caller.timeout)
         try:
             return caller.call(payload, attachment)
         except NoAnswer as second:
-            raise presence.explain_no_answer(
-                target, self._what, again, caller.timeout, timed_out=second.timed_out
-            ) from None
+            raise presence.explain_no_answer(target, self._what, again, caller.timeout, second) from None
 
     def _begin(
         self,

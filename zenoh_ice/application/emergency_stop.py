@@ -90,7 +90,7 @@ def begin_stop(communicator: Communicator, reason: str, timeout: float) -> Futur
     def finish(outcome: Outcome | SystemException) -> None:
         if isinstance(outcome, NoAnswer):
             failure: ZenohIceError | None = communicator.presence.explain_no_answer(
-                target, _WHAT, started, timeout, timed_out=outcome.timed_out
+                target, _WHAT, started, timeout, outcome
             )
         elif isinstance(outcome, SystemException):
             failure = outcome

@@ -12,7 +12,7 @@ from zenoh_ice import ConnectionLostException, SystemException
 from zenoh_ice._presence import Presence, servant_token
 from zenoh_ice._threads import Pool
 from zenoh_ice.in_process import InProcessTransport
-from zenoh_ice.transport import Served, Target
+from zenoh_ice.transport import NoAnswer, Served, Target
 
 HEAD = Target("nao", "Head")
 
@@ -70,7 +70,7 @@ def test_listeners_are_called_once_for_all_that_comes_before_they_are() -> None:
 
 def explained(presence: Presence) -> SystemException:
     """Return why a call of the head that starts now and ends at once has no answer."""
-    return presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), FOREVER, timed_out=False)
+    return presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), FOREVER, NoAnswer(timed_out=False))
 
 
 def test_a_call_of_a_servant_that_is_away_is_explained_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +105,7 @@ def test_a_call_whose_server_was_replaced_meanwhile_is_not_called_denied(noticed
     transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "def", 2.0))
     if noticed:
         old.close()
-    error = presence.explain_no_answer(HEAD, "Head.stop", started, FOREVER, timed_out=False)
+    error = presence.explain_no_answer(HEAD, "Head.stop", started, FOREVER, NoAnswer(timed_out=False))
     assert isinstance(error, ConnectionLostException)
     assert ("restarted during the call" if noticed else "missed it") in str(error)
     assert presence.came_since(HEAD, started)
