@@ -127,6 +127,9 @@ class InProcessTransport:
         for inlet in [inlet for inlets in list(self._streams.values()) for inlet in inlets]:
             inlet.close()
 
+    def abandon(self) -> None:
+        """Do nothing: there are no files."""
+
 
 class _Caller(msgspec.Struct, frozen=True, eq=False):
     transport: InProcessTransport

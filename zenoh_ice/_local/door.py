@@ -120,6 +120,7 @@ class Door(Source):
     def abandon(self) -> None:
         """Close all files in a forked child: otherwise the others would not notice this process's end."""
         self._socket.close()
+        os.close(self._handle)
         for each in self._connections:
             each.abandon()
 

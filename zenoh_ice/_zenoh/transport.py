@@ -281,6 +281,12 @@ class ZenohTransport:
             self.neighborhood.close()
         close_session(self.session)
 
+    def abandon(self) -> None:
+        if self._door is not None:
+            self._door.abandon()
+        if self.neighborhood is not None:
+            self.neighborhood.abandon()
+
 
 class _Caller:
     def __init__(
@@ -372,7 +378,7 @@ class _Caller:
                 route.in_channel,
             )
             with suppress(NotSent):
-                return neighbor.channel().begin(sent, payload, done)
+                return neighbor.channel(self.timeout).begin(sent, payload, done)
         call = object()
         if route is not None:
             route.over_network[call] = time.monotonic() + self.timeout
