@@ -26,6 +26,7 @@ from hypothesis import HealthCheck, settings
 
 pytest.register_assert_rewrite("tests.support")  # a failed assertion shows its values there, too
 
+from tests.support.carriers import COLLOCATED, LOCAL, NETWORK
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
@@ -276,15 +277,22 @@ def endpoint() -> str:
 
 
 @pytest.fixture
-def make_communicator() -> Iterator[Callable[..., Communicator]]:
+def carrier() -> str:
+    """How calls travel; the marks in tests/support/carriers.py run tests over several carriers."""
+    return LOCAL
+
+
+@pytest.fixture
+def make_communicator(carrier: str) -> Iterator[Callable[..., Communicator]]:
     """Create communicators with the wall clock, and destroy them after the test.
 
     A busy machine must not cost them their links: often the threads of several share one interpreter.
     """
     made: list[Communicator] = []
+    common = {"clock": "wall", "connect": [], "lease": CALL_LIMIT, "local_sockets": carrier != NETWORK}
 
     def make(**settings: Any) -> Communicator:
-        communicator = initialize(**{"clock": "wall", "connect": [], "lease": CALL_LIMIT, **settings})
+        communicator = initialize(**{**common, **settings})
         made.append(communicator)
         return communicator
 
@@ -301,3 +309,9 @@ def pair(endpoint: str, make_communicator: Callable[..., Communicator]) -> Pair:
     adapter = server.createObjectAdapter("Test")
     adapter.activate()
     return Pair(endpoint, server, client, adapter)
+
+
+@pytest.fixture
+def caller(carrier: str, pair: Pair) -> Communicator:
+    """The one of the pair that calls the server's servants over the carrier."""
+    return pair.server if carrier == COLLOCATED else pair.client

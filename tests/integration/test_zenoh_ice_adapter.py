@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from tests.conftest import Pair
+from tests.support.carriers import everywhere, is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
@@ -27,12 +28,6 @@ MakeCommunicator = Callable[..., Communicator]
 
 def gripper(communicator: Communicator, text: str) -> GripperPrx:
     return GripperPrx.checkedCast(communicator.stringToProxy(text))
-
-
-@pytest.fixture(params=["client", "server"])
-def caller(request: pytest.FixtureRequest, pair: Pair) -> Communicator:
-    communicator: Communicator = getattr(pair, request.param)
-    return communicator
 
 
 def test_a_destroyed_adapter_leaves_nothing_behind(pair: Pair) -> None:
@@ -62,6 +57,7 @@ class TestIdentities:
         assert pair.adapter.find("Ball") is None
         pair.adapter.add(GripperI(), "Ball")
 
+    @everywhere
     def test_what_was_added_is_found_and_removed(self, pair: Pair, caller: Communicator) -> None:
         servant = GripperI("plain")
         assert pair.adapter.add(servant, "Ball").ice_toString() == "Ball"
@@ -85,6 +81,7 @@ class TestIdentities:
             with pytest.raises(AlreadyRegisteredException, match="'Ball'"):
                 adapter.add(GripperI(), "Ball")
 
+    @over_both
     def test_calls_of_one_servant_run_one_at_a_time_under_all_its_names(self, pair: Pair) -> None:
         servant = GripperI()
         servant.leave.clear()
@@ -103,6 +100,7 @@ class TestIdentities:
             thread.join(EVENT_LIMIT)
         assert servant.moved == [1.0, 1.0]
 
+    @over_both
     def test_servant_may_call_itself_under_another_name(self, pair: Pair) -> None:
         class Nested(GripperI):
             def text(self, size: int, current: Current) -> str:
@@ -115,7 +113,8 @@ class TestIdentities:
 
 
 class TestCurrent:
-    def test_servant_gets_all_about_the_call(self, pair: Pair, caller: Communicator) -> None:
+    @everywhere
+    def test_servant_gets_all_about_the_call(self, carrier: str, pair: Pair, caller: Communicator) -> None:
         servant = GripperI()
         pair.adapter.add(servant, "Ball")
         gripper(caller, "Ball").ice_invocationTimeout(3000).who()
@@ -125,9 +124,11 @@ class TestCurrent:
         assert current.call_id.startswith(f"{caller.client_id}/")
         assert current.timeout == 3.0
         assert current.communicator is pair.server
+        assert is_used(carrier)
 
 
 class TestLife:
+    @everywhere
     def test_call_that_waits_when_its_servant_is_removed_is_not_executed(
         self, pair: Pair, caller: Communicator
     ) -> None:
@@ -146,6 +147,7 @@ class TestLife:
             assert first.exception(EVENT_LIMIT) is None
         assert servant.moved == [1.0]
 
+    @over_both
     def test_servant_that_removes_itself_hangs_nobody(self, pair: Pair) -> None:
         class Leaving(GripperI):
             def move(self, position: float, current: Current) -> None:
@@ -164,6 +166,7 @@ class TestLife:
         assert first.exception(EVENT_LIMIT) is None
         assert isinstance(second.exception(EVENT_LIMIT), ObjectNotExistException)
 
+    @everywhere
     def test_adapter_can_be_deactivated_and_activated_again(self, pair: Pair, caller: Communicator) -> None:
         pair.adapter.add(GripperI("own"), "Ball")
         proxy = gripper(caller, "Ball")
@@ -173,6 +176,7 @@ class TestLife:
         pair.adapter.activate()
         assert GripperPrx.checkedCast(proxy).who() == "own:Ball"
 
+    @over_both
     def test_call_that_outlasts_the_withdrawal_is_answered(
         self, pair: Pair, caplog: pytest.LogCaptureFixture
     ) -> None:

@@ -26,11 +26,13 @@ from tests.support.calculator import (
     UnrelatedPrx,
 )
 from tests.support.calculator_servant import CalculatorI, drains
+from tests.support.carriers import everywhere, is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
 from zenoh_ice import (
     BusyException,
+    Communicator,
     CommunicatorDestroyedException,
     ConfigurationException,
     InterfaceMismatchException,
@@ -58,10 +60,9 @@ def servant(pair: Pair) -> CalculatorI:
     return servant
 
 
-@pytest.fixture(params=["remote", "collocated"])
-def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI) -> ScientificPrx:
-    communicator = pair.client if request.param == "remote" else pair.server
-    return ScientificPrx.checkedCast(communicator.stringToProxy("Calculator"))
+@pytest.fixture
+def calculator(caller: Communicator, servant: CalculatorI) -> ScientificPrx:
+    return ScientificPrx.checkedCast(caller.stringToProxy("Calculator"))
 
 
 @pytest.fixture
@@ -69,9 +70,11 @@ def remote(pair: Pair, servant: CalculatorI) -> ScientificPrx:
     return ScientificPrx.checkedCast(pair.client.stringToProxy("Calculator"))
 
 
+@everywhere
 class TestValues:
-    def test_arguments_and_result_arrive(self, calculator: ScientificPrx) -> None:
+    def test_arguments_and_result_arrive(self, carrier: str, calculator: ScientificPrx) -> None:
         assert calculator.add(1.5, 2.0) == 3.5
+        assert is_used(carrier)
 
     def test_inherited_and_own_operations_are_served(self, calculator: ScientificPrx) -> None:
         assert calculator.power(2.0, 10.0) == 1024.0
@@ -103,8 +106,10 @@ class TestValues:
     def test_future_has_the_result(self, calculator: ScientificPrx) -> None:
         assert calculator.add.begin(1.0, 2.0).result(CALL_LIMIT) == 3.0
 
-    def test_first_call_of_a_proxy_may_be_asynchronous(self, pair: Pair, servant: CalculatorI) -> None:
-        proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
+    def test_first_call_of_a_proxy_may_be_asynchronous(
+        self, caller: Communicator, servant: CalculatorI
+    ) -> None:
+        proxy = CalculatorPrx.uncheckedCast(caller.stringToProxy("Calculator"))
         assert proxy.add.begin(1.0, 2.0).result(CALL_LIMIT) == 3.0
 
     def test_servant_knows_the_caller(self, calculator: ScientificPrx) -> None:
@@ -119,11 +124,13 @@ class TestValues:
 
 
 class TestExceptions:
+    @everywhere
     def test_declared_exception_arrives_whole(self, calculator: ScientificPrx) -> None:
         with pytest.raises(CalculatorError, match="as declared") as caught:
             calculator.fail("declared")
         assert type(caught.value) is CalculatorError
 
+    @everywhere
     def test_exception_derived_from_a_declared_one_arrives_as_itself(self, calculator: ScientificPrx) -> None:
         with pytest.raises(DivisionByZero) as caught:
             calculator.divide(4.0, 0.0)
@@ -139,10 +146,12 @@ class TestExceptions:
         assert type(error) is CalculatorError
         assert error.what == "x"
 
+    @everywhere
     def test_undeclared_user_exception_is_unknown(self, calculator: ScientificPrx) -> None:
         with pytest.raises(UnknownException, match="::test::OtherError"):
             calculator.fail("undeclared")
 
+    @everywhere
     def test_other_exception_is_unknown_with_its_text_alone(
         self, calculator: ScientificPrx, caplog: pytest.LogCaptureFixture
     ) -> None:
@@ -151,6 +160,7 @@ class TestExceptions:
         assert str(caught.value) == "RuntimeError: the gripper is stuck"
         assert "Traceback" in caplog.text  # the server's log has what the client does not get
 
+    @everywhere
     @pytest.mark.parametrize(
         ("how", "reported"),
         [
@@ -168,10 +178,12 @@ class TestExceptions:
         assert str(caught.value) == reported
         assert calculator.add(1.0, 1.0) == 2.0
 
+    @everywhere
     def test_future_has_the_exception(self, calculator: ScientificPrx) -> None:
         with pytest.raises(DivisionByZero):
             calculator.divide.begin(1.0, 0.0).result(EVENT_LIMIT)
 
+    @everywhere
     def test_missing_operation_is_named(self, calculator: ScientificPrx) -> None:
         class _Nothing(Struct):
             pass
@@ -179,25 +191,30 @@ class TestExceptions:
         with pytest.raises(OperationNotExistException, match="'fly'"):
             calculator.ice_invoke(Operation("fly", arguments=_Nothing, result=_Nothing))
 
+    @everywhere
     def test_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
         with pytest.raises(MarshalException, match=r"Calculator\.add") as caught:
             calculator.add("one", 2.0)  # type: ignore[arg-type]
         assert caught.value.path == "$.a"
 
+    @everywhere
     def test_nested_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
         with pytest.raises(MarshalException) as caught:
             calculator.total(Node(1, Node(1 << 40, None)))
         assert caught.value.path == "$.head.next.value"
 
+    @everywhere
     def test_value_that_cannot_travel_is_refused(self, calculator: ScientificPrx) -> None:
         with pytest.raises(MarshalException, match="object"):
             calculator.add(object(), 2.0)  # type: ignore[arg-type]
 
+    @everywhere
     def test_oversized_request_is_refused(self, calculator: ScientificPrx) -> None:
         with pytest.raises(MarshalException, match="bytes; at most"):
             calculator.split([0.5] * 200_000)
         assert calculator.add(1.0, 1.0) == 2.0
 
+    @over_both
     def test_result_that_does_not_fit_is_reported(self, pair: Pair) -> None:
         class Careless(CalculatorI):
             def divide(self, a, b, current):
@@ -332,12 +349,14 @@ class TestPresence:
         with pytest.raises(ObjectNotExistException):
             CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator")).add(1.0, 2.0)
 
+    @over_both
     def test_removed_servant_does_not_exist(self, pair: Pair, remote: ScientificPrx) -> None:
         assert remote.add(1.0, 1.0) == 2.0
         pair.adapter.removeAll(["Calculator"])
         with pytest.raises(ObjectNotExistException):
             remote.add(1.0, 1.0)
 
+    @over_both
     def test_servant_added_again_is_found_by_the_old_proxy(
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
@@ -402,6 +421,7 @@ class TestPresence:
             assert "the proxy has `::test::Calculator::add(int a, double b): double` where" in error.member
             assert error.member in str(error)
 
+    @over_both
     def test_realms_are_apart(self, pair: Pair, servant: CalculatorI, make_communicator) -> None:
         other = make_communicator(connect=[pair.endpoint], realm="other")
         with pytest.raises(ObjectNotExistException):
@@ -426,6 +446,7 @@ class TestPresence:
 
 
 class TestTime:
+    @everywhere
     def test_slow_call_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
         hurried = calculator.ice_invocationTimeout(200)
         # In tenths of it, less where a busy machine has taken long to begin.
@@ -435,11 +456,13 @@ class TestTime:
             hurried.sleep(FOREVER)
         servant.leave.set()
 
+    @everywhere
     def test_future_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
         with pytest.raises(TimeoutException):
             calculator.ice_invocationTimeout(200).sleep.begin(FOREVER).result(EVENT_LIMIT)
         servant.leave.set()
 
+    @over_both
     def test_call_whose_caller_gave_up_is_not_executed(
         self, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
@@ -451,6 +474,7 @@ class TestTime:
         busy.result(CALL_LIMIT)
         assert remote.count() == 1
 
+    @over_both
     def test_slow_servant_delays_no_other(
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
@@ -463,10 +487,12 @@ class TestTime:
         servant.leave.set()
         busy.result(CALL_LIMIT)
 
+    @over_both
     def test_calls_of_a_servant_run_one_at_a_time(self, remote: ScientificPrx, servant: CalculatorI) -> None:
         wait([remote.sleep.begin(0.02) for _ in range(10)], EVENT_LIMIT)
         assert servant.most_running == 1
 
+    @over_both
     def test_calls_in_flight_are_executed_in_their_order(self, pair: Pair) -> None:
         """Threads of the pool execute them, in order."""
         servant = GripperI()
@@ -483,6 +509,7 @@ class TestTime:
             sys.setswitchinterval(switch_interval)
         assert servant.moved == list(range(2000))
 
+    @over_both
     def test_calls_of_a_concurrent_servant_overlap(self, pair: Pair) -> None:
         servant = CalculatorI()
         servant.ice_concurrent = True
@@ -496,6 +523,7 @@ class TestTime:
         wait(calls, EVENT_LIMIT)
         assert servant.most_running == 2
 
+    @over_both
     def test_overload_is_reported_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
         busy = remote.sleep.begin(FOREVER)
         assert servant.entered.wait(EVENT_LIMIT)
@@ -510,6 +538,7 @@ class TestTime:
         busy.result(CALL_LIMIT)
         assert [call.result(CALL_LIMIT) for call in calls[:64]] == list(range(1, 65))
 
+    @over_both
     def test_servant_may_call_itself(self, pair: Pair) -> None:
         class Nested(CalculatorI):
             def power(self, a, b, current):
@@ -520,6 +549,7 @@ class TestTime:
         proxy = ScientificPrx.checkedCast(pair.client.stringToProxy("Nested"))
         assert proxy.power(1.0, 2.0) == 3.0
 
+    @over_both
     def test_servants_that_call_each_other_do_not_use_up_the_threads(
         self, endpoint, make_communicator
     ) -> None:
@@ -541,6 +571,7 @@ class TestTime:
 
 
 class TestThreads:
+    @over_both
     def test_user_code_runs_on_threads_of_the_communicator(self, pair: Pair, remote: ScientificPrx) -> None:
         names: list[str] = []
         done = threading.Event()
@@ -562,6 +593,7 @@ class TestThreads:
         assert names[0].startswith("zenoh_ice nao")
         assert names[1].startswith("zenoh_ice nao") or names[1] == "MainThread"  # if it was done already
 
+    @over_both
     def test_call_inside_a_futures_callback_works(self, remote: ScientificPrx) -> None:
         results: list[float] = []
         done = threading.Event()
@@ -576,6 +608,7 @@ class TestThreads:
 
 
 class TestLife:
+    @over_both
     def test_destroy_ends_a_call_that_waits(
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
@@ -588,6 +621,7 @@ class TestLife:
         assert time.monotonic() - started < EVENT_LIMIT
         servant.leave.set()
 
+    @over_both
     def test_destroyed_communicator_refuses(self, pair: Pair, remote: ScientificPrx) -> None:
         remote.add(1.0, 2.0)
         pair.client.destroy()
@@ -600,6 +634,7 @@ class TestLife:
         with pytest.raises(CommunicatorDestroyedException):
             pair.client.createObjectAdapter("Late")
 
+    @over_both
     def test_servant_may_destroy_its_communicator(self, pair: Pair) -> None:
         class Last(CalculatorI):
             def count(self, current):

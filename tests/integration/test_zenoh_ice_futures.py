@@ -11,9 +11,10 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
+from tests.support.carriers import everywhere, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
-from zenoh_ice import CommunicatorDestroyedException, TimeoutException
+from zenoh_ice import Communicator, CommunicatorDestroyedException, TimeoutException
 
 
 @pytest.fixture
@@ -23,14 +24,15 @@ def servant(pair: Pair) -> CalculatorI:
     return servant
 
 
-@pytest.fixture(params=["remote", "collocated"])
-def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI) -> CalculatorPrx:
-    communicator = pair.client if request.param == "remote" else pair.server
-    proxy = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
+@pytest.fixture
+def calculator(carrier: str, caller: Communicator, servant: CalculatorI) -> CalculatorPrx:
+    proxy = CalculatorPrx.checkedCast(caller.stringToProxy("Calculator"))
     proxy.add(0.0, 0.0)  # the first call waits until the servant was found
+    assert is_used(carrier)
     return proxy
 
 
+@everywhere
 class TestWaiting:
     def test_results_come_in_any_order(self, calculator: CalculatorPrx) -> None:
         futures = [calculator.add.begin(float(number), 1.0) for number in range(40)]
@@ -81,13 +83,13 @@ class TestWaiting:
             map(float, range(20))
         )
 
-    def test_slow_calls_hold_up_no_others(self, pair: Pair) -> None:
+    def test_slow_calls_hold_up_no_others(self, pair: Pair, caller: Communicator) -> None:
         """Many more than there are threads that wait for replies."""
         slow, quick = CalculatorI(), CalculatorI()
         slow.ice_concurrent = True
         pair.adapter.add(slow, "Slow")
         pair.adapter.add(quick, "Quick")
-        proxies = [CalculatorPrx.checkedCast(pair.client.stringToProxy(name)) for name in ("Slow", "Quick")]
+        proxies = [CalculatorPrx.checkedCast(caller.stringToProxy(name)) for name in ("Slow", "Quick")]
         ended: list[object] = []
         sleeping = [proxies[0].sleep.begin(FOREVER) for _ in range(12)]
         for future in sleeping:
@@ -121,6 +123,7 @@ class TestWaiting:
         assert reported == [3.0]
 
 
+@everywhere
 class TestCancelling:
     def test_wait_ends_at_once(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         future = calculator.sleep.begin(FOREVER)
@@ -151,15 +154,16 @@ class TestCancelling:
         assert not future.cancel()
         assert future.result() == 3.0
 
-    def test_call_that_has_not_been_sent_can_be_cancelled(self, pair: Pair) -> None:
+    def test_call_that_has_not_been_sent_can_be_cancelled(self, caller: Communicator) -> None:
         """The servant is looked for first."""
-        proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Late"))
+        proxy = CalculatorPrx.uncheckedCast(caller.stringToProxy("Late"))
         future = proxy.add.begin(1.0, 2.0)
         assert future.cancel()
         with pytest.raises(CancelledError):
             future.result(CALL_LIMIT)
 
 
+@everywhere
 class TestAsyncio:
     def test_calls_are_awaited(self, calculator: CalculatorPrx) -> None:
         async def calls() -> list[float]:
@@ -192,6 +196,7 @@ class TestAsyncio:
 
 
 class TestTheEnd:
+    @over_both
     @pytest.mark.parametrize("watched", [True, False])
     def test_communicator_that_is_destroyed_ends_all_calls(
         self, pair: Pair, servant: CalculatorI, watched: bool
@@ -211,11 +216,13 @@ class TestTheEnd:
                 assert reported.acquire(timeout=EVENT_LIMIT)
         servant.leave.set()
 
+    @everywhere
     def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:
         future = calculator.add.begin(1.0, 2.0)
         until(future.done)
         assert future.result(0.0) == 3.0
 
+    @everywhere
     def test_calls_that_wait_cost_no_threads(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         calculator.add(1.0, 2.0)
         before = threading.active_count()

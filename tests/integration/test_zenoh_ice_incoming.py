@@ -15,6 +15,7 @@ import pytest
 import zenoh
 
 from tests.conftest import Pair
+from tests.support.carriers import is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
@@ -88,6 +89,7 @@ class TestUnlimitedCalls:
         assert servant.moved == list(range(200))
         assert servant.currents[0].client == "c0ffee"
 
+    @over_both
     def test_those_with_and_without_a_limit_run_one_at_a_time(self, pair: Pair, servant: GripperI) -> None:
         servant.leave.clear()
         send(pair, 1.0)
@@ -202,7 +204,10 @@ class TestProcessStatus:
         counted = status(pair)
         assert (counted.calls, counted.failed, counted.refused) == (3, 0, 2)
 
-    def test_status_says_what_runs_and_how_many_calls_wait(self, pair: Pair, servant: GripperI) -> None:
+    @over_both
+    def test_status_says_what_runs_and_how_many_calls_wait(
+        self, carrier: str, pair: Pair, servant: GripperI
+    ) -> None:
         servant.leave.clear()
         proxy = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         calls = [proxy.move.begin(float(number)) for number in range(80)]
@@ -215,6 +220,7 @@ class TestProcessStatus:
         assert [call.result(CALL_LIMIT) for call in calls[:65]] == [None] * 65
         until(lambda: status(pair).running == 0)
         assert (status(pair).waiting, status(pair).calls) == (0, 65)
+        assert is_used(carrier)
 
     def test_process_that_is_not_there_reports_nothing(self, pair: Pair) -> None:
         with pytest.raises(ConnectionLostException, match="c0ffee"):
@@ -302,6 +308,7 @@ class TestServersThatFail:
                 gripper.close.begin(1.0).result(EVENT_LIMIT)
         assert "internal error" in caplog.text
 
+    @over_both
     def test_error_while_a_call_is_executed_costs_the_servant_no_turn(
         self, pair: Pair, servant: GripperI, monkeypatch: pytest.MonkeyPatch
     ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.conftest import Pair
+from tests.support.carriers import over_both
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.stranger import session_of
@@ -91,6 +92,7 @@ class TestUnansweredCalls:
         with pytest.raises(AccessDeniedException, match=r"Guarded\.about"):
             proxy.about()
 
+    @over_both
     def test_call_that_nobody_explains_may_have_been_executed(self, pair: Pair) -> None:
         """The servant is only known by its token: it is unknown whether the call reached it."""
         key = servant_token(
@@ -101,6 +103,7 @@ class TestUnansweredCalls:
             with pytest.raises(ConnectionLostException, match=r"Mute\.about got no answer"):
                 proxy.about()
 
+    @over_both
     def test_call_whose_link_is_cut_is_lost(self, pair: Pair, remote: NotebookPrx) -> None:
         pair.server.destroy()
         with pytest.raises(ConnectionLostException):

@@ -12,6 +12,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
+from tests.support.carriers import is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.processes import free_endpoint
@@ -60,7 +61,9 @@ def test_calls_of_an_absent_servant_hold_up_no_others(make_communicator: Callabl
     assert {type(future.exception(CALL_LIMIT)) for future in futures} == {CommunicatorDestroyedException}
 
 
+@over_both
 def test_calls_made_before_the_servant_came_arrive_in_their_order(
+    carrier: str,
     make_communicator: Callable[..., Communicator],
 ) -> None:
     endpoint = free_endpoint()
@@ -76,8 +79,10 @@ def test_calls_made_before_the_servant_came_arrive_in_their_order(
         futures.append(proxy.note.begin(str(len(futures))))
     assert [future.result(CALL_LIMIT) for future in futures] == [None] * len(futures)
     assert notebook.wait_for(len(futures)) == [str(number) for number in range(len(futures))]
+    assert is_used(carrier)
 
 
+@over_both
 def test_a_call_that_waits_does_not_overtake_those_begun_before_it(pair: Pair) -> None:
     for turn in range(5):  # it depends on when the servant comes
         proxy = NotebookPrx.uncheckedCast(pair.client.stringToProxy(f"Late{turn}"))
@@ -89,6 +94,7 @@ def test_a_call_that_waits_does_not_overtake_those_begun_before_it(pair: Pair) -
         assert notebook.wait_for(41)[-1] == "last"
 
 
+@over_both
 def test_call_that_was_cancelled_before_it_was_sent_is_not(
     make_communicator: Callable[..., Communicator],
 ) -> None:
@@ -104,6 +110,7 @@ def test_call_that_was_cancelled_before_it_was_sent_is_not(
     assert wanted.result(EVENT_LIMIT) == 1
 
 
+@over_both
 def test_first_call_and_its_search_end_within_one_limit(
     make_communicator: Callable[..., Communicator],
 ) -> None:
