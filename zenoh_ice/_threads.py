@@ -66,7 +66,8 @@ class Source(ABC):
 
     owner = 0
     """Identifier of the thread that takes jobs from it; 0 while the pool waits for it."""
-    owned_since = 0.0
+    owned_since = math.inf
+    """When that thread began a job of it; never while it asks for one."""
 
     @abstractmethod
     def fileno(self) -> int: ...
@@ -100,7 +101,6 @@ class _Queue(Source):
     def take(self) -> Job | None:
         """Wait for the next job; return None at the end."""
         while True:
-            self.owned_since = math.inf
             job = self.jobs.get()
             if job is None:
                 self.jobs.put(None)
@@ -369,10 +369,11 @@ class Pool:
             if source.owner:
                 return
             source.owner = me
+            source.owned_since = math.inf  # the watch lets nobody else in while it is asked for a job
             self._waiting -= 1
             if source is self._queue and not self._waiting:
                 self._grow()
-        while source.owner == me and (job := source.take()) is not None:
+        while (job := source.take()) is not None:
             kind, run = job
             refusal: BusyException | None = None
             began = time.monotonic()
@@ -390,6 +391,10 @@ class Pool:
             del job, run  # frees what they hold, a query for instance, before the next wait
             if refusal is None and kind is not _LONG_JOB:
                 kind.quick = time.monotonic() - began < _QUICK
+            with self._lock:
+                if source.owner != me:
+                    break
+                source.owned_since = math.inf
         with self._lock:
             self._waiting += 1
             if source.owner == me:
