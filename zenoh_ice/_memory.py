@@ -64,7 +64,9 @@ class Arena:
         self._lock: Final = threading.Lock()
         self._loans: list[_Loan] = []  # in the order of their places
         self._allocated = 0
-        self._closed = False
+        self._closed = self._complained = False
+        if not hasattr(os, "memfd_create"):  # Python was built for an older system
+            raise OSError("this Python makes no memory files")
         self.file: Final = os.memfd_create("zenoh_ice", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.file, _SIZE)
@@ -131,9 +133,11 @@ class Arena:
             try:  # the system would end a process that writes where it can allocate nothing
                 os.posix_fallocate(self.file, self._allocated, end - self._allocated)
             except OSError as error:
-                _logger.warning("no memory to share, large values go through the socket: %s", error)
+                if not self._complained:
+                    self._complained = True
+                    _logger.warning("no memory to share, large values go through the socket: %s", error)
                 return None
-            self._allocated = end
+            self._allocated, self._complained = end, False
         made = _Loan(start, end, readers)
         self._loans.insert(place, made)
         return made
