@@ -6,8 +6,10 @@ memory that its sender lends; where there is none, and on the way to a servant, 
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
+from array import array
 from collections.abc import Callable
 from typing import Annotated, Any, Final, TypeVar
 
@@ -53,7 +55,8 @@ class Hello(msgspec.Struct, array_like=True, tag=HELLO):
 class Part(msgspec.Struct, array_like=True, tag=PART):
     """A part of the payload of the next message, after the parts before it."""
 
-    payload: bytes
+    payload: Annotated[bytes, Meta(min_length=LARGEST_INLINE, max_length=LARGEST_INLINE)]
+    """Full: many small ones would take many times their size."""
 
 
 class Request(msgspec.Struct, array_like=True, tag=REQUEST):
@@ -190,8 +193,30 @@ def collect(received: Answer | Sample, view: ArenaView | None, limit: int, what:
 
 def limit_waits(connection: socket.socket, option: int, seconds: float) -> None:
     """Let the system end a wait to send (SO_SNDTIMEO) or to receive (SO_RCVTIMEO) after some seconds."""
-    whole, microseconds = divmod(max(1, int(seconds * 1e6)), 1_000_000)  # zero would be no limit
-    connection.setsockopt(socket.SOL_SOCKET, option, struct.pack("@ll", whole, microseconds))
+    microseconds = max(1, int(seconds * 1e6))  # 0 would be no limit
+    connection.setsockopt(socket.SOL_SOCKET, option, struct.pack("@ll", *divmod(microseconds, 1_000_000)))
+
+
+def send_with_file(connection: socket.socket, message: bytes, file: int | None) -> None:
+    """Send a message with a file of this process; raises OSError."""
+    files = [] if file is None else [file]
+    rights = [(socket.SOL_SOCKET, socket.SCM_RIGHTS, array("i", files))]
+    connection.sendmsg([message], rights, socket.MSG_NOSIGNAL)
+
+
+def receive_with_file(connection: socket.socket) -> tuple[bytes, int | None]:
+    """Return a message with the file that came with it; raises OSError if this process may not open it."""
+    room = socket.CMSG_LEN(array("i").itemsize)
+    message, rights, flags, _ = connection.recvmsg(LARGEST_MESSAGE, room, socket.MSG_CMSG_CLOEXEC)
+    files = array("i")
+    for level, kind, content in rights:
+        if (level, kind) == (socket.SOL_SOCKET, socket.SCM_RIGHTS):
+            files.frombytes(content)
+    if flags & socket.MSG_CTRUNC:
+        for file in files:
+            os.close(file)
+        raise OSError("its memory could not be opened")
+    return message, files[0] if files else None
 
 
 def owner_of(connection: socket.socket) -> int:
