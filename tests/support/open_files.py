@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 __all__ = ["open_files"]
@@ -10,4 +9,4 @@ __all__ = ["open_files"]
 
 def open_files(process: int | None = None) -> int:
     """Return the number of open files of a process, or of this one."""
-    return len(os.listdir(Path("/proc", str(process or "self"), "fd")))
+    return len(list(Path("/proc", str(process or "self"), "fd").iterdir()))

@@ -11,12 +11,14 @@ import socket
 import tempfile
 import threading
 import time
+from collections import deque
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from .._codec import DECODE_ERRORS, Pieces
+from .._codec import DECODE_ERRORS, LARGEST_BULK, Pieces
 from .._memory import Arena
 from .._threads import Job, Kind, Pool, Source
 from ..exceptions import MarshalException
@@ -40,11 +42,13 @@ from .messages import (
     limit_waits,
     owner_of,
     send_parts,
+    send_with_file,
 )
 
 _ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no further file
 _SAMPLE_LIMIT: Final = 0.005  # s that a sample waits while an answer is sent
 _SENDING_LIMIT: Final = 1.0  # s that a client may take none of its answers
+_MOST_UNSENT: Final = 2 * LARGEST_BULK  # bytes of these answers
 _SHARE_OF_FILES: Final = 0.5  # of what the process may open: others go over the network
 
 _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
@@ -68,7 +72,7 @@ class Door(Source):
         """Of what every connection does."""
         self._lock: Final = threading.Lock()
         self._connections: Final[set[_Connection]] = set()
-        self._closed = False
+        self._closed = self._complained = False
         self._most: Final = int(_SHARE_OF_FILES * resource.getrlimit(resource.RLIMIT_NOFILE)[0])
         self._socket: Final = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
@@ -99,9 +103,12 @@ class Door(Source):
             return None
         except OSError as error:
             if not self._closed:
-                _logger.warning("no further connection from this machine: %s", error)
+                if not self._complained:
+                    self._complained = True
+                    _logger.warning("no further connection from this machine: %s", error)
                 time.sleep(_ACCEPT_PERIOD)  # the socket is readable all the time
             return None
+        self._complained = False
         return self.kind, partial(self._open, connection)
 
     def close(self) -> None:
@@ -152,8 +159,8 @@ class Door(Source):
                 if self._closed or len(self._connections) >= self._most:
                     raise ConnectionRefusedError("too many connections")
                 self._connections.add(opened)
-            files = [] if self.arena is None else [self.arena.file]
-            socket.send_fds(connection, [encode((HELLO, VERSION, self.server))], files, socket.MSG_NOSIGNAL)
+            memory = None if self.arena is None else self.arena.file
+            send_with_file(connection, encode((HELLO, VERSION, self.server)), memory)
             self.pool.attach(opened)
         except OSError as error:
             _logger.info("a connection from this machine was refused: %s", error)
@@ -172,6 +179,8 @@ class _Connection(Source):
         self._sending: Final = threading.Lock()
         self._parts: Final = Parts()
         self._lent = -1  # the memory of the last answer to a call without a number
+        self._unsent: Final[deque[bytes]] = deque()  # one thread waits until its client takes them
+        self._unsent_size = 0
         self._closed = False
 
     def fileno(self) -> int:
@@ -239,7 +248,7 @@ class _Connection(Source):
         if not self._sending.acquire(timeout=_SAMPLE_LIMIT):
             return False
         try:
-            if not self._closed:
+            if not self._closed and not self._unsent:
                 self._socket.send(message, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
                 return True
         except OSError:  # no room, or no client
@@ -253,20 +262,53 @@ class _Connection(Source):
             self._door.arena.give_back(start, (self, number))
 
     def _answer(self, number: int, ok: bool, answer: bytes | Pieces) -> None:
-        payload, places, extent = lend(answer, self._door.arena, (self, number))
-        if number == 0 and extent is not None:
-            self._lent = extent.start
         with self._sending:
-            if self._closed:
+            if self._closed:  # nobody would give memory back
                 return
+            payload, places, extent = lend(answer, self._door.arena, (self, number))
+            if number == 0 and extent is not None:
+                self._lent = extent.start
+            waits = bool(self._unsent)
             try:
-                payload = send_parts(self._socket, payload)
+                payload = send_parts(self._send, payload)
                 lent = () if extent is None else (places, extent)
-                self._socket.send(encode((ANSWER, number, ok, payload, *lent)), socket.MSG_NOSIGNAL)
+                self._send(encode((ANSWER, number, ok, payload, *lent)))
+            except OSError as error:
+                self._end(error)
+            begins_to_wait = not waits and bool(self._unsent)
+        if begins_to_wait:
+            self._door.pool.submit(self._send_rest)
+
+    def _send(self, message: bytes) -> None:
+        """Send a message, or keep it while its client takes none; with the lock. Raises OSError."""
+        if not self._unsent:
+            with suppress(BlockingIOError):
+                self._socket.send(message, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
                 return
-            except OSError as error:  # its client is gone, or takes nothing
-                _logger.debug("answer dropped: %s", error)
-        self.close()
+        self._unsent.append(message)
+        self._unsent_size += len(message)
+        if self._unsent_size > _MOST_UNSENT:
+            raise OSError("its client takes no answers")
+
+    def _send_rest(self) -> None:
+        """Wait for a client that took no answers, on a thread that nobody else needs meanwhile."""
+        try:
+            with self._door.pool.blocked():
+                while True:
+                    self._socket.send(self._unsent[0], socket.MSG_NOSIGNAL)
+                    with self._sending:
+                        self._unsent_size -= len(self._unsent.popleft())
+                        if not self._unsent:
+                            return
+        except OSError as error:
+            self._end(error)
+
+    def _end(self, error: OSError) -> None:
+        """Let the thread that takes its messages close it: nobody else knows that none is reading it."""
+        _logger.debug("answers dropped: %s", error)
+        self._closed = True
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
 
     def abandon(self) -> None:
         """Close its file in a forked child."""
@@ -275,6 +317,8 @@ class _Connection(Source):
     def close(self) -> None:
         """End the connection; answers to its calls are dropped."""
         self._door.pool.detach(self)
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)  # ends a wait to send
         with self._receiving, self._sending:
             self._closed = True
             self._socket.close()

@@ -150,14 +150,14 @@ class Parts:
         return whole
 
 
-def send_parts(connection: socket.socket, payload: bytes) -> bytes:
-    """Send all of a payload but its last part, and return that; raises OSError."""
+def send_parts(send: Callable[[bytes], object], payload: bytes) -> bytes:
+    """Send all of a payload but its last part, and return that."""
     if len(payload) <= LARGEST_INLINE:
         return payload
     view = memoryview(payload)
     last = (len(payload) - 1) // LARGEST_INLINE * LARGEST_INLINE
     for start in range(0, last, LARGEST_INLINE):
-        connection.send(encode((PART, view[start : start + LARGEST_INLINE])), socket.MSG_NOSIGNAL)
+        send(encode((PART, view[start : start + LARGEST_INLINE])))
     return payload[last:]
 
 

@@ -44,6 +44,7 @@ from .messages import (
     encode,
     limit_waits,
     owner_of,
+    receive_with_file,
     send_parts,
 )
 
@@ -180,31 +181,32 @@ class Neighbor:
             raise NotSent("not reached before")
         match = _ADDRESS.fullmatch(self._address)
         assert match is not None  # parsed before
-        made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
-            made.settimeout(min(_HELLO_LIMIT, _HELLO_SHARE * timeout))
-            made.connect(f"/proc/{match[2]}/fd/{match[3]}")
-            if owner_of(made) != os.geteuid():
-                raise PermissionError("its user is another one")
-            message, files, _, _ = socket.recv_fds(made, LARGEST_MESSAGE, 1, socket.MSG_CMSG_CLOEXEC)
-            self._take_memory(files)
-            hello = decode_hello(message)
-            if (hello.version, hello.server) != (VERSION, self._server):
-                raise ConnectionRefusedError("it is another process, or of another release")
-            made.settimeout(None)
+            made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            try:
+                made.settimeout(min(_HELLO_LIMIT, _HELLO_SHARE * timeout))
+                self._reach(made, f"/proc/{match[2]}/fd/{match[3]}")
+            except BaseException:
+                made.close()
+                raise
         except (OSError, *DECODE_ERRORS) as error:
-            made.close()
             self._absent_until = time.monotonic() + _PAUSE
             _logger.info("process %s of this machine is called over the network: %s", match[2], error)
             raise NotSent(str(error)) from None
         return made
 
-    def _take_memory(self, files: list[int]) -> None:
-        for file in files:
-            if self._view is None:
-                self._view = ArenaView(file)
-            else:
-                os.close(file)
+    def _reach(self, connection: socket.socket, path: str) -> None:
+        """Connect, and keep the memory that the neighbor lends, if it is the right one."""
+        connection.connect(path)
+        if owner_of(connection) != os.geteuid():
+            raise PermissionError("its user is another one")
+        message, file = receive_with_file(connection)
+        view = None if file is None else ArenaView(file)
+        hello = decode_hello(message)
+        if (hello.version, hello.server) != (VERSION, self._server):
+            raise ConnectionRefusedError("it is another process, or of another release")
+        self._view = self._view or view
+        connection.settimeout(None)
 
 
 class _Line:
@@ -221,12 +223,16 @@ class _Line:
             limit_waits(self._socket, socket.SO_SNDTIMEO, timeout)
             self._timeout = timeout
         if len(payload) > LARGEST_INLINE:
-            payload = send_parts(self._socket, payload)
-        self._socket.send(encode((*request, payload)), socket.MSG_NOSIGNAL)
+            payload = send_parts(self._send_message, payload)
+        self._send_message(encode((*request, payload)))
+
+    def _send_message(self, message: bytes) -> None:
+        self._socket.send(message, socket.MSG_NOSIGNAL)
 
     def receive(self, limit: int, what: str, view: ArenaView | None) -> Outcome:
         """Wait for the answer."""
         parts: Parts | None = None
+        deadline = time.monotonic() + self._timeout
         while True:
             try:
                 message = self._socket.recv(LARGEST_MESSAGE)
@@ -248,6 +254,7 @@ class _Line:
                 case Part():
                     parts = parts or Parts()
                     parts.add(answer.payload)
+                    self._limit_rest(deadline)
                 case _:
                     raise MarshalException(f"{what}: an answer to another call")
 
@@ -257,6 +264,14 @@ class _Line:
 
     def close(self) -> None:
         self._socket.close()
+
+    def _limit_rest(self, deadline: float) -> None:
+        """Wait no longer for the next part than for all of the answer."""
+        left = deadline - time.monotonic()
+        if left <= 0.0:
+            raise NoAnswer(timed_out=True)
+        limit_waits(self._socket, socket.SO_RCVTIMEO, left)
+        self._timeout = 0.0  # the next call sets it again
 
 
 def outcome_of_answer(answer: Answer, limit: int, what: str, view: ArenaView | None) -> Outcome:
@@ -359,6 +374,7 @@ class Channel(Source):
                         received.payload = self._parts.complete(received.payload)
                         if (pending := self._take(received.number)) is not None:
                             return self._kind, partial(self._finish, pending, received)
+                        self.give_back(received)  # it came too late
                     case Part():
                         self._parts.add(received.payload)
                     case Sample():
@@ -368,7 +384,8 @@ class Channel(Source):
                             subscriber.confirm(self, received.number, ok=received.ok)
             except (*DECODE_ERRORS, MarshalException) as error:
                 _logger.warning("a malformed message from this machine ends its connection: %s", error)
-                self.shut()
+                self.close()
+                return None
 
     def look(self, now: float) -> None:
         for number, pending in list(self._pending.items()):
@@ -427,10 +444,13 @@ class Channel(Source):
         """Send a message; return false when the connection has ended."""
         try:
             with self._sending:
-                self._socket.send(encode(message), socket.MSG_NOSIGNAL)
+                self._send_message(encode(message))
         except OSError:
             return False
         return True
+
+    def _send_message(self, message: bytes) -> None:
+        self._socket.send(message, socket.MSG_NOSIGNAL)
 
     def _send_call(self, number: int, call: Sent, payload: bytes) -> None:
         """Send a call; raises OSError, of these BlockingIOError when there was no room within its limit."""
@@ -440,9 +460,9 @@ class Channel(Source):
             if call.timeout != self._timeout:
                 limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
                 self._timeout = call.timeout
-            last = send_parts(self._socket, payload)
+            last = send_parts(self._send_message, payload)
             request = (REQUEST, number, call.target, call.operation, call.attachment, last)
-            self._socket.send(encode(request), socket.MSG_NOSIGNAL)
+            self._send_message(encode(request))
         except BlockingIOError:
             if len(payload) > LARGEST_INLINE:  # a part of it may have been sent
                 self.shut()

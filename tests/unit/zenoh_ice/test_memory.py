@@ -243,7 +243,7 @@ class TestReading:
             case _:
                 file = memory_file()
                 os.close(file)
-        with pytest.raises(OSError, match="Invalid argument|shrink|empty|Bad file"):
+        with pytest.raises(OSError, match=r"Invalid argument|shrink|empty|Bad file"):
             ArenaView(file)
         if receiving >= 0:
             os.close(receiving)

@@ -1,0 +1,352 @@
+"""Strangers at the door of a server: a process of its user may do what it likes there, and harms itself alone."""
+
+from __future__ import annotations
+
+import logging
+import os
+import resource
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+
+import pytest
+
+from tests.support.hostile_bytes import HostileBytes, bombs
+from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
+from tests.support.local_doors import SERVER, Echo, Visitor
+from tests.support.open_files import open_files
+from tests.support.waiting import until
+from zenoh_ice._local.door import _ACCEPT_PERIOD, Door, memory_space
+from zenoh_ice._local.messages import (
+    CANCEL,
+    LARGEST_INLINE,
+    LARGEST_MESSAGE,
+    PART,
+    REQUEST,
+    RETURN,
+    SUBSCRIBE,
+    encode,
+)
+from zenoh_ice._local.neighbors import Neighbor, NotSent
+from zenoh_ice._threads import Pool
+from zenoh_ice._wire import decode_error
+from zenoh_ice.exceptions import ObjectNotExistException
+
+TARGET = "nao/Echo"
+LARGE = bytes(100_000)
+SOUND = [
+    encode((REQUEST, 1, TARGET, "echo", b"", b"payload")),
+    encode((PART, bytes(LARGEST_INLINE))),
+    encode((RETURN, 1, 0)),
+    encode((SUBSCRIBE, 1, TARGET, "stream")),
+    encode((CANCEL, 1)),
+]
+
+pytestmark = pytest.mark.skipif(not memory_space(), reason="no process reaches another one's door here")
+
+
+@pytest.fixture
+def pool() -> Iterator[Pool]:
+    pool = Pool(8, "test")
+    yield pool
+    assert pool.close(EVENT_LIMIT)
+
+
+@pytest.fixture
+def echo() -> Echo:
+    return Echo()
+
+
+@pytest.fixture
+def door(pool: Pool, echo: Echo) -> Iterator[Door]:
+    with closing(Door(pool, {TARGET: echo}, SERVER)) as door:
+        yield door
+
+
+@pytest.fixture
+def call(pool: Pool, door: Door) -> Iterator[Callable[..., bytes]]:
+    """Call as another process does, with a connection that lasts."""
+    with closing(Neighbor(pool, door.address, SERVER)) as neighbor:
+
+        def call(payload: bytes = b"", operation: str = "echo") -> bytes:
+            request = (REQUEST, 0, TARGET, operation, b"")
+            ok, answer = neighbor.call(request, payload, EVENT_LIMIT, 1 << 25, "it")
+            assert ok
+            assert isinstance(answer, bytes)
+            return answer
+
+        assert call(b"before") == b"before"
+        yield call
+
+
+Call = Callable[..., bytes]
+
+
+@pytest.fixture(autouse=True)
+def undisturbed(call: Call) -> Iterator[None]:
+    """Check that another client is served as before, over the same connection."""
+    before = open_files()
+    yield
+    assert call(b"after") == b"after"
+    assert call(LARGE) == LARGE
+    until(lambda: open_files() == before)
+
+
+def note_pauses(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return a list of the pauses after which a door tries again to take a connection."""
+    pauses: list[float] = []
+    sleep = time.sleep
+
+    def noting(seconds: float) -> None:
+        if seconds == _ACCEPT_PERIOD:
+            pauses.append(seconds)
+        sleep(seconds)
+
+    monkeypatch.setattr(time, "sleep", noting)
+    return pauses
+
+
+class TestVisitors:
+    def test_who_says_nothing_or_leaves_at_once_disturbs_nobody(self, door: Door, call: Call) -> None:
+        with Visitor(door.address).enter(), Visitor(door.address):
+            for _ in range(50):
+                Visitor(door.address).socket.close()
+            assert call(LARGE) == LARGE
+
+    @pytest.mark.parametrize(
+        "message",
+        [
+            b"",
+            b"\xc1",
+            b"GET / HTTP/1.1\r\n\r\n",
+            bytes(LARGEST_MESSAGE),
+            SOUND[0][:-1],
+            SOUND[0] + b"x",
+            encode((REQUEST, 1, TARGET, "echo", b"", bytes(LARGEST_MESSAGE))),
+            encode((REQUEST, -1, TARGET, "echo", b"", b"")),
+            encode((REQUEST, 1 << 63, TARGET, "echo", b"", b"")),
+            encode((PART, b"")),
+            encode((PART, b"x")),
+            encode((RETURN, 1, -1)),
+            encode((CANCEL, 1 << 63)),
+        ],
+        ids=str,
+    )
+    def test_a_malformed_message_ends_its_connection_and_nothing_else(
+        self, door: Door, message: bytes
+    ) -> None:
+        with Visitor(door.address).enter() as visitor, Visitor(door.address).enter() as other:
+            visitor.socket.send(message)
+            assert visitor.is_out()
+            other.ask(7, TARGET, "echo", b"other")
+            assert other.answer().payload == b"other"
+
+    def test_any_bytes_are_answered_or_end_the_connection(self, door: Door) -> None:
+        hostile = HostileBytes(0)
+        ends = 0
+        for _ in range(300):
+            with Visitor(door.address).enter() as visitor:
+                try:
+                    visitor.socket.send(hostile.next_input(SOUND)[: 2 * LARGEST_MESSAGE])
+                    visitor.ask(1_000_000, TARGET, "echo")
+                    while visitor.answer().number != 1_000_000:
+                        pass
+                except ConnectionError:
+                    ends += 1
+        assert 30 < ends < 300
+
+    def test_bombs_end_the_connection(self, door: Door) -> None:
+        for bomb in bombs():
+            with Visitor(door.address).enter() as visitor:
+                visitor.socket.send(bomb[:LARGEST_MESSAGE])
+                assert visitor.is_out()
+
+    def test_parts_without_end_are_refused(self, door: Door) -> None:
+        with Visitor(door.address).enter() as visitor, pytest.raises(OSError, match=r"Broken pipe|reset"):
+            visitor.flood(SOUND[1])
+
+    @pytest.mark.parametrize("target", ["", "nao/None", "x" * 512, "\x1b]0;owned\x07\n\u202e", "**"])
+    def test_what_is_not_served_is_refused_with_a_reason(self, door: Door, target: str) -> None:
+        with Visitor(door.address).enter() as visitor:
+            visitor.ask(1, target, "echo")
+            answer = visitor.answer()
+            assert not answer.ok
+            error = decode_error(answer.payload, (), "it")
+            assert isinstance(error, ObjectNotExistException)
+            assert str(error).isprintable()
+
+    def test_memory_that_was_not_lent_is_not_given_back(self, door: Door, echo: Echo) -> None:
+        with Visitor(door.address).enter() as victim, Visitor(door.address).enter() as visitor:
+            victim.ask(1, TARGET, "big")
+            lent = victim.answer().extent
+            assert lent is not None
+            for number in (0, 1, 2):
+                visitor.socket.send(encode((RETURN, number, lent.start)))
+            victim.socket.send(encode((RETURN, 2, lent.start)))
+            visitor.ask(1, TARGET, "big")
+            other = visitor.answer().extent
+            assert other is not None
+            assert other.start != lent.start
+
+    def test_files_that_nobody_asked_for_are_not_kept(self, door: Door) -> None:
+        with Visitor(door.address).enter() as visitor, Visitor(door.address).enter() as other:
+            other.ask(1, TARGET, "echo")
+            other.answer()
+            before = open_files()
+            for number in range(10):
+                socket.send_fds(visitor.socket, [SOUND[0]], [0, 1, 2])
+                assert visitor.answer().ok, number
+            assert open_files() == before
+
+    def test_memory_of_a_call_whose_client_left_is_free_again(
+        self, door: Door, echo: Echo, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("zenoh_ice._memory._LAST_READS", 0.0)
+        assert door.arena is not None
+        with Visitor(door.address).enter() as visitor:
+            for _ in range(2):
+                visitor.socket.send(encode((PART, bytes(LARGEST_INLINE))))
+                visitor.ask(1, TARGET, "wait", b"x")
+            assert echo.entered.wait(EVENT_LIMIT)
+        until(lambda: len(door._connections) == 1)
+        echo.leave.set()
+        for _ in range(2):
+            assert echo.left.acquire(timeout=EVENT_LIMIT)
+        extent = door.arena.lend([b"x"], [(object(), 1)])
+        assert extent is not None
+        assert extent.start == 0
+
+
+class TestFloods:
+    def test_more_connections_than_half_the_files_are_refused(
+        self, pool: Pool, echo: Echo, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(resource, "getrlimit", lambda _: (40, 40))
+        with closing(Door(pool, {TARGET: echo}, SERVER)) as door, ExitStack() as stack:
+            for _ in range(20):
+                stack.enter_context(Visitor(door.address).enter())
+            for _ in range(5):
+                with Visitor(door.address) as visitor, pytest.raises(ConnectionError):
+                    visitor.enter()
+            with closing(Neighbor(pool, door.address, SERVER)) as late, pytest.raises(NotSent):
+                late.call((REQUEST, 0, TARGET, "echo", b""), b"", EVENT_LIMIT, 100, "it")
+            stack.pop_all().close()
+            until(lambda: not door._connections)
+            with Visitor(door.address).enter() as visitor:
+                visitor.ask(1, TARGET, "echo", b"x")
+                assert visitor.answer().payload == b"x"
+
+    def test_a_process_without_a_file_left_serves_on_and_says_so_once(
+        self, door: Door, call: Call, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        pauses = note_pauses(monkeypatch)
+        most = resource.getrlimit(resource.RLIMIT_NOFILE)
+        with Visitor(door.address).enter(), ExitStack() as stack:
+            visitors = [socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(5)]
+            for each in visitors:
+                stack.callback(each.close)
+            _, process, handle = door.address.split(".")
+            resource.setrlimit(resource.RLIMIT_NOFILE, (3, most[1]))
+            stack.callback(resource.setrlimit, resource.RLIMIT_NOFILE, most)
+            for each in visitors:
+                each.settimeout(EVENT_LIMIT)
+                each.connect(f"/proc/{process}/fd/{handle}")
+            until(lambda: "no further connection" in caplog.text)
+            until(lambda: len(pauses) > 5)
+            assert call(b"meanwhile") == b"meanwhile"
+            assert caplog.text.count("no further connection") == 1
+            resource.setrlimit(resource.RLIMIT_NOFILE, most)
+            for each in visitors:
+                assert each.recv(LARGEST_MESSAGE)
+
+    def test_who_sends_calls_and_reads_no_answer_is_cut_off(self, door: Door) -> None:
+        with Visitor(door.address).enter() as visitor, pytest.raises(OSError, match=r"Broken pipe|reset"):
+            visitor.flood(encode((REQUEST, 1, TARGET, "echo", b"", bytes(10_000))))
+
+    def test_who_reads_no_answer_for_a_while_is_cut_off(
+        self, door: Door, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("zenoh_ice._local.door._SENDING_LIMIT", 0.05)
+        with Visitor(door.address).enter() as visitor:
+            for number in range(100):
+                visitor.ask(number, TARGET, "echo", bytes(10_000))
+            until(lambda: len(door._connections) == 1)
+
+    def test_nobody_waits_for_those_who_read_late_and_they_get_all(
+        self, door: Door, call: Call, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("zenoh_ice._local.door._SENDING_LIMIT", FOREVER)
+        with ExitStack() as stack:
+            late = [stack.enter_context(Visitor(door.address).enter()) for _ in range(12)]  # of 8 threads
+            for visitor in late:
+                for number in range(100):
+                    visitor.ask(number, TARGET, "echo", bytes([number]) * 10_000)
+                assert call(b"meanwhile") == b"meanwhile"
+            for visitor in late:
+                for _ in range(100):
+                    answer = visitor.answer()
+                    assert answer.payload == bytes([answer.number]) * 10_000
+
+    def test_who_leaves_while_answers_wait_for_it_is_forgotten(self, door: Door) -> None:
+        with Visitor(door.address).enter() as visitor:
+            for number in range(100):
+                visitor.ask(number, TARGET, "echo", bytes(10_000))
+        until(lambda: len(door._connections) == 1)
+
+    def test_floods_of_messages_without_calls_leave_threads_to_others(self, door: Door, call: Call) -> None:
+        program = """
+import sys
+from tests.support.local_doors import Visitor
+visitors = [Visitor(sys.argv[1]).enter() for _ in range(16)]
+print("ready", flush=True)
+message = bytes.fromhex(sys.argv[2])
+while True:
+    for visitor in visitors:
+        visitor.socket.send(message)
+"""
+        command = [sys.executable, "-c", program, door.address, SOUND[2].hex()]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            try:
+                assert process.stdout is not None
+                assert process.stdout.readline() == "ready\n"
+                for _ in range(50):
+                    assert call(b"meanwhile") == b"meanwhile"
+            finally:
+                process.kill()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+def test_a_process_of_another_user_is_not_let_in(door: Door) -> None:
+    program = """
+import os, sys
+from tests.support.local_doors import Visitor
+os.setgroups([])
+os.setgid(65534)
+os.setuid(65534)
+try:
+    Visitor(sys.argv[1]).enter()
+except OSError as error:
+    print(type(error).__name__)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program, door.address],
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=True,
+    )
+    assert done.stdout.strip() in {"PermissionError", "FileNotFoundError"}
+
+
+def test_a_process_of_another_user_that_found_the_socket_is_refused(
+    door: Door, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    own = os.geteuid()
+    monkeypatch.setattr("zenoh_ice._local.door.owner_of", lambda _: own + 1)
+    with Visitor(door.address) as visitor, pytest.raises(ConnectionError):
+        visitor.enter()
+    assert "a process of another user" in caplog.text
