@@ -52,9 +52,8 @@ class Extent(msgspec.Struct, array_like=True, frozen=True):
 class _Loan(msgspec.Struct, eq=False):
     start: int
     end: int
-    readers: set[Reader]
-    until: float = math.inf
-    """The moment of the monotonic clock at which it ends without its readers."""
+    readers: dict[Reader, float]
+    """Those who have not given it back, and when their part of it ends in any case, by the monotonic clock."""
 
 
 class Arena:
@@ -80,7 +79,7 @@ class Arena:
         """Write byte sequences where nothing is lent, for some readers; None if there is no room."""
         sizes = tuple(map(len, parts))
         with self._lock:
-            loan = self._find_room(sum(sizes), set(readers))
+            loan = self._find_room(sum(sizes), readers)
             if loan is None:
                 return None
             position = loan.start
@@ -94,7 +93,7 @@ class Arena:
         with self._lock:
             for place, loan in enumerate(self._loans):
                 if loan.start == start:
-                    loan.readers.discard(reader)
+                    loan.readers.pop(reader, None)
                     if not loan.readers:
                         del self._loans[place]
                     return
@@ -106,10 +105,12 @@ class Arena:
 
     def forget(self, link: object, number: int | None = None) -> None:
         """End the loans of a reader that ended, or of all of a link, once they cannot be reading any more."""
+        end = time.monotonic() + _LAST_READS
         with self._lock:
             for loan in self._loans:
-                if any(each[0] is link and number in {None, each[1]} for each in loan.readers):
-                    loan.until = time.monotonic() + _LAST_READS
+                for reader in loan.readers:
+                    if reader[0] is link and number in {None, reader[1]}:
+                        loan.readers[reader] = end
 
     def close(self) -> None:
         """Release the memory; readers keep what they have mapped."""
@@ -119,9 +120,9 @@ class Arena:
                 self._map.close()
                 os.close(self.file)
 
-    def _find_room(self, size: int, readers: set[Reader]) -> _Loan | None:
+    def _find_room(self, size: int, readers: Sequence[Reader]) -> _Loan | None:
         now = time.monotonic()
-        self._loans = [loan for loan in self._loans if loan.until > now]
+        self._loans = [loan for loan in self._loans if any(end > now for end in loan.readers.values())]
         start = place = 0
         while place < len(self._loans) and self._loans[place].start - start < size:
             start = -(-self._loans[place].end // _PAGE) * _PAGE
@@ -138,7 +139,7 @@ class Arena:
                     _logger.warning("no memory to share, large values go through the socket: %s", error)
                 return None
             self._allocated, self._complained = end, False
-        made = _Loan(start, end, readers)
+        made = _Loan(start, end, dict.fromkeys(readers, math.inf))
         self._loans.insert(place, made)
         return made
 
