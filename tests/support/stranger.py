@@ -44,12 +44,18 @@ class Stranger:
 
     @contextmanager
     def impersonating(
-        self, target: Target, type_id: str, fingerprint: str, answer: Callable[[zenoh.Query], Any]
+        self,
+        target: Target,
+        type_id: str,
+        fingerprint: str,
+        answer: Callable[[zenoh.Query], Any],
+        *,
+        door: str = "",
     ) -> Iterator[None]:
-        """Pretend to be a servant during the block."""
+        """Pretend to be a servant during the block, behind a door."""
         queryable: zenoh.Queryable[None] = self.session.declare_queryable(target.key("*"), answer)
         token = self.session.liveliness().declare_token(
-            servant_token(target, type_id, fingerprint, self.id, 1.0)
+            servant_token(target, type_id, fingerprint, self.id, 1.0, door=door)
         )
         try:
             yield

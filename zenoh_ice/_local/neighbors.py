@@ -154,6 +154,7 @@ class Neighbor:
         while self._idle:
             with suppress(IndexError):
                 self._drop(self._idle.pop())
+        self._view = None  # unmapped, and its file closed, once nobody reads it
 
     def abandon(self) -> None:
         """Close all files in a forked child."""
