@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
-from contextlib import closing
 from typing import Any
 
 import msgpack
-import msgspec
 import pytest
 import zenoh
 
@@ -19,7 +16,6 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.gripper import GRIPPER, GripperI, GripperPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
-from tests.support.memory_files import NEAR, shared_memory
 from tests.support.stranger import Stranger, stranger
 from tests.support.waiting import until
 from tests.support.wire_doors import check_error
@@ -29,7 +25,6 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._codec import Pieces
 from zenoh_ice._presence import servant_token
 from zenoh_ice._wire import (
     ERROR_ENCODING,
@@ -38,7 +33,6 @@ from zenoh_ice._wire import (
     encode_error,
     encode_sample_attachment,
 )
-from zenoh_ice._zenoh.shared_memory import MemoryReference
 from zenoh_ice.transport import Target
 
 TARGET = Target("nao", "Calculator")
@@ -64,7 +58,6 @@ RESULTS = [
     encode_error(CalculatorError("why")),
     encode_error(MarshalException("bad", "$.a")),
     encode_error(InterfaceMismatchException("other", "aa", "bb")),
-    msgspec.msgpack.encode(MemoryReference(os.getpid(), 0, "ab" * 16, 0, 1, True, (0,), (1 << 16,), b"\x80")),
 ]
 SELECTORS = [
     *(f"{PREFIX}{name}" for name in ("add", "total", "fail", "echo", "split", "getReading", "ice_isA")),
@@ -136,17 +129,6 @@ class TestServer:
                 (reply,) = intruder.ask(PREFIX + "total", payload, attachment)
                 assert isinstance(error_of(reply), MarshalException)
         a_call_works(pair)
-
-    def test_arguments_are_no_reference_to_memory(
-        self, pair: Pair, servant: CalculatorI, intruder: Stranger
-    ) -> None:
-        a_call_works(pair)
-        with closing(shared_memory()) as memory:
-            data = CALCULATOR.all_operations["echo"].arguments.gather_result(bytes(1 << 16), "it")
-            assert isinstance(data, Pieces)
-            reference = memory.lend(data, NEAR)
-            (reply,) = intruder.ask(PREFIX + "echo", reference or b"\x90", ATTACHMENTS[0])
-        assert isinstance(error_of(reply), MarshalException)
 
     def test_what_asks_for_several_operations_executes_none(
         self, pair: Pair, servant: CalculatorI, intruder: Stranger

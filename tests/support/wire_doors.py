@@ -6,13 +6,12 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
-from unittest.mock import patch
 
 import msgpack
 import msgspec
@@ -27,14 +26,41 @@ from visualhfsm.nao._dynamic import Types
 from visualhfsm.nao._values import FromJson, to_json
 from zenoh_ice import (
     ConfigurationException,
-    ConnectionLostException,
     MarshalException,
     ObjectPrx,
     Settings,
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._codec import LARGE, Codec, Pieces
+from zenoh_ice._codec import DECODE_ERRORS, LARGE, Codec
+from zenoh_ice._local.messages import (
+    ANSWER,
+    CANCEL,
+    HELLO,
+    LARGEST_INLINE,
+    PART,
+    REQUEST,
+    RETURN,
+    SAMPLE,
+    SUBSCRIBE,
+    SUBSCRIBED,
+    VERSION,
+    Answer,
+    Cancel,
+    Part,
+    Parts,
+    Request,
+    Return,
+    Sample,
+    Subscribe,
+    Subscribed,
+    collect,
+    decode_hello,
+    decode_to_client,
+    decode_to_server,
+    encode,
+)
+from zenoh_ice._memory import Arena, ArenaView, Extent
 from zenoh_ice._presence import Presence, client_token, parse_client_token, servant_token
 from zenoh_ice._threads import Pool
 from zenoh_ice._wire import (
@@ -44,14 +70,6 @@ from zenoh_ice._wire import (
     encode_call_attachment,
     encode_error,
     encode_sample_attachment,
-)
-from zenoh_ice._zenoh.shared_memory import (
-    HEADER,
-    RETURNED,
-    SLOTS,
-    MemoryFile,
-    MemoryReference,
-    memory_space,
 )
 from zenoh_ice.application.cli import describe
 from zenoh_ice.clock import RobotClock
@@ -66,12 +84,10 @@ from zenoh_ice.transport import Target
 
 from .calculator import CALCULATOR, CalculatorError, DivisionByZero
 from .generated_types import structs_of
-from .memory_files import shared_memory
 from .wire_values import Desk
 
 __all__ = ["DOORS", "Door", "check_error", "find_door"]
 
-_MEMORY = "zenoh_ice._zenoh.shared_memory"
 _LONGEST_ERROR = 2 * LONGEST_TEXT
 
 
@@ -211,65 +227,75 @@ def _errors() -> Door:
     return Door([encode_error(error) for error in raised], take)
 
 
-class _Photo(Struct):
-    width: Int
-    pixels: bytes
-    mask: bytes
+# Messages between processes of one machine.
 
 
-# The picture looks like the headers of slots that were not given back yet.
-_PHOTO = 640, HEADER.pack(1, 0) * (LARGE // HEADER.size), b"m" * LARGE
-_SENT = MemoryReference(
-    process=os.getpid(),
-    file=900,  # which nothing else has here
-    token="ab" * 16,
-    slot=0,
-    generation=1,
-    lent=True,
-    places=(0, 1),
-    sizes=(LARGE, LARGE),
-    rest=pack(Codec(_Photo), (640, b"", b""), "it"),
-)
-
-
-@contextmanager
-def _memory_sent() -> Iterator[MemoryFile]:
-    """Provide the memory of `_SENT` during the block."""
-    with patch("secrets.token_hex", return_value=_SENT.token):
-        memory = MemoryFile(2 * LARGE)
-    os.dup2(memory.file, _SENT.file, inheritable=False)
-    try:
-        for _ in range(2):  # in both of the first two slots
-            assert memory.place(Pieces((b"",) * 3, _PHOTO[1:], (0, 1)), lent=False) is not None
-        yield memory
-    finally:
-        os.close(_SENT.file)
-        memory.close()
-
-
-def _references() -> Door:
-    codec = Codec(_Photo)
-
+def _requests() -> Door:
     def take(data: bytes) -> bool:
-        with _memory_sent() as memory, closing(shared_memory()) as reader:
-            size = os.fstat(memory.file).st_size
-            before = os.pread(memory.file, size, 0)
-            try:
-                came = codec.unpack(reader.read(zenoh.ZBytes(data), 4 * LARGE, "it"), "it")
-            except (MarshalException, ConnectionLostException) as error:
-                check_error(error)
-                return False
-            finally:
-                after = bytearray(os.pread(memory.file, size, 0))
-                for slot in range(2):  # of which either may have been given back, and nothing else written
-                    if memory.returned(slot):
-                        RETURNED.pack_into(after, slot * size // SLOTS + HEADER.size - RETURNED.size, 0)
-                assert after == before
-        assert type(came) is _Photo
+        parts = Parts()
+        try:
+            message = decode_to_server(data)
+            if isinstance(message, Part):
+                parts.add(message.payload)
+        except (*DECODE_ERRORS, MarshalException):  # which end the connection
+            return False
+        assert isinstance(message, Request | Part | Return | Subscribe | Cancel)
+        assert isinstance(message, Part) or 0 <= message.number < 1 << 62
         return True
 
-    other = msgspec.structs.replace(_SENT, lent=False, slot=1, places=(1,), sizes=(LARGE,))
-    return Door([msgspec.msgpack.encode(_SENT), msgspec.msgpack.encode(other)], take)
+    sound = [
+        (REQUEST, 1, "nao/Head", "getPose", b"", b"payload"),
+        (PART, bytes(LARGEST_INLINE)),
+        (RETURN, 1, 0),
+        (SUBSCRIBE, 1, "nao/Camera", "getImageData"),
+        (CANCEL, 1),
+    ]
+    return Door([encode(message) for message in sound], take)
+
+
+def _answers() -> Door:
+    arena = Arena()
+    view = ArenaView(os.dup(arena.file))
+    arena.lend([b"a" * LARGE, b"b" * LARGE], [(arena, 1)])
+
+    def take(data: bytes) -> bool:
+        try:
+            message = decode_to_client(data)
+        except DECODE_ERRORS:  # which end the connection
+            return False
+        assert isinstance(message, Answer | Part | Subscribed | Sample)
+        if not isinstance(message, Answer | Sample):
+            return True
+        try:
+            collected = collect(message, view, 3 * LARGE, "it")
+        except MarshalException as error:
+            check_error(error)
+            return False
+        size = len(collected) if isinstance(collected, bytes) else sum(map(len, collected.large))
+        assert size <= 3 * LARGE
+        return True
+
+    sound = [
+        (ANSWER, 1, True, b"payload"),
+        (ANSWER, 1, False, b"", (), Extent(0, (LARGE,))),
+        (ANSWER, 1, True, b"rest", (0, 2), Extent(0, (LARGE, LARGE))),
+        (PART, bytes(LARGEST_INLINE)),
+        (SUBSCRIBED, 1, True),
+        (SAMPLE, 1, b"about", b"rest", (1,), Extent(LARGE, (LARGE,))),
+    ]
+    return Door([encode(message) for message in sound], take)
+
+
+def _greetings() -> Door:
+    def take(data: bytes) -> bool:
+        try:
+            hello = decode_hello(data)
+        except DECODE_ERRORS:
+            return False
+        assert len(hello.server) <= 64
+        return True
+
+    return Door([encode((HELLO, VERSION, "c0ffee"))], take)
 
 
 # Information about other processes.
@@ -295,38 +321,18 @@ def _tokens() -> Door:
     sound = [
         servant_token(head, "::nao::PoseHead", "c0ffee", "abc", 1.7e9),
         servant_token(ball, "::Ice::Object", "", "abc", 1.7e9),
+        servant_token(ball, "::Ice::Object", "", "abc", 1.7e9, door="0123456789abcdef.1.3"),
     ]
     return Door([key.encode() for key in sound], take)
 
 
 def _client_tokens() -> Door:
-    here, there = memory_space(), "fedcba9876543210"
-    large = Pieces((b"", b""), (bytes(LARGE),), (0,))
-
     def take(data: bytes) -> bool:
-        key = data.decode("utf-8", "replace")
-        watchers: list[Callable[[str, bool], object]] = []
-        with closing(shared_memory(tokens=watchers.append)) as memory, patch(f"{_MEMORY}._WORD_COMES", 0.0):
-            assert memory.readable_by_all()
-            for _ in range(2):
-                watchers[0](key, True)
-            known = parse_client_token(key)
-            near = known is not None and known[1] == here
-            assert memory.readable_by_all() == (known is None or near)
-            if known is not None:
-                client, _ = known
-                assert client.isalnum()
-                reference = memory.lend(large, client)
-                assert (reference is not None) == near
-                if reference is not None:
-                    memory.read(zenoh.ZBytes(reference), 2 * LARGE, "it")  # gives it back
-            watchers[0](key, False)
-            assert memory.readable_by_all()
-            assert known is None or memory.lend(large, known[0]) is None
-        return known is not None
+        client = parse_client_token(data.decode("utf-8", "replace"))
+        assert not client or client.isalnum()
+        return bool(client)
 
-    sound = [client_token("nao", "c0ffee", space) for space in (here, there, "")]
-    return Door([key.encode() for key in sound], take)
+    return Door([client_token("nao", "c0ffee").encode()], take)
 
 
 class _Clockwork(Struct):
@@ -464,7 +470,7 @@ def _settings() -> Door:
 
     sound = [
         b"realm = 'nao'\nconnect = ['tcp/127.0.0.1:7447', 'unixsock-stream/nao.sock']\ntimeout = 2.5\n",
-        b'shared_memory = true\ndispatch_threads = 0x10\nclock = "auto"\nmode = "client"\n',
+        b'local_sockets = true\ndispatch_threads = 0x10\nclock = "auto"\nmode = "client"\n',
         (
             b'[security]\nmutual = false\nuser = "a"\npassword = "b"\n[security.roles.student]\n'
             b'call = ["Camera*.get*", "Left*Motors.get*"]\nread = ["**"]\nserve = ["Hfsm.*"]\n'
@@ -479,9 +485,11 @@ _MAKERS: Final[dict[str, Callable[[], Door]]] = {
     "any payload": _payloads_of_interfaces,
     "attachment": _attachments,
     "error": _errors,
-    **({"reference": _references} if memory_space() else {}),
+    "request": _requests,
+    "answer": _answers,
+    "greeting": _greetings,
     "token": _tokens,
-    **({"client token": _client_tokens} if memory_space() else {}),
+    "client token": _client_tokens,
     "clock": _clock_readings,
     "proxy": _proxies,
     "schema": _schemas,

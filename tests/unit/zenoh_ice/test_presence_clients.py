@@ -12,7 +12,6 @@ from zenoh_ice._presence import ClientWatch, client_token
 from zenoh_ice._threads import Pool
 from zenoh_ice.in_process import InProcessTransport
 
-SPACE = "0123456789abcdef"
 Jobs = deque[Callable[[], object]]
 Watch = Callable[[Callable[[str], object]], ClientWatch]
 
@@ -71,22 +70,6 @@ def test_a_callback_that_fails_keeps_no_client_from_being_reported(
         with pytest.raises(RuntimeError):
             jobs.popleft()()
     assert lost == ["a", "b"]
-
-
-@pytest.mark.parametrize("space", ["", SPACE])
-def test_the_end_of_a_token_that_another_declared_is_not_the_end_of_a_client(
-    transport: InProcessTransport, watch: Watch, jobs: Jobs, space: str
-) -> None:
-    lost: list[str] = []
-    watch(lost.append)
-    first = client_token("nao", "a", SPACE if space == "" else "")
-    genuine = transport.announce(first)
-    transport.announce(client_token("nao", "a", space)).close()
-    run(jobs)
-    assert lost == []
-    genuine.close()
-    run(jobs)
-    assert lost == ["a"]
 
 
 def test_clients_that_were_there_before_are_followed(
