@@ -28,6 +28,7 @@ from zenoh_ice._local.messages import (
     REQUEST,
     RETURN,
     SUBSCRIBE,
+    decode_to_client,
     encode,
 )
 from zenoh_ice._local.neighbors import Neighbor, NotSent
@@ -295,6 +296,17 @@ class TestFloods:
             for number in range(100):
                 visitor.ask(number, TARGET, "echo", bytes(10_000))
         until(lambda: len(door._connections) == 1)
+
+    def test_no_more_than_some_listen_to_a_stream(self, door: Door) -> None:
+        listeners = door.publish(f"{TARGET}/stream")
+        assert listeners is not None
+        confirmed: list[bool] = []
+        with Visitor(door.address).enter() as visitor:
+            for number in range(300):
+                visitor.socket.send(encode((SUBSCRIBE, number, TARGET, "stream")))
+                confirmed.append(decode_to_client(visitor.socket.recv(LARGEST_MESSAGE)).ok)
+            assert confirmed == 256 * [True] + 44 * [False]
+        until(lambda: not listeners)
 
     def test_floods_of_messages_without_calls_leave_threads_to_others(self, door: Door, call: Call) -> None:
         program = """

@@ -237,11 +237,10 @@ class _Connection(Source):
 
     def _subscribe(self, message: Subscribe) -> None:
         listeners = self._door.streams.get(f"{message.target}/{message.operation}")
-        if listeners is not None:
-            listeners.add(self, message.number)
-            if self._closed:  # meanwhile, by another thread
-                listeners.remove(self)
-        self.send_sample(encode((SUBSCRIBED, message.number, listeners is not None)))
+        ok = listeners is not None and listeners.add(self, message.number)
+        if listeners is not None and self._closed:  # meanwhile, by another thread
+            listeners.remove(self)
+        self.send_sample(encode((SUBSCRIBED, message.number, ok)))
 
     def send_sample(self, message: bytes) -> bool:
         """Send a message without waiting; return whether there was room for it."""

@@ -13,6 +13,7 @@ from .messages import LARGEST_INLINE, SAMPLE, SUBSCRIBED, encode, lend
 MOST_LENT: Final = 8
 """Samples that a listener may leave unread in the memory of their sender."""
 
+_MOST_LISTENERS: Final = 256  # others listen over the network
 _ON_THEIR_WAY: Final = 3  # more of them that it has received, or that were sent to it, but not given back
 
 
@@ -34,10 +35,13 @@ class Listeners:
     def __bool__(self) -> bool:
         return bool(self._all)
 
-    def add(self, link: Link, number: int) -> None:
-        """Send it samples from now on."""
+    def add(self, link: Link, number: int) -> bool:
+        """Send it samples from now on; return false if there are too many already."""
         with self._lock:
+            if len(self._all) >= _MOST_LISTENERS:
+                return False
             self._all = (*self._all, (link, number))
+            return True
 
     def remove(self, link: Link, number: int | None = None) -> None:
         """Send it no further samples; without a number, none of those at the link."""
