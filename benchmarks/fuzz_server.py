@@ -1,4 +1,4 @@
-"""Attack a running server with hostile queries, samples, tokens and links, and measure its resources.
+"""Attack a running server with hostile queries, samples, tokens, links and messages; measure its resources.
 
 python benchmarks/fuzz_server.py [--seconds SECONDS] [--seed NUMBER]
 
@@ -14,6 +14,7 @@ import argparse
 import sys
 import time
 from collections import Counter, deque
+from contextlib import suppress
 from pathlib import Path
 
 import msgpack
@@ -24,8 +25,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
+from tests.support.local_doors import Visitor, door_of
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
+from tests.support.wire_doors import find_door
 from zenoh_ice import BusyException, Communicator, initialize
 from zenoh_ice._presence import servant_token
 from zenoh_ice._wire import ERROR_ENCODING, decode_error, encode_call_attachment
@@ -34,6 +37,8 @@ from zenoh_ice.transport import Target
 _ROWS = 12
 _IN_FLIGHT = 200
 _TOKENS = 5000
+_VISITS = 50
+_LONGEST_MESSAGE = 1 << 17  # bytes, twice what is read
 _MOST_MEMORY = 512.0  # MB
 _PATIENCE = 10.0  # s within which a client must be served
 _PREFIX = "nao/Calculator/"
@@ -125,6 +130,7 @@ def _run(
 ) -> tuple[Counter[str], float]:
     process = psutil.Process(pid)
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+    door = door_of(client)
     attack = _Attack(first, options.seed)
     most, count = 0.0, 0
     begin = time.monotonic()
@@ -142,8 +148,17 @@ def _run(
             )
             with stranger(endpoint) as other:  # connects, floods and disconnects
                 _Attack(other, options.seed + count).step()
+            _visit(door, HostileBytes(options.seed + count))
         attack.step()
     return attack.answers, most
+
+
+def _visit(address: str, hostile: HostileBytes) -> None:
+    """Send hostile messages to the server's local socket, over many connections."""
+    for _ in range(_VISITS):
+        with suppress(OSError), Visitor(address).enter() as visitor:
+            for _ in range(10):
+                visitor.socket.send(hostile.next_input(find_door("request").sound)[:_LONGEST_MESSAGE])
 
 
 def _call(calculator: CalculatorPrx) -> tuple[float, int]:

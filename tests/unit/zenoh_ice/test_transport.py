@@ -54,7 +54,7 @@ class Ends:
 def ends(request: pytest.FixtureRequest, endpoint: str) -> Iterator[Ends]:
     pools = [Pool(2, "server"), Pool(2, "client")]
     if request.param == "zenoh":
-        common: dict[str, Any] = {"realm": "nao", "shared_memory": False, "lease": CALL_LIMIT}
+        common: dict[str, Any] = {"realm": "nao", "local_sockets": False, "lease": CALL_LIMIT}
         server: Transport = ZenohTransport(Settings(listen=(endpoint,), connect=(), **common), pools[0])
         client: Transport = ZenohTransport(Settings(connect=(endpoint,), **common), pools[1])
     else:
