@@ -189,6 +189,7 @@ class Pool:
         self._stop_watch: Callable[[], object] | None = None
         with self._lock:
             if self.has_threads and not self._grow():
+                self._closed = True
                 self._close_files()
                 raise BusyException(_no_thread(self._shortage))
 

@@ -28,6 +28,13 @@ TOGETHER = 20  # calls
 MOST_THREADS = 16  # more than a pool has here
 
 
+@pytest.fixture(params=["local", "network"], autouse=True)
+def carrier(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """How calls travel: through the sockets of one machine, or over the network."""
+    monkeypatch.setenv("VISUALHFSM_LOCAL_SOCKETS", "true" if request.param == "local" else "false")
+    return str(request.param)
+
+
 @contextmanager
 def no_more_threads(server: ComponentProcess) -> Iterator[None]:
     """Let a process start no thread, since there is no memory for its stack."""

@@ -6,6 +6,8 @@ import logging
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -20,6 +22,12 @@ def pool() -> Iterator[Pool]:
     pool = Pool(4, "pool")
     yield pool
     assert pool.close(EVENT_LIMIT)
+
+
+@pytest.fixture
+def unwatched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the watches of pools never look."""
+    monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", FOREVER)
 
 
 def test_jobs_run_at_once_up_to_the_limit(pool: Pool) -> None:
@@ -76,6 +84,48 @@ def test_close_runs_what_was_submitted_and_may_come_from_a_job() -> None:
     pool.submit(lambda: order.append(2))
     assert closed.wait(EVENT_LIMIT)
     assert order == [1, 2]
+
+
+def test_close_runs_all_that_was_submitted_however_long_it_takes() -> None:
+    pool = Pool(2, "pool")
+    done: list[int] = []
+
+    def run(number: int) -> None:
+        time.sleep(0.002)
+        done.append(number)
+
+    for number in range(30):
+        pool.submit(partial(run, number))
+    assert pool.close(EVENT_LIMIT)
+    assert sorted(done) == list(range(30))
+    pool.submit(partial(run, 30))
+    assert len(done) == 30, "after the end, jobs are dropped"
+
+
+def test_a_thread_that_stays_longer_than_close_waits_ends_well(caplog: pytest.LogCaptureFixture) -> None:
+    before = files()
+    pool = Pool(2, "pool")
+    entered, leave = threading.Event(), threading.Event()
+    pool.submit(lambda: (entered.set(), leave.wait(FOREVER)))  # type: ignore[func-returns-value]
+    assert entered.wait(EVENT_LIMIT)
+    assert not pool.close(0.01)
+    assert not pool.close(0.01)
+    pool.submit(lambda: None)
+    leave.set()
+    until(lambda: pool_threads() == 0)
+    assert "internal error" not in caplog.text
+    assert files() == before
+
+
+def test_a_closed_pool_has_no_open_file(starts: Starts) -> None:
+    before = files()
+    with_threads, without = Pool(2, "pool"), Pool(0, "pool")
+    starts.fail = True
+    with pytest.raises(BusyException):
+        Pool(2, "pool")
+    assert with_threads.close(EVENT_LIMIT)
+    assert without.close(EVENT_LIMIT)
+    assert files() == before
 
 
 def test_close_reports_threads_that_stay(caplog: pytest.LogCaptureFixture) -> None:
@@ -158,9 +208,7 @@ def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch)
     leave.set()
 
 
-def test_threads_that_have_nothing_to_do_end_but_the_leader_and_a_spare_one(
-    pool: Pool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_threads_that_have_nothing_to_do_end_but_two(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
     together = threading.Barrier(4)
     for _ in range(3):
@@ -241,10 +289,7 @@ def test_jobs_of_a_kind_that_took_long_run_beside_a_thread_that_takes_the_next(p
     until(lambda: not kind.quick)  # the first may end after the second
 
 
-def test_a_thread_that_waits_for_another_hands_on_the_lead(
-    pool: Pool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", FOREVER)  # nobody looks after it
+def test_a_thread_that_waits_for_another_lets_others_have_the_queue(pool: Pool, unwatched: None) -> None:
     kind, inner, done = pool.kind(), threading.Event(), threading.Event()
     kind.quick = True
 
@@ -328,7 +373,7 @@ def test_while_no_thread_can_start_long_jobs_are_refused_and_urgent_ones_run(
     occupying, refused, urgent = Task(leave), Task(), Task()
     pool.submit(occupying, kind)
     assert occupying.began.wait(EVENT_LIMIT)
-    assert occupying.refusal is None, "the spare thread leads meanwhile"
+    assert occupying.refusal is None, "another one is free"
     pool.submit(refused, kind)
     assert refused.ended.wait(EVENT_LIMIT)
     assert "can't start new thread: raise the process's limit of threads" in str(refused.refusal)
@@ -344,26 +389,40 @@ def test_while_no_thread_can_start_long_jobs_are_refused_and_urgent_ones_run(
     leave.set()
 
 
-def test_a_thread_that_dies_while_it_leads_is_replaced_as_soon_as_one_can_start(
-    pool: Pool, starts: Starts, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+def die(query: object) -> Job | None:
+    """Break the promise of `place` to raise nothing."""
+    raise SystemExit(str(query))
+
+
+def test_threads_that_die_while_they_take_jobs_are_replaced_as_soon_as_one_can_start(
+    pool: Pool, starts: Starts, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._FEWEST", 1)
-    monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
+    pool.place = die
     pool.kind()  # starts its watch
-
-    def place(query: object) -> Job | None:
-        raise SystemExit(str(query))
-
-    pool.place = place
-    until(lambda: pool_threads() == 2)  # with the watch
+    until(lambda: pool_threads() == 3)
     starts.fail = True
-    pool.put(Query())
+    for _ in range(2):
+        pool.put(Query())
     until(lambda: pool_threads() == 1)
     assert "internal error ends pool-1; another thread takes its place" in caplog.text
     done = threading.Event()
     pool.submit(done.set)
     starts.fail = False
     assert done.wait(EVENT_LIMIT)
+
+
+def test_threads_that_die_leave_a_whole_pool(pool: Pool, caplog: pytest.LogCaptureFixture) -> None:
+    pool.place = die
+    pool.kind()
+    with caplog.at_level(logging.CRITICAL, "zenoh_ice"):
+        for _ in range(20):
+            pool.put(Query())
+        for _ in range(3):
+            together = threading.Barrier(6)
+            for _ in range(5):
+                pool.submit(lambda together=together: together.wait(EVENT_LIMIT))  # type: ignore[misc]
+            together.wait(EVENT_LIMIT)
+    assert pool_threads() <= 6  # with the watch
 
 
 def test_a_pool_that_takes_no_jobs_says_so_and_when_it_takes_them_again(
@@ -394,3 +453,9 @@ def test_a_pool_without_its_first_thread_is_refused(starts: Starts) -> None:
 
 def pool_threads() -> int:
     return sum(thread.name.startswith("pool") for thread in threading.enumerate())
+
+
+def files() -> list[str]:
+    """Return what the descriptors of pools stand for."""
+    names = [str(file.readlink()) for file in Path("/proc/self/fd").iterdir() if file.is_symlink()]
+    return sorted(name for name in names if "event" in name)
