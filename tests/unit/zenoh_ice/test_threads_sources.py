@@ -119,9 +119,9 @@ def test_jobs_of_a_source_are_taken_in_their_order_by_one_thread_at_a_time(feed:
 def test_a_thread_that_takes_a_job_slowly_keeps_the_source(feed: MakeFeed) -> None:
     executed = threading.Semaphore(0)
     source = feed(lambda number: executed.release(), quick=True)
-    source.before_taking = lambda: time.sleep(3 * PULSE_PERIOD)
-    source.send(1, 2, 3)
-    wait_for(executed, 3)
+    source.before_taking = lambda: time.sleep(3 * PULSE_PERIOD if len(source.taken) % 2 else 0)
+    source.send(1, 2, 3, 4)
+    wait_for(executed, 4)
     assert source.most_takers == 1
 
 
@@ -206,30 +206,25 @@ def test_a_source_that_is_detached_during_a_job_gives_no_further_one() -> None:
     assert source.taken == [1]
 
 
-def test_a_source_that_is_detached_while_a_thread_takes_its_job_leaves_the_thread_to_others() -> None:
-    pool = Pool(1, "pool")
-    taking, leave, done = threading.Event(), threading.Event(), threading.Event()
-    source, other = (
-        Feed(pool.kind(), lambda number: leave.wait(FOREVER)),
-        Feed(pool.kind(), lambda _: done.set()),
-    )
+def test_a_thread_with_a_long_job_of_a_source_that_was_detached_is_not_free(
+    feed: MakeFeed, pool: Pool
+) -> None:
+    pool.reserve(-3)  # leaves two threads
+    entered, leave, submitted, done = (threading.Event() for _ in range(4))
 
-    def detach() -> None:
-        pool.detach(source)
-        taking.set()
+    def stay(number: int) -> None:
+        entered.set()
+        leave.wait(FOREVER)
 
-    source.before_taking = detach
-    pool.attach(source)
-    pool.attach(other)
+    source, other = feed(stay), feed(lambda number: done.set())
+    source.before_taking = lambda: pool.detach(source)
     source.send(1)
-    assert taking.wait(EVENT_LIMIT)
-    other.send(1)  # the thread with the long job must not count as a free one
+    assert entered.wait(EVENT_LIMIT)
+    pool.submit(submitted.set)
+    assert submitted.wait(EVENT_LIMIT)
+    other.send(1)  # nobody would notice while the other thread waits in the queue
     assert done.wait(EVENT_LIMIT)
     leave.set()
-    pool.detach(other)
-    assert pool.close(EVENT_LIMIT)
-    source.close()
-    other.close()
 
 
 def test_events_of_a_closed_file_do_no_harm_to_the_next_of_its_number(pool: Pool) -> None:
