@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
+import zenoh
+
+from tests.support.waiting import until
+from zenoh_ice import Communicator
+from zenoh_ice._presence import servant_token
+from zenoh_ice.transport import Target
+
+if TYPE_CHECKING:
+    from tests.conftest import Pair
 
 __all__ = [
     "COLLOCATED",
     "LOCAL",
     "LOCAL_SOCKETS",
     "NETWORK",
+    "calls_over_network",
+    "cut_local_connections",
     "everywhere",
     "is_used",
     "local_connections",
     "over_both",
+    "two_servers",
 ]
 
 LOCAL: Final = "local"
@@ -39,18 +53,57 @@ _CONNECTED: Final = "03"
 
 def local_connections(pid: int | None = None) -> int:
     """Return how many ends of local connections a process has, by default this one."""
-    connected = set()
-    for line in Path("/proc/net/unix").read_text().splitlines()[1:]:
-        _, _, _, _, kind, state, inode, *_ = line.split()
-        if (kind, state) == (_SEQPACKET, _CONNECTED):
-            connected.add(f"socket:[{inode}]")
-    count = 0
-    for file in Path(f"/proc/{pid or os.getpid()}/fd").iterdir():
-        with suppress(OSError):  # it was closed meanwhile
-            count += str(file.readlink()) in connected
-    return count
+    return len(_local_files(pid or os.getpid()))
 
 
 def is_used(carrier: str, pid: int | None = None) -> bool:
     """Return whether a process, which has called or was called, did so over a carrier."""
     return (local_connections(pid) > 0) is (carrier == LOCAL)
+
+
+def cut_local_connections() -> None:
+    """End all local connections of this process, as if they broke."""
+    for file in _local_files(os.getpid()):
+        with suppress(OSError), socket.socket(fileno=os.dup(file)) as copy:
+            copy.shutdown(socket.SHUT_RDWR)
+
+
+def calls_over_network(server: Communicator) -> list[str]:
+    """Return a list that notes the key of each call that reaches a server over the network from now on."""
+    noted: list[str] = []
+    pool = server.pool
+    place = pool.place
+
+    def noting(query: zenoh.Query) -> Any:
+        noted.append(str(query.key_expr))
+        return place(query)
+
+    pool.place = noting
+    return noted
+
+
+@contextmanager
+def two_servers(pair: Pair, target: Target, type_id: str) -> Iterator[None]:
+    """Let a target seem to have another server, too, so that the client calls it over the network."""
+    token = pair.server.transport.announce(servant_token(target, type_id, "", "c0ffee", 1.0))
+    until(lambda: len(pair.client.presence.servers(target)) == 2)
+    try:
+        yield
+    finally:
+        token.close()
+        until(lambda: len(pair.client.presence.servers(target)) == 1)
+
+
+def _local_files(pid: int) -> list[int]:
+    """Return the descriptors of the ends of local connections that a process has."""
+    connected = set()
+    for line in Path("/proc/net/unix").read_text().splitlines()[1:]:
+        _, _, _, _, kind, state, inode, *_ = line.split()
+        if (kind, state) == (_SEQPACKET, _CONNECTED):
+            connected.add(f"socket:[{inode}]")
+    found = []
+    for file in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(OSError):  # it was closed meanwhile
+            if str(file.readlink()) in connected:
+                found.append(int(file.name))
+    return found

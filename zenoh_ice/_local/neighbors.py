@@ -7,6 +7,7 @@ import logging
 import math
 import os
 import re
+import select
 import socket
 import threading
 import time
@@ -115,7 +116,7 @@ class Neighbor:
                 continue  # it ended while it was idle
             break
         try:
-            outcome = line.receive(limit, what, self._view)
+            outcome = line.receive(timeout, limit, what, self._view)
         except BaseException:
             self._drop(line)
             raise
@@ -215,12 +216,15 @@ class _Line:
 
     def __init__(self, connection: socket.socket) -> None:
         self._socket: Final = connection
+        # Not SO_RCVTIMEO: that begins again after each signal.
+        answers = select.poll()
+        answers.register(connection, select.POLLIN)
+        self._wait: Final = answers.poll
         self._timeout = 0.0
 
     def send(self, request: tuple[object, ...], payload: bytes, timeout: float) -> None:
         """Send a call; raises OSError if it was not sent, BlockingIOError of these when there was no room."""
         if timeout != self._timeout:
-            limit_waits(self._socket, socket.SO_RCVTIMEO, timeout)
             limit_waits(self._socket, socket.SO_SNDTIMEO, timeout)
             self._timeout = timeout
         if len(payload) > LARGEST_INLINE:
@@ -230,15 +234,15 @@ class _Line:
     def _send_message(self, message: bytes) -> None:
         self._socket.send(message, socket.MSG_NOSIGNAL)
 
-    def receive(self, limit: int, what: str, view: ArenaView | None) -> Outcome:
+    def receive(self, timeout: float, limit: int, what: str, view: ArenaView | None) -> Outcome:
         """Wait for the answer."""
         parts: Parts | None = None
         deadline = time.monotonic() + self._timeout
         while True:
+            if not self._wait(1000.0 * timeout):
+                raise NoAnswer(timed_out=True)
             try:
                 message = self._socket.recv(LARGEST_MESSAGE)
-            except BlockingIOError:
-                raise NoAnswer(timed_out=True) from None
             except OSError:
                 message = b""
             if not message:
@@ -429,8 +433,10 @@ class Channel(Source):
 
     def _fail_pending(self) -> None:
         for number in list(self._pending):
-            if (pending := self._take(number)) is not None:
-                pending.done(NoAnswer(timed_out=False, broken=True))
+            if (
+                pending := self._take(number)
+            ) is not None:  # one by one: some are called again, which takes long
+                self._neighbor.pool.submit(partial(pending.done, NoAnswer(timed_out=False, broken=True)))
         for number, subscriber in list(self._subscribers.items()):
             subscriber.confirm(self, number, ok=False)
 
@@ -504,6 +510,8 @@ class Route:
 
     def __init__(self, neighborhood: Neighborhood) -> None:
         self.neighbor: Neighbor | None = None
+        self.of_channel: Neighbor | None = None
+        """The one to which the calls in the channel went."""
         self.changed: Final[set[Callable[[], object]]] = set()
         """Called, where they must not wait, whenever the neighbor is another one, or none."""
         self.in_channel: Final[set[int]] = set()
@@ -530,6 +538,13 @@ class Route:
         if self.neighbor is not before:
             for changed in tuple(self.changed):
                 changed()
+
+    @property
+    def way(self) -> Neighbor | None:
+        """The neighbor that the next call goes to; None if it goes over the network."""
+        if not self.is_clear:
+            return None
+        return self.of_channel if self.in_channel else self.neighbor
 
     @property
     def is_clear(self) -> bool:

@@ -330,7 +330,7 @@ class _Caller:
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
             return self._here.call(payload, attachment)
-        if (route := self._route) is not None and (neighbor := route.neighbor) is not None and route.is_clear:
+        if (route := self._route) is not None and (neighbor := route.way) is not None:
             with suppress(NotSent):
                 if route.in_channel:
                     return self._call_in_channel(payload, attachment)
@@ -362,12 +362,7 @@ class _Caller:
     ) -> Callable[[], object]:
         # Servants of this process, too, are called through the session, because it enforces the limit.
         route = self._route
-        if (
-            route is not None
-            and (neighbor := route.neighbor) is not None
-            and route.is_clear
-            and self._prefix not in self._receivers
-        ):
+        if route is not None and (neighbor := route.way) is not None and self._prefix not in self._receivers:
             sent = Sent(
                 self._prefix,
                 self._operation.name,
@@ -378,6 +373,7 @@ class _Caller:
                 route.in_channel,
             )
             with suppress(NotSent):
+                route.of_channel = neighbor
                 return neighbor.channel(self.timeout).begin(sent, payload, done)
         call = object()
         if route is not None:
