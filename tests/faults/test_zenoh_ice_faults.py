@@ -18,8 +18,8 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI, drains
+from tests.support.carriers import is_used, over_both
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
-from tests.support.memory_files import mapped, shared_maps
 from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
 from tests.support.waiting import call_until_it_works, links, listened, until
@@ -36,7 +36,6 @@ from zenoh_ice import (
     TimeoutException,
     initialize,
 )
-from zenoh_ice._zenoh.shared_memory import memory_space
 from zenoh_ice._zenoh.transport import ZenohTransport
 
 SERVER = "tests.support.calculator_server"
@@ -129,8 +128,9 @@ class TestNoServer:
 
 
 class TestServerKilled:
+    @over_both
     def test_it_is_reported_at_once_and_proxies_and_streams_survive_the_restart(
-        self, endpoint: str, make_communicator: MakeCommunicator
+        self, carrier: str, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
         client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         seen: list[int] = []
@@ -147,6 +147,8 @@ class TestServerKilled:
             server_id = first.wait_for("^ready (.*)")[1].strip()
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             assert [calculator.count() for _ in range(3)] == [1, 2, 3]
+            assert is_used(carrier)
+            assert is_used(carrier, first.process.pid)
             subscription = calculator.getReading.subscribe(lambda sample: seen.append(sample.value.count))
             until(lambda: seen and seen[-1] >= 5)
             call = calculator.sleep.begin(FOREVER)
@@ -174,10 +176,12 @@ class TestServerKilled:
             second.wait_for("^ready")
             call_until_it_works(calculator)
             assert calculator.count() == 1  # none of those that failed was executed later
+            assert is_used(carrier, second.process.pid)
             until(lambda: len(seen) > before)
             assert calculator.getReading.wait(timeout=EVENT_LIMIT).value.count > 0
         subscription.close()
 
+    @over_both
     def test_idempotent_call_is_sent_once_more_and_no_other(
         self, endpoint: str, make_communicator: MakeCommunicator, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -225,6 +229,7 @@ class TestServerKilled:
 
 
 class TestServerFrozen:
+    @over_both
     def test_call_ends_within_its_timeout_and_the_loss_is_noticed(
         self, lasting: tuple[ComponentProcess, str], make_communicator: MakeCommunicator
     ) -> None:
@@ -245,11 +250,12 @@ class TestServerFrozen:
                         continue
         call_until_it_works(calculator)
 
+    @over_both
     def test_sending_to_a_frozen_server_ends_within_the_timeout(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
         """More data than all buffers hold: the sender must not wait for room, after 2 s the link is lost."""
-        client = make_communicator(connect=[endpoint], shared_memory=False, timeout=2.0)
+        client = make_communicator(connect=[endpoint], timeout=2.0)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(8 << 20)
         assert calculator.ice_invocationTimeout(CALL_LIMIT * 1000).echo(data) == data
@@ -259,6 +265,7 @@ class TestServerFrozen:
             with pytest.raises((TimeoutException, ConnectionLostException)):
                 calculator.ice_invocationTimeout(2000).echo(data)
 
+    @over_both
     def test_what_was_given_up_meanwhile_is_not_executed_when_it_goes_on(
         self, lasting: tuple[ComponentProcess, str], make_communicator: MakeCommunicator
     ) -> None:
@@ -282,7 +289,7 @@ class TestLinkThatStandsStill:
         """More data than all buffers hold: the sender waits for room, as long as the limit of the call."""
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(connect=[relay.endpoint], shared_memory=False)
+            client = make_communicator(connect=[relay.endpoint], local_sockets=False)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(8 << 20)
             assert calculator.echo(data) == data
@@ -300,7 +307,7 @@ class TestLinkThatStandsStill:
     ) -> None:
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(connect=[relay.endpoint], shared_memory=False, timeout=LONGEST_CALL)
+            client = make_communicator(connect=[relay.endpoint], local_sockets=False, timeout=LONGEST_CALL)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(8 << 20)
             assert calculator.echo(data) == data
@@ -319,7 +326,7 @@ class TestLinkThatStandsStill:
         """More data than all buffers hold: a call with a shorter limit than others does not wait for room."""
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
-            client = make_communicator(connect=[relay.endpoint], shared_memory=False, timeout=LONGEST_CALL)
+            client = make_communicator(connect=[relay.endpoint], local_sockets=False, timeout=LONGEST_CALL)
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             hurried = calculator.ice_invocationTimeout(500)
             relay.hold()
@@ -567,27 +574,6 @@ class TestEndOfTheProgram:
         assert result.stdout.strip() == "7 3.0", result.stderr
 
 
-@pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
-@pytest.mark.parametrize("turned_on", [False, True])
-def test_shared_memory_is_used_unless_it_is_turned_off(
-    endpoint: str, make_communicator: MakeCommunicator, turned_on: bool
-) -> None:
-    before = mapped("/dev/shm/")
-    server = make_communicator(listen=[endpoint], shared_memory=turned_on)
-    adapter = server.createObjectAdapter("Test")
-    adapter.add(CalculatorI(), "Calculator")
-    adapter.activate()
-    client = make_communicator(connect=[endpoint])
-    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-    data = bytes(1 << 20)
-    if turned_on:
-        until(lambda: calculator.echo(data) == data and shared_maps())
-    else:
-        assert [calculator.echo(data) for _ in range(3)] == [data] * 3
-        assert not shared_maps()
-    assert mapped("/dev/shm/") <= before  # Zenoh's own is never used: it stays when its process is killed
-
-
 def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:
     before = threading.active_count()
     for _ in range(3):
@@ -620,6 +606,7 @@ def test_a_session_that_cannot_end_in_time_does_not_fail_the_end(
     assert "close operation timed out" in caplog.text
 
 
+@over_both
 @pytest.mark.parametrize(
     "order", ["both at once", "server first", "client first", "twice", "from a callback"]
 )

@@ -53,8 +53,8 @@ def line(
     adapter.add(servant, "Calculator")
     adapter.activate()
     with Relay(endpoint) as relay:
-        # It listens on nothing: gossip would lead the server around the relay.
-        client = make_communicator(connect=[relay.endpoint], listen=[], lease=lease, shared_memory=False)
+        # It listens on nothing: gossip would lead the server around the relay, as a local socket would.
+        client = make_communicator(connect=[relay.endpoint], listen=[], lease=lease, local_sockets=False)
         calculator = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
         call_until_it_works(calculator)  # on a busy machine, a short lease may end as soon as it begins
         yield Line(relay, server, client, servant, calculator)
@@ -199,7 +199,8 @@ class TestRouter:
         self, endpoint: str, router: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
         server, client = (
-            make_communicator(connect=[endpoint], mode="client", timeout=CALL_LIMIT) for _ in range(2)
+            make_communicator(connect=[endpoint], mode="client", timeout=CALL_LIMIT, local_sockets=False)
+            for _ in range(2)
         )
         servant = self.serve(server)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))

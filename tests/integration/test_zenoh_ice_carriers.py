@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 import pytest
 
@@ -60,7 +61,7 @@ class TestChange:
     ) -> None:
         """While the carrier changes again and again, a client mixes calls that wait with futures."""
         over_network = calls_over_network(pair.server)
-        calls: list[Future[object]] = []
+        calls: list[Future[Any]] = []
         ended = threading.Event()
         changes = 0
 

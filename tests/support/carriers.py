@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -62,10 +62,15 @@ def is_used(carrier: str, pid: int | None = None) -> bool:
 
 
 def cut_local_connections() -> None:
-    """End all local connections of this process, as if they broke."""
-    for file in _local_files(os.getpid()):
-        with suppress(OSError), socket.socket(fileno=os.dup(file)) as copy:
-            copy.shutdown(socket.SHUT_RDWR)
+    """End all local connections of this process, as if they broke, but none that are made meanwhile."""
+    with ExitStack() as copies:
+        ends = []
+        for file in _local_files(os.getpid()):
+            with suppress(OSError):  # it was closed meanwhile
+                ends.append(copies.enter_context(socket.socket(fileno=os.dup(file))))
+        for end in ends:
+            with suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
 
 
 def calls_over_network(server: Communicator) -> list[str]:
