@@ -227,6 +227,8 @@ class _Connection(Source):
                 self._parts.add(message.payload)
             case Return():
                 self._give_back(message.number, message.start)
+                if message.number == 0:
+                    self._lent = -1
             case Subscribe():
                 self._subscribe(message)
             case Cancel():
@@ -237,6 +239,24 @@ class _Connection(Source):
 
     def _subscribe(self, message: Subscribe) -> None:
         listeners = self._door.streams.get(f"{message.target}/{message.operation}")
+        published = listeners is not None and listeners.add(self, message.number)
+        if listeners is not None and self._closed:  # meanwhile, by another thread
+            listeners.remove(self)
+        self.notify(encode((SUBSCRIBED, message.number, published)))
+
+    def notify(self, message: bytes) -> None:
+        """Send a message that its client waits for, without waiting."""
+        with self._sending:
+            if self._closed:
+                return
+            waits = bool(self._unsent)
+            try:
+                self._send(message)
+            except OSError as error:
+                self._end(error)
+            begins_to_wait = not waits and bool(self._unsent)
+        if begins_to_wait:
+            self._door.pool.submit(self._send_rest)
         ok = listeners is not None and listeners.add(self, message.number)
         if listeners is not None and self._closed:  # meanwhile, by another thread
             listeners.remove(self)
@@ -267,25 +287,38 @@ class _Connection(Source):
             payload, places, extent = lend(answer, self._door.arena, (self, number))
             if number == 0 and extent is not None:
                 self._lent = extent.start
-            waits = bool(self._unsent)
+            lent = () if extent is None else (places, extent)
+            if number and self.owner == threading.get_ident() and len(payload) <= LARGEST_TOGETHER:
+                self._held.append((ANSWER, number, ok, payload, *lent))
+                return
             try:
                 payload = send_parts(self._send, payload)
-                lent = () if extent is None else (places, extent)
                 self._send(encode((ANSWER, number, ok, payload, *lent)))
             except OSError as error:
                 self._end(error)
-            begins_to_wait = not waits and bool(self._unsent)
-        if begins_to_wait:
-            self._door.pool.submit(self._send_rest)
+
+    def _send_held(self) -> None:
+        """Send the answers that were held back."""
+        with self._sending:
+            while self._held and not self._closed:
+                held = self._held[:MOST_TOGETHER]
+                del self._held[: len(held)]
+                try:
+                    self._send(encode(held[0] if len(held) == 1 else (ANSWERS, held)))
+                except OSError as error:
+                    self._end(error)
 
     def _send(self, message: bytes) -> None:
         """Send a message, or keep it while its client takes none; with the lock. Raises OSError."""
-        if not self._unsent:
+        waits = bool(self._unsent)
+        if not waits:
             with suppress(BlockingIOError):
                 self._socket.send(message, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
                 return
         self._unsent.append(message)
         self._unsent_size += len(message)
+        if not waits:
+            self._door.pool.submit(self._send_rest)
         if self._unsent_size > _MOST_UNSENT:
             raise OSError("its client takes no answers")
 
@@ -303,11 +336,19 @@ class _Connection(Source):
             self._end(error)
 
     def _end(self, error: OSError) -> None:
-        """Let the thread that takes its messages close it: nobody else knows that none is reading it."""
+        """Send no more; its client closes it when it has read what was sent to it, and lent.
+
+        If it is stopped, that may take any time.
+        """
         _logger.debug("answers dropped: %s", error)
         self._closed = True
         with suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)
+            self._socket.shutdown(socket.SHUT_WR)
+        self._remove_from_streams()
+
+    def _remove_from_streams(self) -> None:
+        for listeners in list(self._door.streams.values()):
+            listeners.remove(self)
 
     def abandon(self) -> None:
         """Close its file in a forked child."""
@@ -321,8 +362,7 @@ class _Connection(Source):
         with self._receiving, self._sending:
             self._closed = True
             self._socket.close()
-        for listeners in list(self._door.streams.values()):
-            listeners.remove(self)
+        self._remove_from_streams()
         if self._door.arena is not None:
             self._door.arena.forget(self)
         self._door.forget(self)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from typing import Final, Protocol
@@ -10,18 +11,26 @@ from .._codec import Pieces
 from .._memory import Arena
 from .messages import LARGEST_INLINE, SAMPLE, SUBSCRIBED, encode, lend
 
-MOST_LENT: Final = 8
-"""Samples that a listener may leave unread in the memory of their sender."""
-
+_MOST_LENT: Final = 8  # samples that a listener may leave unread in the memory of their sender
+_MOST_BYTES: Final = 32 << 20  # of these, but for one sample: an eighth of the memory
 _MOST_LISTENERS: Final = 256  # others listen over the network
 _ON_THEIR_WAY: Final = 3  # more of them that it has received, or that were sent to it, but not given back
+_SHORTAGE: Final = 0.5  # s without memory after which listeners are sent to the network
+
+
+def most_unread(size: int) -> int:
+    """Return how many samples of a size in bytes a listener may leave unread in lent memory."""
+    return max(1, min(_MOST_LENT, _MOST_BYTES // max(1, size)))
 
 
 class Link(Protocol):
     """A connection that carries samples."""
 
     def send_sample(self, message: bytes) -> bool:
-        """Send a sample; return whether there was room for it."""
+        """Send a sample, or drop it rather than wait; return whether there was room for it."""
+
+    def notify(self, message: bytes) -> None:
+        """Send a message that must arrive."""
 
 
 class Listeners:
@@ -31,14 +40,16 @@ class Listeners:
         self._arena: Final = arena
         self._lock: Final = threading.Lock()
         self._all: tuple[tuple[Link, int], ...] = ()  # by their numbers on their links
+        self._closed = False
+        self._short_since = math.inf  # of memory
 
     def __bool__(self) -> bool:
         return bool(self._all)
 
     def add(self, link: Link, number: int) -> bool:
-        """Send it samples from now on; return false if there are too many already."""
+        """Send it samples from now on; return false when there will be none."""
         with self._lock:
-            if len(self._all) >= _MOST_LISTENERS:
+            if self._closed or len(self._all) >= _MOST_LISTENERS:
                 return False
             self._all = (*self._all, (link, number))
             return True
@@ -52,14 +63,16 @@ class Listeners:
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
         """Send a sample; those who have not read several before do not get it."""
-        most = MOST_LENT + _ON_THEIR_WAY
+        most = most_unread(len(payload)) + _ON_THEIR_WAY
         ready = [each for each in self._all if self._arena.lent_to(each) < most]
         if not ready:
             time.sleep(0)  # a turn for the thread that learns what was given back
             return
         small, places, extent = lend(payload, self._arena, *ready)
-        if len(small) > LARGEST_INLINE:  # all memory is lent
+        if len(small) > LARGEST_INLINE:
+            self._note_shortage(ready)
             return
+        self._short_since = math.inf
         where = () if extent is None else (places, extent)
         for link, number in ready:
             sent = link.send_sample(encode((SAMPLE, number, attachment, small, *where)))
@@ -69,6 +82,16 @@ class Listeners:
     def close(self) -> None:
         """Tell all that no further samples come."""
         with self._lock:
+            self._closed = True
             ended, self._all = self._all, ()
         for link, number in ended:
-            link.send_sample(encode((SUBSCRIBED, number, False)))
+            link.notify(encode((SUBSCRIBED, number, False)))
+
+    def _note_shortage(self, listeners: list[tuple[Link, int]]) -> None:
+        """Send listeners to the network when there has been no memory for them for some time."""
+        now = time.monotonic()
+        self._short_since = min(self._short_since, now)
+        if now - self._short_since >= _SHORTAGE:
+            for link, number in listeners:
+                if link.send_sample(encode((SUBSCRIBED, number, False))):
+                    self.remove(link, number)

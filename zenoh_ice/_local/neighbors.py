@@ -16,10 +16,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from typing import Final, Protocol
+from weakref import WeakSet
 
 import msgspec
 
-from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD
+from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD, Parted
 from .._memory import ArenaView
 from .._presence import parse_servant_token
 from .._threads import Job, Pool, Source
@@ -52,7 +53,10 @@ from .messages import (
 _ADDRESS: Final = re.compile(r"([0-9a-f]{16})\.([0-9]{1,10})\.([0-9]{1,10})")
 _HELLO_LIMIT: Final = 0.5  # s
 _HELLO_SHARE: Final = 0.1  # of a call's limit: after a vain attempt, it is made over the network
+_READING_LIMIT: Final = 4.0  # s after the end of a connection in which nobody writes what it lent
+_SENDING_LIMIT: Final = 1.0  # s that a server may take none of a channel's messages
 _PAUSE: Final = 5.0  # s after a vain attempt to reach a neighbor, in which it is called over the network
+_LARGEST_KEPT: Final = 1 << 20  # bytes of the last answer that an idle connection does not give back
 _MOST_IDLE: Final = 8  # connections kept for calls that wait
 _MOST_NEIGHBORS: Final = 256
 _MOST_TOKENS: Final = 64  # of one target
@@ -133,29 +137,32 @@ class Neighbor:
             with self._lock:
                 channel = self._channel
                 if channel is None or channel.ended:
-                    channel = self._channel = Channel(self, self._connect(timeout))
+                    channel = self._channel = Channel(self.pool, self._connect(timeout), self._view)
+                    if self._closed:
+                        channel.close()
         return channel
-
-    @property
-    def view(self) -> ArenaView | None:
-        """The memory that it lends."""
-        return self._view
 
     def close(self) -> None:
         """End all connections for good: running calls end without an answer."""
+        if (channel := self.shut()) is not None:
+            channel.close()
+
+    def shut(self) -> Channel | None:
+        """End all connections for good, once what has arrived is read; return a channel that ends by itself."""
         self._closed = True
         self._absent_until = math.inf
         with self._lock:
             lines = list(self._lines)
-            channel = self._channel
+            channel, self._channel = self._channel, None
         for line in lines:
             line.shut()
         if channel is not None:
-            channel.close()
+            channel.shut()
         while self._idle:
             with suppress(IndexError):
                 self._drop(self._idle.pop())
-        self._view = None  # unmapped, and its file closed, once nobody reads it
+        self._view = None  # it is unmapped once the last sample in it was dropped
+        return channel
 
     def abandon(self) -> None:
         """Close all files in a forked child."""
@@ -255,7 +262,10 @@ class _Line:
                 case Answer(number=0):
                     if parts is not None:
                         answer.payload = parts.complete(answer.payload)
-                    return outcome_of_answer(answer, limit, what, view)
+                    outcome = outcome_of_answer(answer, limit, what, view)
+                    if answer.extent is not None and sum(answer.extent.sizes) > _LARGEST_KEPT:
+                        self._give_back(answer.extent.start)
+                    return outcome
                 case Part():
                     parts = parts or Parts()
                     parts.add(answer.payload)
@@ -269,6 +279,10 @@ class _Line:
 
     def close(self) -> None:
         self._socket.close()
+
+    def _give_back(self, start: int) -> None:
+        with suppress(OSError):  # the next call will notice
+            self._send_message(encode((RETURN, 0, start)))
 
     def _limit_rest(self, deadline: float) -> None:
         """Wait no longer for the next part than for all of the answer."""
@@ -300,9 +314,11 @@ class Subscriber(Protocol):
 class Channel(Source):
     """A connection for calls in flight, and for streams of large values."""
 
-    def __init__(self, neighbor: Neighbor, connection: socket.socket) -> None:
+    def __init__(self, pool: Pool, connection: socket.socket, view: ArenaView | None) -> None:
         self.ended = False
-        self._neighbor: Final = neighbor
+        self._ended_at = math.inf
+        self._pool: Final = pool
+        self._view: Final = view
         self._socket: Final = connection
         self._file: Final = connection.fileno()
         # Both are held while it is closed: nobody uses a file with the same number.
@@ -312,17 +328,27 @@ class Channel(Source):
         self._pending: Final[dict[int, _Pending]] = {}
         self._subscribers: Final[dict[int, Subscriber]] = {}
         self._parts: Final = Parts()
-        self._timeout = 0.0
-        self._kind: Final = neighbor.pool.kind()
-        neighbor.pool.attach(self)
+        self._timeout = _SENDING_LIMIT
+        limit_waits(connection, socket.SO_SNDTIMEO, self._timeout)
+        self._kind: Final = pool.kind()
+        pool.attach(self)
 
     def fileno(self) -> int:
         return self._file
 
-    @property
-    def view(self) -> ArenaView | None:
-        """The memory that the neighbor lends."""
-        return self._neighbor.view
+    def read(self, received: Answer | Sample, limit: int, what: str) -> bytes | Parted:
+        """Return the payload of a message, and give its memory back.
+
+        Raises MarshalException for one of more than `limit` bytes, NoAnswer when the connection ended so long
+        ago that the memory may have been written again.
+        """
+        try:
+            payload = collect(received, self._view, limit, what)
+        finally:
+            self.give_back(received)
+        if received.extent is not None and time.monotonic() > self._ended_at + _READING_LIMIT:
+            raise NoAnswer(timed_out=False, broken=True)
+        return payload
 
     def begin(self, call: Sent, payload: bytes, done: Done) -> Callable[[], object]:
         """Send a call; `done` gets its outcome, once. Return a function that forgets it. Raises NotSent."""
@@ -334,7 +360,7 @@ class Channel(Source):
             self._send_call(number, call, payload)
         except BlockingIOError:  # no room for it, all the time
             if self._take(number) is not None:
-                self._neighbor.pool.submit(partial(done, NoAnswer(timed_out=True)))
+                self._pool.submit(partial(done, NoAnswer(timed_out=True)))
         except OSError as error:
             self.shut()
             if self._take(number) is not None:
@@ -395,7 +421,7 @@ class Channel(Source):
     def look(self, now: float) -> None:
         for number, pending in list(self._pending.items()):
             if pending.deadline <= now and self._take(number) is not None:
-                self._neighbor.pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
+                self._pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
 
     def shut(self) -> None:
         """Let it end, on a thread of the pool."""
@@ -404,12 +430,14 @@ class Channel(Source):
 
     def close(self) -> None:
         """End it: pending calls end without an answer."""
-        self.ended = True
+        if not self.ended:
+            self._ended_at = time.monotonic()
+            self.ended = True
         self.shut()  # ends a wait to send, too
-        self._neighbor.pool.detach(self)
+        self._pool.detach(self)
         with self._receiving, self._sending:
             self._socket.close()
-        self._neighbor.pool.submit(self._fail_pending)
+        self._pool.submit(self._fail_pending)
 
     def abandon(self) -> None:
         """Close its file in a forked child."""
@@ -423,12 +451,11 @@ class Channel(Source):
 
     def _finish(self, pending: _Pending, answer: Answer) -> None:
         call = pending.call
+        limit = call.limit if answer.ok else LARGEST_PAYLOAD
         try:
-            view = self._neighbor.view
-            outcome: Outcome | SystemException = outcome_of_answer(answer, call.limit, call.what, view)
+            outcome: Outcome | SystemException = answer.ok, self.read(answer, limit, call.what)
         except SystemException as error:
             outcome = error
-        self.give_back(answer)
         pending.done(outcome)
 
     def _fail_pending(self) -> None:
@@ -448,11 +475,12 @@ class Channel(Source):
             subscriber.arrive(self, sample)
 
     def _send(self, message: tuple[object, ...]) -> bool:
-        """Send a message; return false when the connection has ended."""
+        """Send a message; return false when the connection has ended, or ends because there is no room."""
         try:
             with self._sending:
                 self._send_message(encode(message))
         except OSError:
+            self.shut()
             return False
         return True
 
@@ -568,6 +596,7 @@ class Neighborhood:
         self._lock: Final = threading.Lock()
         self._routes: Final[dict[Target, Route]] = {}
         self._neighbors: Final[dict[str, Neighbor]] = {}
+        self._ending: Final[WeakSet[Channel]] = WeakSet()  # of lost neighbors, while the pool has them
         self._closed = False
 
     def route(self, target: Target) -> Route:
@@ -602,17 +631,26 @@ class Neighborhood:
             for route in routes:
                 if route.neighbor is neighbor:
                     route.choose()
-            self._pool.submit(neighbor.close)
+            self._pool.submit(partial(self._let_end, neighbor))
 
     def close(self) -> None:
         """End all calls."""
         with self._lock:
             self._closed = True
             neighbors = list(self._neighbors.values())
+            ending = list(self._ending)
         for each in neighbors:
             each.close()
+        for channel in ending:
+            channel.close()
 
     def abandon(self) -> None:
         """Close all files in a forked child."""
         for each in self._neighbors.values():
             each.abandon()
+
+    def _let_end(self, neighbor: Neighbor) -> None:
+        channel = neighbor.shut()
+        with self._lock:
+            if channel is not None:
+                self._ending.add(channel)

@@ -7,6 +7,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -14,9 +15,9 @@ from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces, too_large
 from .._local.door import Door
-from .._local.listeners import MOST_LENT
-from .._local.messages import Sample, collect
-from .._local.neighbors import Channel, Neighbor, NotSent, Route
+from .._local.listeners import most_unread
+from .._local.messages import Sample
+from .._local.neighbors import Channel, NotSent, Route
 from .._threads import UserCodeThread, start
 from ..exceptions import ConnectionLostException
 from ..interface import Operation
@@ -187,20 +188,25 @@ class BulkInlet(_Inlet):
         self._choosing: Final = threading.Lock()
         self._subscriber: zenoh.Subscriber[Any] | None = None
         self._channel: tuple[Channel, int] | None = None
-        self._vain: Neighbor | None = None  # it does not publish the stream at its door
+        self._confirmed = False  # whether samples come through the channel
         if self._route is not None:
-            self._route.changed.add(self._reconsider)
-        self._choose()
+            self._route.changed.add(self._choose_later)
+        try:
+            self._choose()
+        except BaseException:
+            self.close()
+            raise
 
     def confirm(self, channel: Channel, number: int, *, ok: bool) -> None:
-        if not ok and self._route is not None:
-            self._vain = self._route.neighbor
         self._transport.pool.submit(lambda: self._settle(channel, number, ok=ok))
 
     def arrive(self, channel: Channel, sample: Sample) -> None:
         lent = _Lent(channel, sample)
-        if self._queue > MOST_LENT:  # its memory is not for so many
-            lent.read(self._limit, self._what)
+        if sample.extent is not None and self._queue > most_unread(sum(sample.extent.sizes)):
+            try:  # its memory is not for so many
+                lent.read(self._limit, self._what)
+            except ConnectionLostException:
+                return
         self._keep(lent)
 
     def open(self, sample: zenoh.Sample | _Lent) -> Arrived:
@@ -209,14 +215,17 @@ class BulkInlet(_Inlet):
         return _opened(sample, self._limit, self._what)
 
     def _keep(self, sample: zenoh.Sample | _Lent) -> None:
-        oldest = None
+        dropped = None
         with self._arrived:
-            if len(self._samples) >= self._queue:
-                oldest = self._samples.popleft()
-            self._samples.append(sample)
-            self._arrived.notify()
-        if oldest is not None:
-            self._discard(oldest)
+            if self._closed.is_set():
+                dropped = sample
+            else:
+                if len(self._samples) >= self._queue:
+                    dropped = self._samples.popleft()
+                self._samples.append(sample)
+                self._arrived.notify()
+        if dropped is not None:
+            self._discard(dropped)
 
     def _poll(self) -> zenoh.Sample | _Lent | None:
         with self._arrived:
@@ -233,7 +242,7 @@ class BulkInlet(_Inlet):
 
     def _stop(self) -> None:
         if self._route is not None:
-            self._route.changed.discard(self._reconsider)
+            self._route.changed.discard(self._choose_later)
         with self._choosing:
             self._leave_channel()
             self._leave_network()
@@ -244,38 +253,51 @@ class BulkInlet(_Inlet):
         for sample in left:
             self._discard(sample)
 
-    def _reconsider(self) -> None:
-        self._vain = None
+    def _choose_later(self) -> None:
         self._transport.pool.submit(self._choose)
 
     def _choose(self) -> None:
-        """Listen where the samples are."""
         with self._choosing:
-            neighbor = None if self._route is None else self._route.neighbor
-            if self._closed.is_set():
-                return
-            if neighbor is not None and neighbor is not self._vain:
-                try:
-                    channel = neighbor.channel()
-                    if self._channel is not None and self._channel[0] is channel:
-                        return
-                    self._leave_channel()
-                    self._channel = channel, channel.subscribe(self._target, self._operation, self)
-                    return  # `confirm` says whether samples come
-                except NotSent:
-                    pass
-            self._leave_channel()
+            self._enter()
+
+    def _enter(self) -> None:
+        """Listen where the samples are."""
+        if self._closed.is_set():
+            return
+        before, self._channel = self._channel, None
+        neighbor = None if self._route is None else self._route.neighbor
+        if neighbor is not None:
+            with suppress(NotSent):
+                channel = neighbor.channel()
+                self._channel = channel, channel.subscribe(self._target, self._operation, self)
+                self._confirmed = False  # `confirm` says whether samples come
+        if self._channel is None:
             self._enter_network()
+        if before is not None:  # at last, also if it is the same channel: its servant may be another one
+            channel, number = before
+            channel.cancel(number)
 
     def _settle(self, channel: Channel, number: int, *, ok: bool) -> None:
+        if channel.ended:
+            self._drop_lost()
         with self._choosing:
             if self._closed.is_set() or self._channel != (channel, number):
                 return
             if ok:
+                self._confirmed = True
                 self._leave_network()
+            elif channel.ended and self._confirmed:  # its server may still be there
+                self._enter()
             else:
                 self._channel = None
                 self._enter_network()
+
+    def _drop_lost(self) -> None:
+        """Drop the samples that are lost, and with them the memory of a process that ended."""
+        with self._arrived:
+            left = [sample for sample in self._samples if not isinstance(sample, _Lent) or not sample.is_lost]
+            self._samples.clear()
+            self._samples.extend(left)
 
     def _enter_network(self) -> None:
         if self._subscriber is None:
@@ -295,27 +317,30 @@ class BulkInlet(_Inlet):
 
 
 class _Lent:
-    """A sample in memory that its sender lends, until it is read or given back."""
+    """A sample in memory that its sender lends, until it is read or given back, which happens once."""
 
     def __init__(self, channel: Channel, sample: Sample) -> None:
         self._channel: Final = channel
         self._sample: Final = sample
         self._arrived: Arrived | None = None
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether its memory was lost before it was read."""
+        return self._arrived is None and self._channel.ended
+
     def read(self, limit: int, what: str) -> Arrived:
         """Return its contents; raises MarshalException, or ConnectionLostException when they are gone."""
         if self._arrived is None:
-            try:
-                payload = collect(self._sample, self._channel.view, limit, f"sample of {what}")
-            finally:
-                self.give_back()
+            what = f"sample of {what}"
+            payload = self._channel.read(self._sample, limit, what)
             if self._channel.ended:
-                raise ConnectionLostException(f"sample of {what} was lost with its sender")
+                raise ConnectionLostException(f"{what} was lost with its sender")
             self._arrived = Arrived(payload, self._sample.attachment)
         return self._arrived
 
     def give_back(self) -> None:
-        """Let its memory be used again."""
+        """Let its memory be used again without reading it."""
         if self._arrived is None:
             self._channel.give_back(self._sample)
 
