@@ -1,14 +1,25 @@
-"""A servant that returns gray images that contain their number."""
+"""A servant that returns gray images that contain their number, and how its stream reaches its readers."""
 
 from __future__ import annotations
 
-from interfaces.jderobot import ImageData, ImageDescription, ImageFormat, ImageProvider, Time
-from zenoh_ice import Current
+import zenoh
 
-__all__ = ["ImageI", "image"]
+from interfaces.jderobot import (
+    ImageData,
+    ImageDescription,
+    ImageFormat,
+    ImageProvider,
+    ImageProviderPrx,
+    Time,
+)
+from tests.support.stranger import session_of
+from tests.support.waiting import until
+from zenoh_ice import Communicator, Current
+
+__all__ = ["ImageI", "Network", "camera", "image"]
 
 
-_REST = bytes(range(256)) * 400  # enough to go through shared memory
+_REST = bytes(range(256)) * 400  # enough to go through lent memory
 
 
 def image(number: int = 0, pixels: bytes = b"") -> ImageData:
@@ -26,3 +37,23 @@ class ImageI(ImageProvider):
 
     def getImageData(self, format: str, current: Current) -> ImageData:
         return image()
+
+
+def camera(client: Communicator) -> ImageProviderPrx:
+    """Return a proxy to the servant `Camera`."""
+    return ImageProviderPrx.checkedCast(client.stringToProxy("Camera"))
+
+
+class Network:
+    """Whether anybody listens to the images of a server's `Camera` over the network."""
+
+    def __init__(self, server: Communicator) -> None:
+        self._publisher: zenoh.Publisher = session_of(server).declare_publisher("nao/Camera/getImageData")
+
+    @property
+    def is_used(self) -> bool:
+        return bool(self._publisher.matching_status.matching)  # type: ignore[attr-defined]
+
+    def wait_until_unused(self, servant: ImageI) -> None:
+        """Wait until there are listeners, and all of them listen through the door."""
+        until(lambda: servant.getImageDataPublisher.listening and not self.is_used)

@@ -1,0 +1,368 @@
+"""Images in answers: between processes of one machine through memory that the sender lends."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import threading
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from interfaces.jderobot import ImageData
+from tests.conftest import Pair
+from tests.support.calculator import CalculatorPrx
+from tests.support.calculator_servant import CalculatorI
+from tests.support.image_servant import ImageI, camera, image
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
+from tests.support.memory_files import lent_bytes, open_memory_files, shared_maps
+from tests.support.processes import ComponentProcess, module
+from tests.support.waiting import until
+from zenoh_ice import Communicator, Current, MarshalException, TimeoutException, _memory
+from zenoh_ice._codec import LARGEST_BULK
+from zenoh_ice._local import neighbors
+from zenoh_ice._local.door import memory_space
+
+PIXELS = bytes(range(256)) * 400
+MEGABYTE = 1 << 20
+
+pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
+
+
+@pytest.fixture
+def servant(pair: Pair) -> ImageI:
+    servant = ImageI()
+    pair.adapter.add(servant, "Camera")
+    return servant
+
+
+@pytest.fixture
+def calculator(pair: Pair) -> CalculatorPrx:
+    pair.adapter.add(CalculatorI(), "Calculator")
+    return CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+
+
+def wait_for_door(call: Callable[[], object]) -> None:
+    """Call until an answer came through lent memory: before that, the way to the door may be unknown."""
+
+    def lends() -> bool:
+        call()
+        return lent_bytes() > 0
+
+    until(lends)
+
+
+def refuse(number: int, *_: object) -> int:
+    raise OSError(number, os.strerror(number))
+
+
+class TestMemory:
+    def test_answers_travel_through_it(self, pair: Pair, servant: ImageI) -> None:
+        others = shared_maps()  # of communicators that several tests share
+        proxy = camera(pair.client)
+        wait_for_door(lambda: proxy.getImageData("GRAY8"))
+        assert shared_maps() == others + 1
+        for _ in range(100):
+            assert proxy.getImageData("GRAY8") == image()
+        calls = [proxy.getImageData.begin("GRAY8") for _ in range(30)]
+        assert all(call.result(CALL_LIMIT) == image() for call in calls)
+        assert shared_maps() == others + 1
+
+    def test_what_was_read_is_used_again(self, calculator: CalculatorPrx) -> None:
+        content = bytes(4 * MEGABYTE)
+        wait_for_door(lambda: calculator.echo(content))
+        lent = lent_bytes()
+        for _ in range(10):
+            assert calculator.echo(content) == content
+        for _ in range(10):
+            assert calculator.echo.begin(content).result(CALL_LIMIT) == content
+        assert lent_bytes() <= lent + 3 * len(content)
+
+    def test_idle_connections_keep_no_large_answers(self, pair: Pair) -> None:
+        class Echo(CalculatorI):
+            ice_concurrent = True
+            together = threading.Barrier(4)
+
+            def echo(self, data: bytes, current: Current) -> bytes:
+                self.together.wait(EVENT_LIMIT)
+                return data
+
+        pair.adapter.add(Echo(), "Calculator")
+        calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+        content = bytes(4 * MEGABYTE)
+
+        def call_together() -> None:
+            threads = [threading.Thread(target=calculator.echo, args=(content,)) for _ in range(4)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+
+        wait_for_door(call_together)
+        lent = lent_bytes()
+        camera_servant = ImageI()
+        pair.adapter.add(camera_servant, "Camera")
+        for _ in range(3):
+            call_together()
+        assert camera(pair.client).getImageData("GRAY8") == image()
+        assert lent_bytes() <= max(lent, 4 * len(content)) + MEGABYTE
+
+    def test_answers_that_nobody_waits_for_are_given_back(self, pair: Pair) -> None:
+        class Late(ImageI):
+            ice_concurrent = True
+
+            def getImageData(self, format: str, current: Current) -> ImageData:
+                assert leave.acquire(timeout=EVENT_LIMIT)
+                return image(1, bytes(4 * MEGABYTE))
+
+        leave = threading.Semaphore(0)
+        pair.adapter.add(Late(), "Camera")
+        proxy = camera(pair.client)
+        impatient = proxy.ice_invocationTimeout(100)
+        lent = []
+        for _ in range(4):
+            calls = [impatient.getImageData.begin("GRAY8") for _ in range(4)]
+            for call in calls:
+                with pytest.raises(TimeoutException):
+                    call.result(CALL_LIMIT)
+            leave.release(2 * len(calls))
+            for _ in range(4):
+                assert proxy.getImageData.begin("GRAY8").result(CALL_LIMIT) == image(1, bytes(4 * MEGABYTE))
+            while leave.acquire(blocking=False):
+                pass
+            lent.append(lent_bytes())
+        assert 0 < lent[-1] < lent[0] + 16 * MEGABYTE
+
+    def test_it_is_used_again_when_its_reader_was_killed(
+        self,
+        endpoint: str,
+        make_communicator: Callable[..., Communicator],
+        monkeypatch: pytest.MonkeyPatch,
+    ) -> None:
+        monkeypatch.setattr(_memory, "_LAST_READS", 0.0)
+        server = make_communicator(listen=[endpoint])
+        adapter = server.createObjectAdapter("Test")
+        adapter.activate()
+        servant = ImageI()
+        adapter.add(servant, "Camera")
+        lent = []
+        for _ in range(3):
+            with ComponentProcess(module("tests.support.bulk_client", endpoint, "0")) as client:
+                client.wait_for("^ready")
+                pixels = bytes(4 * MEGABYTE)
+                before = 0
+
+                def is_full(pixels: bytes = pixels) -> bool:
+                    nonlocal before
+                    servant.getImageDataPublisher.publish(image(1, pixels))
+                    before, grown = lent_bytes(), lent_bytes() > before
+                    return not grown and before > 4 * len(pixels)
+
+                until(is_full)
+                client.process.kill()
+            until(lambda: not servant.getImageDataPublisher.listening)
+            lent.append(lent_bytes())
+        assert max(lent) < 16 * len(pixels)
+
+    def test_it_is_given_back_when_the_client_was_killed_during_the_call(
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        server = make_communicator(listen=[endpoint])
+        adapter = server.createObjectAdapter("Test")
+        adapter.activate()
+        entered, leave = threading.Semaphore(0), threading.Semaphore(0)
+        answered = threading.Semaphore(0)
+
+        class Slow(ImageI):
+            def getImageData(self, format: str, current: Current) -> ImageData:
+                entered.release()
+                assert leave.acquire(timeout=START_LIMIT)
+                answered.release()
+                return image(1, bytes(4 * MEGABYTE))
+
+        adapter.add(Slow(), "Camera")
+        lost = threading.Semaphore(0)
+        server.onClientLost(lambda _: lost.release())
+        for _ in range(3):
+            with ComponentProcess([sys.executable, "-c", CALLER, endpoint]) as client:
+                assert entered.acquire(timeout=START_LIMIT)
+                client.process.kill()
+            assert lost.acquire(timeout=START_LIMIT)
+            leave.release()
+            assert answered.acquire(timeout=EVENT_LIMIT)
+        leave.release(2)
+        last = make_communicator(connect=[endpoint])
+        assert camera(last).getImageData("GRAY8") == image(1, bytes(4 * MEGABYTE))
+        assert lent_bytes() <= 2 * 4 * MEGABYTE
+
+    def test_killed_servers_leave_nothing_in_their_clients(
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        client = make_communicator(connect=[endpoint])
+        proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
+        others = shared_maps()
+        files = []
+        for _ in range(3):
+            with ComponentProcess(module("tests.support.calculator_server", "--listen", endpoint)) as server:
+                server.wait_for("^ready")
+                until(lambda: bool(client.identities()))
+                until(lambda: proxy.echo(PIXELS) == PIXELS and shared_maps() == others + 1)
+                assert proxy.echo.begin(PIXELS).result(CALL_LIMIT) == PIXELS
+                server.process.kill()
+            until(lambda: not client.identities())
+            until(lambda: shared_maps() == others)  # without another image
+            files.append(len(list(Path("/proc/self/fd").iterdir())))
+        assert files[0] == files[-1]
+
+    def test_destroy_lets_go_of_it(self, pair: Pair, servant: ImageI) -> None:
+        maps, files = shared_maps(), open_memory_files()
+        proxy = camera(pair.client)
+        wait_for_door(lambda: proxy.getImageData("GRAY8"))
+        proxy.getImageData.latest()
+        until(lambda: servant.getImageDataPublisher.listening)
+        servant.getImageDataPublisher.publish(image())
+        pair.client.destroy()
+        until(lambda: shared_maps() == maps)
+        pair.server.destroy()
+        assert (shared_maps(), open_memory_files()) == (maps - 1, files - 1)
+
+    def test_collocated_call_needs_none(self, pair: Pair, servant: ImageI) -> None:
+        assert camera(pair.server).getImageData("GRAY8") == image()
+        assert lent_bytes() == 0
+
+
+CALLER = """
+import sys
+from tests.support.image_servant import camera
+from zenoh_ice import initialize
+with initialize(clock="wall", connect=[sys.argv[1]]) as client:
+    camera(client).getImageData("GRAY8")
+"""
+
+
+class TestOverTheNetwork:
+    def test_a_client_without_local_sockets_gets_the_same(
+        self, pair: Pair, servant: ImageI, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        maps = shared_maps()
+        client = make_communicator(connect=[pair.endpoint], local_sockets=False)
+        assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
+        assert (shared_maps(), lent_bytes()) == (maps, 0)
+
+    def test_a_client_on_another_machine_gets_the_same(
+        self,
+        pair: Pair,
+        servant: ImageI,
+        make_communicator: Callable[..., Communicator],
+        monkeypatch: pytest.MonkeyPatch,
+    ) -> None:
+        maps = shared_maps()
+        monkeypatch.setattr(neighbors, "memory_space", lambda: "0123456789abcdef")
+        client = make_communicator(connect=[pair.endpoint])
+        assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
+        assert (shared_maps(), lent_bytes()) == (maps, 0)
+
+    def test_a_servant_without_local_sockets_answers_the_same(
+        self, endpoint: str, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        maps = shared_maps()
+        server = make_communicator(listen=[endpoint], local_sockets=False)
+        adapter = server.createObjectAdapter("Test")
+        adapter.activate()
+        adapter.add(ImageI(), "Camera")
+        proxy = camera(make_communicator(connect=[endpoint]))
+        assert [proxy.getImageData("GRAY8") for _ in range(3)] == [image()] * 3
+        assert shared_maps() == maps
+
+
+class TestWithoutMemory:
+    """The machine has none to share, at first or from some moment on: answers go through the socket."""
+
+    @pytest.mark.parametrize("size", [100_000, 5 * MEGABYTE])
+    def test_answers_go_through_the_socket(
+        self,
+        size: int,
+        endpoint: str,
+        make_communicator: Callable[..., Communicator],
+        monkeypatch: pytest.MonkeyPatch,
+    ) -> None:
+        monkeypatch.setattr(os, "memfd_create", partial(refuse, errno.ENOSYS))
+        self.check(endpoint, make_communicator, bytes(size))
+        assert lent_bytes() == 0
+
+    def test_answers_go_through_the_socket_while_it_is_full(
+        self, endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(os, "posix_fallocate", partial(refuse, errno.ENOSPC))
+        self.check(endpoint, make_communicator, PIXELS)
+        assert lent_bytes() == 0
+
+    @staticmethod
+    def check(endpoint: str, make_communicator: Callable[..., Communicator], content: bytes) -> None:
+        server = make_communicator(listen=[endpoint])
+        adapter = server.createObjectAdapter("Test")
+        adapter.activate()
+        adapter.add(CalculatorI(), "Calculator")
+        client = make_communicator(connect=[endpoint])
+        proxy = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        for _ in range(5):
+            assert proxy.echo(content) == content
+        calls = [proxy.echo.begin(content) for _ in range(5)]
+        assert all(call.result(CALL_LIMIT) == content for call in calls)
+
+
+@pytest.mark.parametrize("waits", [True, False], ids=["call", "begin"])
+@pytest.mark.parametrize("size", [8 * MEGABYTE, LARGEST_BULK - 100])
+def test_the_largest_arguments_and_results_arrive(size: int, waits: bool, calculator: CalculatorPrx) -> None:
+    wait_for_door(lambda: calculator.echo(PIXELS))
+    content = os.urandom(size)
+    for _ in range(3):
+        answer = calculator.echo(content) if waits else calculator.echo.begin(content).result(CALL_LIMIT)
+        assert answer == content
+
+
+def test_what_is_too_large_is_refused_and_the_next_call_works(pair: Pair) -> None:
+    class Generous(CalculatorI):
+        def echo(self, data: bytes, current: Current) -> bytes:
+            return data + bytes(LARGEST_BULK) if data == b"more" else data
+
+    pair.adapter.add(Generous(), "Calculator")
+    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
+    wait_for_door(lambda: calculator.echo(PIXELS))
+    for argument in (bytes(LARGEST_BULK), b"more"):
+        with pytest.raises(MarshalException, match=f"at most {LARGEST_BULK}"):
+            calculator.echo(argument)
+        with pytest.raises(MarshalException, match=f"at most {LARGEST_BULK}"):
+            calculator.echo.begin(argument).result(CALL_LIMIT)
+        assert calculator.echo(PIXELS) == PIXELS
+
+
+def test_many_images_may_be_in_flight(calculator: CalculatorPrx) -> None:
+    wait_for_door(lambda: calculator.echo(PIXELS))
+    contents = [bytes([number]) * MEGABYTE for number in range(16)]
+    for _ in range(3):
+        calls = [calculator.echo.begin(content) for content in contents]
+        assert [call.result(CALL_LIMIT) for call in calls] == contents
+
+
+def test_answer_of_a_server_that_ends_then_is_received(pair: Pair) -> None:
+    begun = threading.Semaphore(0)
+
+    class Noticed(ImageI):
+        def getImageData(self, format: str, current: Current) -> ImageData:
+            begun.release()
+            return super().getImageData(format, current)
+
+    pair.adapter.add(Noticed(), "Camera")
+    proxy = camera(pair.client)
+    wait_for_door(lambda: proxy.getImageData("GRAY8"))
+    while begun.acquire(blocking=False):
+        pass
+    answer = proxy.getImageData.begin("GRAY8")
+    assert begun.acquire(timeout=EVENT_LIMIT)
+    pair.adapter.removeAll(["Camera"])  # waits for the calls that run
+    pair.server.destroy()
+    assert answer.result(CALL_LIMIT) == image()
