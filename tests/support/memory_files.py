@@ -17,7 +17,8 @@ def open_memory_files() -> int:
 
 def lent_bytes() -> int:
     """Return how many bytes this process has ever lent at the same time, since it has its memory files."""
-    return sum(512 * path.stat().st_blocks for path in _memory_files())
+    states = [path.stat() for path in _memory_files()]
+    return sum({state.st_ino: 512 * state.st_blocks for state in states}.values())
 
 
 def shared_maps() -> int:

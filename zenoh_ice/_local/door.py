@@ -249,18 +249,10 @@ class _Connection(Source):
         with self._sending:
             if self._closed:
                 return
-            waits = bool(self._unsent)
             try:
                 self._send(message)
             except OSError as error:
                 self._end(error)
-            begins_to_wait = not waits and bool(self._unsent)
-        if begins_to_wait:
-            self._door.pool.submit(self._send_rest)
-        ok = listeners is not None and listeners.add(self, message.number)
-        if listeners is not None and self._closed:  # meanwhile, by another thread
-            listeners.remove(self)
-        self.send_sample(encode((SUBSCRIBED, message.number, ok)))
 
     def send_sample(self, message: bytes) -> bool:
         """Send a message without waiting; return whether there was room for it."""
@@ -288,25 +280,11 @@ class _Connection(Source):
             if number == 0 and extent is not None:
                 self._lent = extent.start
             lent = () if extent is None else (places, extent)
-            if number and self.owner == threading.get_ident() and len(payload) <= LARGEST_TOGETHER:
-                self._held.append((ANSWER, number, ok, payload, *lent))
-                return
             try:
                 payload = send_parts(self._send, payload)
                 self._send(encode((ANSWER, number, ok, payload, *lent)))
             except OSError as error:
                 self._end(error)
-
-    def _send_held(self) -> None:
-        """Send the answers that were held back."""
-        with self._sending:
-            while self._held and not self._closed:
-                held = self._held[:MOST_TOGETHER]
-                del self._held[: len(held)]
-                try:
-                    self._send(encode(held[0] if len(held) == 1 else (ANSWERS, held)))
-                except OSError as error:
-                    self._end(error)
 
     def _send(self, message: bytes) -> None:
         """Send a message, or keep it while its client takes none; with the lock. Raises OSError."""

@@ -148,7 +148,7 @@ class Neighbor:
             channel.close()
 
     def shut(self) -> Channel | None:
-        """End all connections for good, once what has arrived is read; return a channel that ends by itself."""
+        """End all connections for good, once what has arrived is read; return a channel that then ends."""
         self._closed = True
         self._absent_until = math.inf
         with self._lock:
@@ -376,8 +376,12 @@ class Channel(Source):
             raise NotSent("its connection ended")
         return number
 
+    def carries(self, number: int) -> bool:
+        """Whether a subscription has not ended: its samples are lent."""
+        return number in self._subscribers and not self.ended
+
     def cancel(self, number: int) -> None:
-        """End a subscription."""
+        """End a subscription; what it was lent is written again soon."""
         if self._subscribers.pop(number, None) is not None:
             self._send((CANCEL, number))
 
@@ -460,10 +464,9 @@ class Channel(Source):
 
     def _fail_pending(self) -> None:
         for number in list(self._pending):
-            if (
-                pending := self._take(number)
-            ) is not None:  # one by one: some are called again, which takes long
-                self._neighbor.pool.submit(partial(pending.done, NoAnswer(timed_out=False, broken=True)))
+            # One by one: some are called again, which takes long.
+            if (pending := self._take(number)) is not None:
+                self._pool.submit(partial(pending.done, NoAnswer(timed_out=False, broken=True)))
         for number, subscriber in list(self._subscribers.items()):
             subscriber.confirm(self, number, ok=False)
 
@@ -648,6 +651,8 @@ class Neighborhood:
         """Close all files in a forked child."""
         for each in self._neighbors.values():
             each.abandon()
+        for channel in self._ending:
+            channel.abandon()
 
     def _let_end(self, neighbor: Neighbor) -> None:
         channel = neighbor.shut()

@@ -244,14 +244,13 @@ class BulkInlet(_Inlet):
         if self._route is not None:
             self._route.changed.discard(self._choose_later)
         with self._choosing:
-            self._leave_channel()
+            if self._channel is not None:
+                self._leave_channel(*self._channel)
+                self._channel = None
             self._leave_network()
         with self._arrived:
-            left = list(self._samples)
             self._samples.clear()
             self._arrived.notify_all()
-        for sample in left:
-            self._discard(sample)
 
     def _choose_later(self) -> None:
         self._transport.pool.submit(self._choose)
@@ -264,7 +263,8 @@ class BulkInlet(_Inlet):
         """Listen where the samples are."""
         if self._closed.is_set():
             return
-        before, self._channel = self._channel, None
+        before = self._channel
+        self._channel = None
         neighbor = None if self._route is None else self._route.neighbor
         if neighbor is not None:
             with suppress(NotSent):
@@ -273,13 +273,10 @@ class BulkInlet(_Inlet):
                 self._confirmed = False  # `confirm` says whether samples come
         if self._channel is None:
             self._enter_network()
-        if before is not None:  # at last, also if it is the same channel: its servant may be another one
-            channel, number = before
-            channel.cancel(number)
+        if before is not None:  # also if it is the same channel: its servant may be another one
+            self._leave_channel(*before)
 
     def _settle(self, channel: Channel, number: int, *, ok: bool) -> None:
-        if channel.ended:
-            self._drop_lost()
         with self._choosing:
             if self._closed.is_set() or self._channel != (channel, number):
                 return
@@ -291,13 +288,7 @@ class BulkInlet(_Inlet):
             else:
                 self._channel = None
                 self._enter_network()
-
-    def _drop_lost(self) -> None:
-        """Drop the samples that are lost, and with them the memory of a process that ended."""
-        with self._arrived:
-            left = [sample for sample in self._samples if not isinstance(sample, _Lent) or not sample.is_lost]
-            self._samples.clear()
-            self._samples.extend(left)
+                self._leave_channel(channel, number)
 
     def _enter_network(self) -> None:
         if self._subscriber is None:
@@ -309,11 +300,15 @@ class BulkInlet(_Inlet):
             undeclare(self._subscriber)
             self._subscriber = None
 
-    def _leave_channel(self) -> None:
-        if self._channel is not None:
-            channel, number = self._channel
-            self._channel = None
-            channel.cancel(number)
+    def _leave_channel(self, channel: Channel, number: int) -> None:
+        """Cancel a subscription, and drop what is unread of it: its memory is written again soon."""
+        channel.cancel(number)
+        with self._arrived:
+            lost = [sample for sample in self._samples if isinstance(sample, _Lent) and sample.is_lost]
+            for sample in lost:
+                self._samples.remove(sample)
+        for sample in lost:
+            sample.give_back()
 
 
 class _Lent:
@@ -326,15 +321,16 @@ class _Lent:
 
     @property
     def is_lost(self) -> bool:
-        """Whether its memory was lost before it was read."""
-        return self._arrived is None and self._channel.ended
+        """Whether its memory may have been written again before it was read."""
+        is_lent = self._sample.extent is not None and self._arrived is None
+        return is_lent and not self._channel.carries(self._sample.number)
 
     def read(self, limit: int, what: str) -> Arrived:
         """Return its contents; raises MarshalException, or ConnectionLostException when they are gone."""
         if self._arrived is None:
             what = f"sample of {what}"
             payload = self._channel.read(self._sample, limit, what)
-            if self._channel.ended:
+            if self.is_lost:
                 raise ConnectionLostException(f"{what} was lost with its sender")
             self._arrived = Arrived(payload, self._sample.attachment)
         return self._arrived
