@@ -1,12 +1,15 @@
-"""Measure calls and streams beside Ice: small calls, calls in flight, images, and a stream of them.
+"""Measure calls and streams beside Ice: small calls, calls in flight, images, a stream of them, many clients.
 
-Servers and clients are separate processes on loopback; those of Ice and ours alternate in rounds of random
+Ours are measured twice: as between processes of one machine, through a Unix socket, and as between machines,
+over Zenoh. Servers and clients are separate processes on loopback; all kinds alternate in rounds of random
 order, and the first round is not counted. A figure is the median of the rounds, with the quartiles in
-parentheses. benchmarks/results/transport.md has the results.
+parentheses; a ratio to Ice is that of one round. The last table compares them with their goals.
+benchmarks/results/transport.md has the results.
 
-    python benchmarks/bench_transport.py [--quick]
+    python benchmarks/bench_transport.py [--quick] [--before TREE]
 
-Ice comes with `pip install -e '.[bench]'`.
+Ice comes with `pip install -e '.[bench]'`. TREE is a checkout of another commit with its own `.venv`, whose
+calls over Zenoh are measured beside.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from __future__ import annotations
 import argparse
 import importlib.metadata
 import importlib.util
+import math
 import os
 import platform
 import random
@@ -22,151 +26,275 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final, TypeVar
 
+import psutil
 from rich.console import Console
 from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.transport.peers import LARGE_IMAGE, SMALL_IMAGE, generate
+from benchmarks.transport.peers import LARGE_IMAGE, SMALL_IMAGE, Kind, generate
 from benchmarks.transport.workers import Worker
 from tests.support.processes import ComponentProcess, free_endpoint, module
 
 T = TypeVar("T")
+Times = Mapping[str, Sequence[Sequence[float]]]
+"""Durations in s for each kind, by round."""
 
-KINDS: Final = {"ours": "generated proxy", "ice": "Ice, memory tuned"}
-# Without this, large replies of Ice take several times as long; ours run with the same settings.
-TUNED_MEMORY: Final = {"MALLOC_MMAP_THRESHOLD_": "134217728", "MALLOC_TRIM_THRESHOLD_": "268435456"}
 IN_FLIGHT: Final = 16
+CLIENTS: Final = 16
 FRAME_RATE: Final = 30.0
 STREAM_SECONDS: Final = 2.0
+CROWD_SECONDS: Final = 3.0
+START_DELAY: Final = 0.3  # s until clients that call together have all begun
+
+
+def kinds(before: Path | None) -> dict[str, Kind]:
+    """Return what is compared; `before` is the tree of another commit, as between machines."""
+    compared = {
+        "ours": Kind("generated proxy"),
+        "network": Kind(
+            "generated proxy, over the network", environment={"VISUALHFSM_LOCAL_SOCKETS": "false"}
+        ),
+        "ice": Kind("Ice, memory tuned", "ice"),
+    }
+    if before is not None:
+        alone = {"VISUALHFSM_SHARED_MEMORY": "false"}
+        compared["before"] = Kind(f"over the network, {_commit(before)}", tree=before, environment=alone)
+    return compared
 
 
 class Lab:
-    """A server and a client of each kind."""
+    """A server and a client of each kind, in processes."""
 
-    def __init__(self, stack: ExitStack, folder: Path, *, quick: bool) -> None:
+    def __init__(self, stack: ExitStack, compared: Mapping[str, Kind], folder: Path, *, quick: bool) -> None:
         self.quick: Final = quick
-        self._servers: dict[str, Worker] = {}
-        self._clients: dict[str, Worker] = {}
-        for kind in KINDS:
-            endpoint = free_endpoint()
-            self._servers[kind] = stack.enter_context(Worker("server", kind, endpoint, folder))
-            self._clients[kind] = stack.enter_context(Worker("client", kind, endpoint, folder))
+        self.clients: Final[dict[str, Worker]] = {}
+        self.servers: Final[dict[str, Worker]] = {}
+        self._kinds: Final = compared
+        self._folder: Final = folder
+        self._endpoints: Final = {name: free_endpoint() for name in compared}
+        for name, kind in compared.items():
+            generate(kind, folder / name)
+            self.servers[name] = stack.enter_context(self._worker("server", name))
+            self.clients[name] = stack.enter_context(self._worker("client", name))
 
-    def measure(self, rounds: int, subject: Callable[[Worker, Worker], T]) -> dict[str, list[T]]:
-        """Return the results of a subject for each kind, by round."""
-        results: dict[str, list[T]] = {kind: [] for kind in KINDS}
+    def measure(
+        self, rounds: int, subject: Callable[[str], T], names: Iterable[str] = ()
+    ) -> dict[str, list[T]]:
+        """Return the results of a subject for each kind, or for those with some names, by round."""
+        results: dict[str, list[T]] = {name: [] for name in names or self._kinds}
         for number in range(1 + (max(2, rounds // 8) if self.quick else rounds)):
-            for kind in random.sample(list(KINDS), len(KINDS)):
-                result = subject(self._servers[kind], self._clients[kind])
+            for name in random.sample(list(results), len(results)):
+                result = subject(name)
                 if number:
-                    results[kind].append(result)
+                    results[name].append(result)
         return results
 
-    def call(
-        self, rounds: int, count: int, size: tuple[int, int] | None = None
-    ) -> dict[str, list[list[float]]]:
-        """Return the durations of calls in s, by round."""
-        return self.measure(rounds, lambda _, client: client.do("call", count, size))
+    def call(self, rounds: int, count: int, size: tuple[int, int] | None = None) -> Times:
+        """Call for four doubles, or for an image."""
+        return self.measure(rounds, lambda name: self.clients[name].do("call", count, size))
 
-    def stream(self, rounds: int, rate: float) -> dict[str, list[tuple[int, list[float]]]]:
-        """Return how many images were sent, and the latencies in s of those that arrived, by round."""
+    def send_poses(self, name: str) -> list[float]:
+        """Return the durations in s of reading the newest pose of a stream of 100 a second."""
+        self.servers[name].do("start", "pose", 100.0)
+        times: list[float] = self.clients[name].do("latest", 100)
+        self.servers[name].do("stop")
+        return times
 
-        def stream(server: Worker, client: Worker) -> tuple[int, list[float]]:
+    def stream(self, rounds: int, rate: float) -> Times:
+        """Send images; return the latencies of those that arrive."""
+
+        def stream(name: str) -> list[float]:
+            server, client = self.servers[name], self.clients[name]
             client.do("arrived")
             server.do("start", "video", rate, LARGE_IMAGE)
             time.sleep(STREAM_SECONDS)
-            sent = server.do("stop")
+            server.do("stop")
             time.sleep(0.2)  # for those that are on their way
-            return sent, client.do("arrived")
+            latencies: list[float] = client.do("arrived")
+            return latencies
 
         return self.measure(rounds, stream)
 
-    def follow(self) -> None:
-        """Let the clients follow the streams of images."""
-        for client in self._clients.values():
-            client.do("follow")
+    def crowd(self, rounds: int) -> dict[str, list[list[list[float]]]]:
+        """Let many clients call one server; return the durations in s by round and client."""
+        with ExitStack() as stack:
+            crowds = {
+                name: [stack.enter_context(self._worker("client", name)) for _ in range(CLIENTS)]
+                for name in ("ours", "ice")
+            }
 
-    def send_poses(self, server: Worker, client: Worker) -> list[float]:
-        """Return the durations in s of reading the newest pose of a stream of 100 a second."""
-        server.do("start", "pose", 100.0)
-        times: list[float] = client.do("latest", 100)
-        server.do("stop")
-        return times
+            def call(name: str) -> list[list[float]]:
+                start = time.monotonic() + START_DELAY
+                for client in crowds[name]:
+                    client.begin("call_together", start, CROWD_SECONDS)
+                return [client.answer() for client in crowds[name]]
+
+            return self.measure(rounds, call, crowds)
+
+    def _worker(self, role: str, name: str) -> Worker:
+        return Worker(role, self._kinds[name], self._endpoints[name], self._folder / name)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+class Report:
+    """Print tables, and collect what has a goal."""
+
+    def __init__(self, compared: Mapping[str, Kind]) -> None:
+        self.console: Final = Console(width=118)
+        self._kinds: Final = compared
+        self._goals: Final = Table("figure", "goal", "measured", "", title="Goals")
+
+    def times(self, title: str, unit: str, results: Times) -> dict[str, tuple[list[float], list[float]]]:
+        """Print a table of durations; return the medians and the 99th percentiles in s by round."""
+        factor = {"us": 1e6, "ms": 1e3}[unit]
+        by_round = {
+            name: (
+                [_percentile(times, 0.5) for times in rounds],
+                [_percentile(times, 0.99) for times in rounds],
+            )
+            for name, rounds in results.items()
+        }
+        columns = (f"p50 {unit}", "times Ice", f"p99 {unit}", "times Ice", f"longest {unit}")
+        table = Table("", *columns, title=title)
+        for name, rounds in results.items():
+            cells = [self._kinds[name].name]
+            for values, others in zip(by_round[name], by_round["ice"], strict=True):
+                cells += [spread([factor * value for value in values]), spread(ratios(values, others))]
+            table.add_row(*cells, _short(factor * max(map(max, rounds))))
+        self.console.print(table)
+        return by_round
+
+    def rates(self, title: str, rates: Mapping[str, Sequence[float]]) -> None:
+        """Print a table of rates."""
+        table = Table("", "a second", "times Ice", title=title)
+        for name, each in rates.items():
+            table.add_row(self._kinds[name].name, spread(each), spread(ratios(each, rates["ice"])))
+        self.console.print(table)
+
+    def judge(
+        self,
+        figure: str,
+        values: Sequence[float],
+        unit: str,
+        *,
+        at_most: float = math.inf,
+        at_least: float = 0.0,
+    ) -> None:
+        """Compare the median of the rounds with a goal."""
+        goal = f"at least {at_least:g}" if at_least else f"at most {at_most:g}"
+        met = at_least <= statistics.median(values) <= at_most
+        self._goals.add_row(figure, f"{goal} {unit}", spread(values), "met" if met else "NOT met")
+
+    def finish(self) -> None:
+        """Print the figures with their goals."""
+        self.console.print(self._goals)
+
+
+def measure(lab: Lab, report: Report) -> None:
+    """Measure everything and print it."""
+    ice = "times Ice's"
+    small = report.times("4 doubles there and back", "us", lab.call(60, 300))
+    report.judge("small call", ratios(small["ours"][0], small["ice"][0]), ice, at_most=0.6)
+    report.times("the newest 4 doubles", "us", lab.measure(20, lab.send_poses))
+    flying = lab.measure(12, lambda name: lab.clients[name].do("pipeline", 4000, IN_FLIGHT))
+    report.rates(f"{IN_FLIGHT} calls in flight", flying)
+    report.judge(f"{IN_FLIGHT} calls in flight", ratios(flying["ours"], flying["ice"]), ice, at_least=1.5)
+    images = {}
+    for size in (SMALL_IMAGE, LARGE_IMAGE):
+        title = f"an image of {size[0]}x{size[1]}"
+        images[size] = report.times(title, "ms", lab.call(40, 60, size))
+    (ours, _), (others, _) = images[SMALL_IMAGE]["ours"], images[SMALL_IMAGE]["ice"]
+    report.judge("320x240 image by call", ratios(ours, others), ice, at_most=0.7)
+    (ours, _), (others, _) = images[LARGE_IMAGE]["ours"], images[LARGE_IMAGE]["ice"]
+    report.judge("1280x960 image by call", ratios(others, ours), "times faster than Ice's", at_least=3.0)
+    measure_streams(lab, report)
+    measure_crowd(lab, report)
+    for title, simulators, flags in (
+        ("a simulated robot", 1, ()),
+        ("simulators on all processors", os.cpu_count() or 1, ("--speed", "100")),
+    ):
+        with run_simulators(simulators, *flags) as load:
+            calls = lab.call(20, 2000)
+            loaded = f"{title} that takes {load():.2g} processors"
+        medians_and_p99 = report.times(f"4 doubles, beside {loaded}", "us", calls)
+        ours_p99, ice_p99 = medians_and_p99["ours"][1], medians_and_p99["ice"][1]
+        report.judge(f"small call beside {title}: p99", ratios(ours_p99, ice_p99), ice, at_most=1.0)
+    if "before" in small:  # at most 1.05: rounds differ by as much
+        now = "times that of the commit before"
+        ratio = ratios(small["network"][0], small["before"][0])
+        report.judge("small call over the network", ratio, now, at_most=1.05)
+        ratio = ratios(flying["network"], flying["before"])
+        report.judge(f"{IN_FLIGHT} calls in flight over the network", ratio, now, at_least=0.95)
+        for size, by_kind in images.items():
+            ratio = ratios(by_kind["network"][0], by_kind["before"][0])
+            report.judge(f"{size[0]}x{size[1]} image over the network", ratio, now, at_most=1.05)
+
+
+def measure_streams(lab: Lab, report: Report) -> None:
+    """Measure a stream of images at a camera's rate, and at its maximum."""
+    for client in lab.clients.values():
+        client.do("follow")
+    latencies = report.times(
+        f"a stream of 1280x960 at {FRAME_RATE:g} images a second", "ms", lab.stream(8, FRAME_RATE)
     )
-    parser.add_argument("--quick", action="store_true", help="an eighth of the rounds: a trial, no figures")
-    quick = parser.parse_args().quick
-    if importlib.util.find_spec("Ice") is None:
-        sys.exit("Ice is missing: pip install -e '.[bench]' (it is built from source, which takes minutes)")
-    os.environ.update(TUNED_MEMORY)
-    console = Console(width=110)
-    console.print(_machine())
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        generate(Path(folder))
-        lab = Lab(stack, Path(folder), quick=quick)
-        calls = lab.call(60, 300)
-        console.print(_table("4 doubles there and back", "us", calls))
-        console.print(_table("the newest 4 doubles", "us", lab.measure(20, lab.send_poses)))
-        flying = lab.measure(12, lambda _, client: client.do("pipeline", 2000, IN_FLIGHT))
-        console.print(_rates(f"{IN_FLIGHT} calls in flight, calls a second", flying))
-        for size in (SMALL_IMAGE, LARGE_IMAGE):
-            images = lab.call(40, 60, size)
-            console.print(_table(f"an image of {size[0]}x{size[1]}", "ms", images))
-        lab.follow()
-        arrived = {
-            kind: [latencies for _, latencies in rounds] for kind, rounds in lab.stream(8, FRAME_RATE).items()
-        }
-        console.print(_table(f"a stream of 1280x960 at {FRAME_RATE:g} images a second", "ms", arrived))
-        fastest = lab.stream(10, 0.0)
-        rates = {
-            kind: [len(latencies) / STREAM_SECONDS for _, latencies in rounds]
-            for kind, rounds in fastest.items()
-        }
-        console.print(_rates("the stream at its maximum, images a second", rates))
-        with ComponentProcess(module("naoserver_sim", "--listen", free_endpoint())) as simulator:
+    rates = {
+        name: [len(each) / STREAM_SECONDS for each in rounds] for name, rounds in lab.stream(10, 0.0).items()
+    }
+    report.rates("images of 1280x960 in a stream at its maximum", rates)
+    report.judge(
+        "1280x960 stream at its maximum", ratios(rates["ours"], rates["ice"]), "times Ice's", at_least=4
+    )
+    ratio = ratios(latencies["ours"][0], latencies["ice"][0])
+    report.judge(f"its latency at {FRAME_RATE:g} images/s", ratio, "times Ice's", at_most=0.5)
+
+
+def measure_crowd(lab: Lab, report: Report) -> None:
+    """Measure many clients that call one server."""
+    crowd = lab.crowd(6)
+    merged = {
+        name: [[s for each in clients for s in each] for clients in rounds] for name, rounds in crowd.items()
+    }
+    times = report.times(f"4 doubles, {CLIENTS} clients of one server", "us", merged)
+    report.rates(
+        f"calls of {CLIENTS} clients of one server",
+        {name: [len(each) / CROWD_SECONDS for each in rounds] for name, rounds in merged.items()},
+    )
+    slowest = [
+        min(calls) / statistics.mean(calls) for calls in (list(map(len, each)) for each in crowd["ours"])
+    ]
+    report.judge(f"{CLIENTS} clients: the slowest", slowest, "of the mean", at_least=0.9)
+    report.judge(f"{CLIENTS} clients: p99", [1e3 * p99 for p99 in times["ours"][1]], "ms", at_most=1.0)
+
+
+@contextmanager
+def run_simulators(count: int, *flags: str) -> Iterator[Callable[[], float]]:
+    """Run simulated robots without clients; give a function that tells how many processors they took."""
+    with ExitStack() as stack:
+        processes = []
+        for _ in range(count):
+            command = module("naoserver_sim", "--listen", free_endpoint(), *flags)
+            simulator = stack.enter_context(ComponentProcess(command))
             simulator.wait_for("ready")
-            console.print(_table("4 doubles, beside a simulated robot", "us", lab.call(20, 2000)))
+            processes.append(psutil.Process(simulator.process.pid))
+
+        def used() -> float:
+            return sum(sum(process.cpu_times()[:2]) for process in processes)
+
+        start, before = time.monotonic(), used()
+        yield lambda: (used() - before) / (time.monotonic() - start)
 
 
-def _table(title: str, unit: str, results: Mapping[str, Sequence[Sequence[float]]]) -> Table:
-    """Return a table of durations in s, given by round."""
-    factor = {"us": 1e6, "ms": 1e3}[unit]
-    medians = {kind: [statistics.median(times) for times in rounds] for kind, rounds in results.items()}
-    table = Table("", f"p50 {unit}", f"p99 {unit}", f"longest {unit}", "times Ice", title=title)
-    for kind, rounds in results.items():
-        times = sorted(factor * seconds for each in rounds for seconds in each)
-        table.add_row(
-            KINDS[kind],
-            _spread([factor * median for median in medians[kind]]),
-            _short(times[int(0.99 * len(times))]),
-            _short(times[-1]),
-            _ratio(medians[kind], medians["ice"]),
-        )
-    return table
+def ratios(values: Sequence[float], others: Sequence[float]) -> list[float]:
+    """Return the ratio of each round."""
+    return [value / other for value, other in zip(values, others, strict=True)]
 
 
-def _rates(title: str, rates: Mapping[str, Sequence[float]]) -> Table:
-    table = Table("", "", "times Ice", title=title)
-    for kind, each in rates.items():
-        table.add_row(KINDS[kind], _spread(each), _ratio(each, rates["ice"]))
-    return table
-
-
-def _ratio(values: Sequence[float], others: Sequence[float]) -> str:
-    return _spread([value / other for value, other in zip(values, others, strict=True)])
-
-
-def _spread(values: Sequence[float]) -> str:
+def spread(values: Sequence[float]) -> str:
     """Return the median and the quartiles of the rounds."""
     low, median, high = statistics.quantiles(values, n=4, method="inclusive")
     return f"{_short(median)} ({_short(low)} to {_short(high)})"
@@ -176,16 +304,40 @@ def _short(value: float) -> str:
     return f"{value:.3g}" if value < 100 else f"{value:.0f}"
 
 
+def _percentile(times: Sequence[float], part: float) -> float:
+    return sorted(times)[int(part * len(times))]
+
+
+def _commit(tree: Path) -> str:
+    describe = ["git", "-C", str(tree), "describe", "--always", "--dirty"]
+    return subprocess.run(describe, capture_output=True, text=True, timeout=10, check=False).stdout.strip()
+
+
 def _machine() -> str:
     versions = [f"{name} {importlib.metadata.version(name)}" for name in ("eclipse-zenoh", "zeroc-ice")]
-    describe = ["git", "describe", "--always", "--dirty"]
-    commit = subprocess.run(describe, capture_output=True, text=True, timeout=10, check=False).stdout.strip()
     when = time.strftime("%Y-%m-%d %H:%M", time.gmtime())
     return (
         f"{when} UTC: {os.cpu_count()} cores, {platform.machine()}, "
         f"{platform.system()} {platform.release()}, Python {platform.python_version()}, "
-        f"{', '.join(versions)}, commit {commit}"
+        f"{', '.join(versions)}, commit {_commit(Path(__file__).parent)}"
     )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--quick", action="store_true", help="an eighth of the rounds: a trial, no figures")
+    parser.add_argument("--before", type=Path, metavar="TREE", help="another commit's checkout")
+    options = parser.parse_args()
+    if importlib.util.find_spec("Ice") is None:
+        sys.exit("Ice is missing: pip install -e '.[bench]' (it is built from source, which takes minutes)")
+    compared = kinds(options.before)
+    report = Report(compared)
+    report.console.print(_machine())
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        measure(Lab(stack, compared, Path(folder), quick=options.quick), report)
+    report.finish()
 
 
 if __name__ == "__main__":

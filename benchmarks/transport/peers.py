@@ -1,4 +1,4 @@
-"""What both peers of the benchmark serve and call, and how a process becomes one of them."""
+"""What all peers of the benchmark serve and call, and how a process becomes one of them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import importlib
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, Protocol
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +23,20 @@ IDENTITY: Final = "Robot"
 POSE: Final = (0.1, 0.2, 0.3, 0.4)
 SMALL_IMAGE: Final = (320, 240)
 LARGE_IMAGE: Final = (1280, 960)
+
+
+class Kind(NamedTuple):
+    """What is compared: a peer, the source tree that it uses, and its environment."""
+
+    name: str
+    peer: str = "ours"
+    tree: Path = REPOSITORY
+    environment: Mapping[str, str] = MappingProxyType({})
+
+    @property
+    def python(self) -> str:
+        """The interpreter of its tree."""
+        return sys.executable if self.tree == REPOSITORY else str(self.tree / ".venv" / "bin" / "python")
 
 
 class Server(Protocol):
@@ -53,30 +68,31 @@ class Client(Protocol):
         """Give the newest image that the server sends to a function."""
 
 
-def serve(kind: str, endpoint: str, folder: Path) -> AbstractContextManager[Server]:
+def serve(peer: str, endpoint: str, folder: Path) -> AbstractContextManager[Server]:
     """Serve on an endpoint, `tcp/127.0.0.1:PORT`, as `ours` or `ice`."""
-    server: AbstractContextManager[Server] = _peer(kind, folder).serve(endpoint)
+    server: AbstractContextManager[Server] = _peer(peer, folder).serve(endpoint)
     return server
 
 
-def connect(kind: str, endpoint: str, folder: Path) -> AbstractContextManager[Client]:
+def connect(peer: str, endpoint: str, folder: Path) -> AbstractContextManager[Client]:
     """Connect to a server."""
-    client: AbstractContextManager[Client] = _peer(kind, folder).connect(endpoint)
+    client: AbstractContextManager[Client] = _peer(peer, folder).connect(endpoint)
     return client
 
 
-def _peer(kind: str, folder: Path) -> Any:  # noqa: ANN401
-    # A process imports only its own kind, without the libraries of the other.
+def _peer(peer: str, folder: Path) -> Any:  # noqa: ANN401
+    # A process imports only its own peer, without the libraries of the other.
     sys.path.insert(0, str(folder))
-    return importlib.import_module(f"benchmarks.transport.{kind}_peer")
+    return importlib.import_module(f".{peer}_peer", __package__)
 
 
-def generate(folder: Path) -> None:
-    """Generate our package in a folder, once for all processes."""
+def generate(kind: Kind, folder: Path) -> None:
+    """Generate the package of a kind in a folder, once for all its processes."""
+    folder.mkdir()
     source = folder / "robot.idl"
     shutil.copy(SLICE, source)
-    command = [sys.executable, "-m", "codegen", str(source), "-o", str(folder / PACKAGE)]
-    subprocess.run(command, cwd=REPOSITORY, check=True, capture_output=True, timeout=60)
+    command = [kind.python, "-m", "codegen", str(source), "-o", str(folder / PACKAGE)]
+    subprocess.run(command, cwd=kind.tree, check=True, capture_output=True, timeout=60)
 
 
 @cache

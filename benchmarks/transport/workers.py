@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
+import os
+import subprocess
+import sys
 import threading
 import time
 from collections import deque
@@ -18,7 +21,11 @@ from typing import Any, Final, Self
 import numpy as np
 
 from . import peers
+from .peers import Kind
 
+_BENCHMARKS: Final = Path(__file__).resolve().parents[1]
+# Without this, large replies of Ice take several times as long; ours run with the same settings.
+_TUNED_MEMORY: Final = {"MALLOC_MMAP_THRESHOLD_": "134217728", "MALLOC_TRIM_THRESHOLD_": "268435456"}
 _LIMIT: Final = 120.0  # s that a command may take
 _END_LIMIT: Final = 15.0
 _WARM_UP: Final = 20  # calls that are not counted: the processes are just waking up
@@ -28,14 +35,20 @@ _LATEST_IN_ONE: Final = 100  # the clock itself takes a tenth of a microsecond
 class Worker:
     """A process that executes commands; leaving the `with` block ends it."""
 
-    def __init__(self, role: str, kind: str, endpoint: str, folder: Path) -> None:
-        self._name: Final = f"{kind} {role}"
+    def __init__(self, role: str, kind: Kind, endpoint: str, folder: Path) -> None:
+        self._name: Final = f"{role} of {kind.name}"
         self._pipe, other = multiprocessing.Pipe()
-        spawning = multiprocessing.get_context("spawn")
-        self._process: Final = spawning.Process(target=_work, args=(other, role, kind, endpoint, folder))
-        self._process.start()
+        # Not as `benchmarks.transport`: the folder above holds our own tree, and this kind may use another.
+        program = [kind.python, "-P", "-m", "transport.workers"]
+        path = os.pathsep.join(filter(None, (str(_BENCHMARKS), os.environ.get("PYTHONPATH"))))
+        self._process: Final = subprocess.Popen(
+            [*program, str(other.fileno()), role, kind.peer, endpoint, str(folder)],
+            env={**os.environ, **_TUNED_MEMORY, **kind.environment, "PYTHONPATH": path},
+            stdin=subprocess.DEVNULL,
+            pass_fds=[other.fileno()],
+        )
         other.close()
-        self._answer()
+        self.answer()
 
     def __enter__(self) -> Self:
         return self
@@ -44,15 +57,23 @@ class Worker:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._pipe.close()
-        self._process.join(_END_LIMIT)
-        self._process.kill()
+        try:
+            self._process.wait(_END_LIMIT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait(_END_LIMIT)
 
     def do(self, command: str, *arguments: object) -> Any:  # noqa: ANN401
         """Execute a command and return its result; raises RuntimeError if it fails."""
-        self._pipe.send((command, arguments))
-        return self._answer()
+        self.begin(command, *arguments)
+        return self.answer()
 
-    def _answer(self) -> object:
+    def begin(self, command: str, *arguments: object) -> None:
+        """Let it execute a command, without waiting for the result."""
+        self._pipe.send((command, arguments))
+
+    def answer(self) -> Any:  # noqa: ANN401
+        """Wait for the result of the command that was begun."""
         if not self._pipe.poll(_LIMIT):
             raise RuntimeError(f"{self._name} did not answer for {_LIMIT:g} s")
         try:
@@ -64,14 +85,14 @@ class Worker:
         return answer
 
 
-def _work(pipe: Connection, role: str, kind: str, endpoint: str, folder: Path) -> None:
+def _work(pipe: Connection, role: str, peer: str, endpoint: str, folder: Path) -> None:
     """Execute commands until the pipe is closed."""
-    with ExitStack() as stack:
+    with pipe, ExitStack() as stack:
         tasks: object
         if role == "server":
-            tasks = ServerTasks(stack.enter_context(peers.serve(kind, endpoint, folder)))
+            tasks = ServerTasks(stack.enter_context(peers.serve(peer, endpoint, folder)))
         else:
-            tasks = ClientTasks(stack.enter_context(peers.connect(kind, endpoint, folder)), stack)
+            tasks = ClientTasks(stack.enter_context(peers.connect(peer, endpoint, folder)), stack)
         gc.collect()
         gc.freeze()
         pipe.send(None)
@@ -132,6 +153,20 @@ class ClientTasks:
         call = self._client.step if size is None else partial(self._image, *size)
         return _timed(call, count)
 
+    def call_together(self, start: float, seconds: float) -> list[float]:
+        """Call for four doubles from a moment of the monotonic clock on; return s per call."""
+        call, clock, times = self._client.step, time.monotonic, []
+        for _ in range(_WARM_UP):
+            call()
+        time.sleep(max(0.0, start - clock()))
+        before = clock()
+        while before < start + seconds:
+            call()
+            after = clock()
+            times.append(after - before)
+            before = after
+        return times
+
     def latest(self, count: int) -> list[float]:
         """Read the newest value of a stream a number of times; return s per read."""
         read = self._client.latest
@@ -184,3 +219,8 @@ def _timed(call: Callable[[], object], count: int) -> list[float]:
         call()
         times.append(clock() - start)
     return times
+
+
+if __name__ == "__main__":
+    file, *rest, path = sys.argv[1:]
+    _work(Connection(int(file)), *rest, Path(path))
