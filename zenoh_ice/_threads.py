@@ -75,6 +75,11 @@ class Source(ABC):
     is_awaited = False
     """Whether the owner waits for the next job: other threads are free."""
 
+    @property
+    def has_more(self) -> bool:
+        """Whether it has jobs that its file does not show."""
+        return False
+
     @abstractmethod
     def fileno(self) -> int: ...
 
@@ -428,7 +433,8 @@ class Pool:
         source.busy_since = math.inf
         source.is_awaited = False
         if source is not self._queue and self._sources.get(source.fileno()) is source and not self._closed:
-            self._epoll.modify(source, _ONCE)
+            # A socket is writable: a thread comes at once for what its file does not show.
+            self._epoll.modify(source, _ONCE | (select.EPOLLOUT if source.has_more else 0))
 
     def _close_files(self) -> None:
         """Close the files after the last thread."""

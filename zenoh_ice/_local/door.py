@@ -26,8 +26,11 @@ from ..transport import Receiver, admit
 from .listeners import Listeners
 from .messages import (
     ANSWER,
+    ANSWERS,
     HELLO,
     LARGEST_MESSAGE,
+    LARGEST_TOGETHER,
+    MOST_TOGETHER,
     SUBSCRIBED,
     VERSION,
     Cancel,
@@ -182,9 +185,19 @@ class _Connection(Source):
         self._unsent: Final[deque[bytes]] = deque()  # one thread waits until its client takes them
         self._unsent_size = 0
         self._closed = False
+        # Answers to calls in flight, sent together before the thread waits: each message wakes the client.
+        self._held: Final[list[tuple[object, ...]]] = []
 
     def fileno(self) -> int:
         return self._file
+
+    @property
+    def has_more(self) -> bool:
+        return bool(self._held)
+
+    def look(self, now: float) -> None:  # noqa: ARG002
+        if self._held:  # a call that was quick before takes long
+            self._door.pool.submit(self._send_held)
 
     def take(self) -> Job | None:
         while True:
@@ -192,6 +205,7 @@ class _Connection(Source):
                 with self._receiving:
                     message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
             except BlockingIOError:
+                self._send_held()
                 return None
             except OSError:
                 message = b""
@@ -212,7 +226,7 @@ class _Connection(Source):
         if request.number == 0 and self._lent >= 0:  # the answer before was read
             self._give_back(0, self._lent)
             self._lent = -1
-        return admit(
+        job = admit(
             self._door.receivers.get(request.target),
             request.target,
             request.operation,
@@ -220,6 +234,9 @@ class _Connection(Source):
             request.attachment or None,
             reply=partial(self._answer, request.number),
         )
+        if self._held and (job is None or not job[0].quick or len(self._held) >= MOST_TOGETHER):
+            self._send_held()
+        return job
 
     def _note(self, message: Part | Return | Subscribe | Cancel) -> None:
         match message:
@@ -280,11 +297,25 @@ class _Connection(Source):
             if number == 0 and extent is not None:
                 self._lent = extent.start
             lent = () if extent is None else (places, extent)
+            if number and self.owner == threading.get_ident() and len(payload) <= LARGEST_TOGETHER:
+                self._held.append((ANSWER, number, ok, payload, *lent))
+                return
             try:
                 payload = send_parts(self._send, payload)
                 self._send(encode((ANSWER, number, ok, payload, *lent)))
             except OSError as error:
                 self._end(error)
+
+    def _send_held(self) -> None:
+        """Send the answers that were held back."""
+        with self._sending:
+            while self._held and not self._closed:
+                held = self._held[:MOST_TOGETHER]
+                del self._held[: len(held)]
+                try:
+                    self._send(encode(held[0] if len(held) == 1 else (ANSWERS, held)))
+                except OSError as error:
+                    self._end(error)
 
     def _send(self, message: bytes) -> None:
         """Send a message, or keep it while its client takes none; with the lock. Raises OSError."""
@@ -333,8 +364,9 @@ class _Connection(Source):
         self._socket.close()
 
     def close(self) -> None:
-        """End the connection; answers to its calls are dropped."""
+        """End the connection; answers to its calls are dropped from now on."""
         self._door.pool.detach(self)
+        self._send_held()
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)  # ends a wait to send
         with self._receiving, self._sending:

@@ -28,9 +28,14 @@ LARGEST_MESSAGE: Final = 1 << 16
 LARGEST_INLINE: Final = LARGEST_MESSAGE - (1 << 12)
 """Bytes of a payload within a message: the rest of it has room beside it."""
 
+MOST_TOGETHER: Final = 16
+"""Answers in one message."""
+LARGEST_TOGETHER: Final = 2048
+"""Bytes of the payload of an answer that is sent together with others."""
+
 _LARGEST_WHOLE: Final = LARGEST_BULK + (1 << 12)  # bytes of all parts of a payload
 
-HELLO, PART, REQUEST, ANSWER, RETURN, SUBSCRIBE, CANCEL, SUBSCRIBED, SAMPLE = range(9)
+HELLO, PART, REQUEST, ANSWER, RETURN, SUBSCRIBE, CANCEL, SUBSCRIBED, SAMPLE, ANSWERS = range(10)
 """The tags of messages."""
 
 encode: Final = msgspec.msgpack.Encoder().encode
@@ -81,6 +86,12 @@ class Answer(msgspec.Struct, array_like=True, tag=ANSWER):
     extent: Extent | None = None
 
 
+class Answers(msgspec.Struct, array_like=True, tag=ANSWERS):
+    """Small answers that were sent together."""
+
+    answers: Annotated[tuple[Answer, ...], Meta(max_length=MOST_TOGETHER)]
+
+
 class Return(msgspec.Struct, array_like=True, tag=RETURN):
     """The lent memory of an answer or a sample was read."""
 
@@ -120,7 +131,7 @@ class Sample(msgspec.Struct, array_like=True, tag=SAMPLE):
 
 
 ToServer = Part | Request | Return | Subscribe | Cancel
-ToClient = Part | Answer | Subscribed | Sample
+ToClient = Part | Answer | Answers | Subscribed | Sample
 
 decode_hello: Final = msgspec.msgpack.Decoder(Hello).decode
 decode_to_server: Final[Callable[[bytes], Any]] = msgspec.msgpack.Decoder(ToServer).decode

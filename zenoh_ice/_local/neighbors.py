@@ -36,6 +36,7 @@ from .messages import (
     SUBSCRIBE,
     VERSION,
     Answer,
+    Answers,
     Part,
     Parts,
     Sample,
@@ -328,6 +329,7 @@ class Channel(Source):
         self._pending: Final[dict[int, _Pending]] = {}
         self._subscribers: Final[dict[int, Subscriber]] = {}
         self._parts: Final = Parts()
+        self._answers: Final[deque[Answer]] = deque()  # the rest of a message
         self._timeout = _SENDING_LIMIT
         limit_waits(connection, socket.SO_SNDTIMEO, self._timeout)
         self._kind: Final = pool.kind()
@@ -390,8 +392,15 @@ class Channel(Source):
         if received.extent is not None:
             self._send((RETURN, received.number, received.extent.start))
 
+    @property
+    def has_more(self) -> bool:
+        return bool(self._answers)
+
     def take(self) -> Job | None:
         while True:
+            while self._answers:
+                if (job := self._end(self._answers.popleft())) is not None:
+                    return job
             try:
                 with self._receiving:
                     message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
@@ -407,9 +416,10 @@ class Channel(Source):
                 match received:
                     case Answer():
                         received.payload = self._parts.complete(received.payload)
-                        if (pending := self._take(received.number)) is not None:
-                            return self._kind, partial(self._finish, pending, received)
-                        self.give_back(received)  # it came too late
+                        if (job := self._end(received)) is not None:
+                            return job
+                    case Answers():
+                        self._answers.extend(received.answers)
                     case Part():
                         self._parts.add(received.payload)
                     case Sample():
@@ -452,6 +462,13 @@ class Channel(Source):
         if pending is not None:
             pending.call.unanswered.discard(number)
         return pending
+
+    def _end(self, answer: Answer) -> Job | None:
+        pending = self._take(answer.number)
+        if pending is not None:
+            return self._kind, partial(self._finish, pending, answer)
+        self.give_back(answer)  # it came too late
+        return None
 
     def _finish(self, pending: _Pending, answer: Answer) -> None:
         call = pending.call
