@@ -147,14 +147,18 @@ class Call(Generic[P, V]):
 
         def start() -> None:
             try:
-                caller = self._caller or self._find(deadline)
-                if not future.done():  # cancelled during the search for its servant
-                    self._begin(caller, encode(), finish, future)
+                caller = self._caller
+                if caller is None:
+                    caller = self._find(deadline)
+                    if future.done():  # cancelled meanwhile
+                        return
+                self._begin(caller, encode(), finish, future)
             except Exception as error:  # noqa: BLE001 - the future raises it
                 fail(future, error)
 
         try:
-            if line in communicator.pool.lines or not communicator.knows(self._proxy._target):
+            known = self._caller is not None or communicator.knows(self._proxy._target)
+            if line in communicator.pool.lines or not known:
                 communicator.pool.submit_in_line(line, start)  # it may take a while
             else:
                 start()
@@ -263,7 +267,8 @@ class Call(Generic[P, V]):
                         outcome = self._retry(caller, payload, attachment, outcome, started)
                 if isinstance(outcome, SystemException):
                     raise outcome
-                result = finish(*outcome, started + caller.timeout)
+                ok, answer = outcome
+                result = finish(ok, answer, started + caller.timeout)
             except BaseException as error:  # noqa: BLE001 - the future raises it
                 fail(future, error)
             else:
@@ -271,7 +276,8 @@ class Call(Generic[P, V]):
                     future.set_result(result)
 
         cancel = caller.begin(payload, attachment, done)
-        future.add_done_callback(lambda ended: cancel() if ended.cancelled() else None)
+        if cancel is not None:
+            future.add_done_callback(lambda ended: cancel() if ended.cancelled() else None)
 
 
 class StreamedCall(Call[P, V]):

@@ -166,10 +166,11 @@ class Caller(Protocol):
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
-    ) -> Callable[[], object]:
+    ) -> Callable[[], object] | None:
         """Call without waiting; `done` gets the outcome, once, on another thread.
 
-        Return a function that forgets the call. Raises SystemException where the call cannot be sent.
+        Return a function that forgets the call, None where that saves nothing. Raises SystemException where
+        the call cannot be sent.
         """
 
 

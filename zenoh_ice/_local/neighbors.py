@@ -352,14 +352,14 @@ class Channel(Source):
             raise NoAnswer(timed_out=False, broken=True)
         return payload
 
-    def begin(self, call: Sent, payload: bytes, done: Done) -> Callable[[], object]:
-        """Send a call; `done` gets its outcome, once. Return a function that forgets it. Raises NotSent."""
+    def begin(self, call: Sent, payload: bytes, attachment: bytes, done: Done) -> None:
+        """Send a call; `done` gets its outcome, once. Raises NotSent."""
         number = next(self._numbers)
         deadline = time.monotonic() + call.timeout
-        self._pending[number] = pending = _Pending(call, deadline, done)
+        self._pending[number] = _Pending(call, deadline, done)
         call.unanswered.add(number)
         try:
-            self._send_call(number, call, payload)
+            self._send_call(number, call, payload, attachment)
         except BlockingIOError:  # no room for it, all the time
             if self._take(number) is not None:
                 self._pool.submit(partial(done, NoAnswer(timed_out=True)))
@@ -367,7 +367,6 @@ class Channel(Source):
             self.shut()
             if self._take(number) is not None:
                 raise NotSent(str(error)) from None
-        return pending.forget
 
     def subscribe(self, target: str, operation: str, subscriber: Subscriber) -> int:
         """Ask for the samples of a stream, and return the number of the subscription; raises NotSent."""
@@ -507,7 +506,7 @@ class Channel(Source):
     def _send_message(self, message: bytes) -> None:
         self._socket.send(message, socket.MSG_NOSIGNAL)
 
-    def _send_call(self, number: int, call: Sent, payload: bytes) -> None:
+    def _send_call(self, number: int, call: Sent, payload: bytes, attachment: bytes) -> None:
         """Send a call; raises OSError, of these BlockingIOError when there was no room within its limit."""
         if not self._sending.acquire(timeout=call.timeout):
             raise BlockingIOError
@@ -516,7 +515,7 @@ class Channel(Source):
                 limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
                 self._timeout = call.timeout
             last = send_parts(self._send_message, payload)
-            request = (REQUEST, number, call.target, call.operation, call.attachment, last)
+            request = (REQUEST, number, call.target, call.operation, attachment, last)
             self._send_message(encode(request))
         except BlockingIOError:
             if len(payload) > LARGEST_INLINE:  # a part of it may have been sent
@@ -527,11 +526,10 @@ class Channel(Source):
 
 
 class Sent(msgspec.Struct, eq=False):
-    """A call that is sent, without its arguments."""
+    """What all calls have in common that one caller sends."""
 
     target: str
     operation: str
-    attachment: bytes
     timeout: float
     limit: int
     """Bytes that its result may have."""
@@ -544,10 +542,6 @@ class _Pending(msgspec.Struct, eq=False):
     call: Sent
     deadline: float
     done: Done
-
-    def forget(self) -> None:
-        """Forget the outcome; its target is not called on another way before it is known."""
-        self.done = lambda _: None
 
 
 class Route:

@@ -306,6 +306,8 @@ class _Caller:
         self._limit: Final = result.size_limit
         self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
+        in_channel = set() if self._route is None else self._route.in_channel
+        self._sent: Final = Sent(self._prefix, operation.name, timeout, self._limit, self._what, in_channel)
         bulk = operation.arguments.holds_bytes or result.holds_bytes
         # A blocked link may block the sender for the limit of the settings, after which Zenoh closes the
         # link; a call with a shorter limit is dropped instead, and ends at its limit.
@@ -359,22 +361,14 @@ class _Caller:
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
-    ) -> Callable[[], object]:
+    ) -> Callable[[], object] | None:
         # Servants of this process, too, are called through the session, because it enforces the limit.
         route = self._route
         if route is not None and (neighbor := route.way) is not None and self._prefix not in self._receivers:
-            sent = Sent(
-                self._prefix,
-                self._operation.name,
-                attachment,
-                self.timeout,
-                self._limit,
-                self._what,
-                route.in_channel,
-            )
             with suppress(NotSent):
                 route.of_channel = neighbor
-                return neighbor.channel(self.timeout).begin(sent, payload, done)
+                neighbor.channel(self.timeout).begin(self._sent, payload, attachment, done)
+                return None
         call = object()
         if route is not None:
             route.over_network[call] = time.monotonic() + self.timeout
