@@ -28,6 +28,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -44,6 +45,8 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 T = TypeVar("T")
 Times = Mapping[str, Sequence[Sequence[float]]]
 """Durations in s for each kind, by round."""
+Figures = Mapping[str, Sequence[float]]
+"""A figure for each kind, by round."""
 
 IN_FLIGHT: Final = 16
 CLIENTS: Final = 16
@@ -99,20 +102,13 @@ class Lab:
         """Call for four doubles, or for an image."""
         return self.measure(rounds, lambda name: self.clients[name].do("call", count, size))
 
-    def send_poses(self, name: str) -> list[float]:
-        """Return the durations in s of reading the newest pose of a stream of 100 a second."""
-        self.servers[name].do("start", "pose", 100.0)
-        times: list[float] = self.clients[name].do("latest", 100)
-        self.servers[name].do("stop")
-        return times
-
     def stream(self, rounds: int, rate: float) -> Times:
         """Send images; return the latencies of those that arrive."""
 
         def stream(name: str) -> list[float]:
             server, client = self.servers[name], self.clients[name]
             client.do("arrived")
-            server.do("start", "video", rate, LARGE_IMAGE)
+            server.do("start", rate, LARGE_IMAGE)
             time.sleep(STREAM_SECONDS)
             server.do("stop")
             time.sleep(0.2)  # for those that are on their way
@@ -149,27 +145,25 @@ class Report:
         self._kinds: Final = compared
         self._goals: Final = Table("figure", "goal", "measured", "", title="Goals")
 
-    def times(self, title: str, unit: str, results: Times) -> dict[str, tuple[list[float], list[float]]]:
-        """Print a table of durations; return the medians and the 99th percentiles in s by round."""
+    def times(self, title: str, unit: str, results: Times) -> tuple[Figures, Figures]:
+        """Print a table of durations; return the medians and the 99th percentiles in s."""
         factor = {"us": 1e6, "ms": 1e3}[unit]
-        by_round = {
-            name: (
-                [_percentile(times, 0.5) for times in rounds],
-                [_percentile(times, 0.99) for times in rounds],
-            )
-            for name, rounds in results.items()
-        }
+        medians, p99 = (
+            {name: [_percentile(times, part) for times in rounds] for name, rounds in results.items()}
+            for part in (0.5, 0.99)
+        )
         columns = (f"p50 {unit}", "times Ice", f"p99 {unit}", "times Ice", f"longest {unit}")
         table = Table("", *columns, title=title)
         for name, rounds in results.items():
             cells = [self._kinds[name].name]
-            for values, others in zip(by_round[name], by_round["ice"], strict=True):
-                cells += [spread([factor * value for value in values]), spread(ratios(values, others))]
+            for figures in (medians, p99):
+                cells.append(spread([factor * value for value in figures[name]]))
+                cells.append(spread(ratios(figures[name], figures["ice"])))
             table.add_row(*cells, _short(factor * max(map(max, rounds))))
         self.console.print(table)
-        return by_round
+        return medians, p99
 
-    def rates(self, title: str, rates: Mapping[str, Sequence[float]]) -> None:
+    def rates(self, title: str, rates: Figures) -> None:
         """Print a table of rates."""
         table = Table("", "a second", "times Ice", title=title)
         for name, each in rates.items():
@@ -186,9 +180,14 @@ class Report:
         at_least: float = 0.0,
     ) -> None:
         """Compare the median of the rounds with a goal."""
-        goal = f"at least {at_least:g}" if at_least else f"at most {at_most:g}"
+        goal = f"at least {at_least:.3g}" if at_least else f"at most {at_most:.3g}"
         met = at_least <= statistics.median(values) <= at_most
         self._goals.add_row(figure, f"{goal} {unit}", spread(values), "met" if met else "NOT met")
+
+    def compare(self, figure: str, figures: Figures, *, to: str = "ice", **goal: float) -> None:
+        """Compare the ratio of ours to another kind with a goal; over the network to the commit before."""
+        kind, of = ("ours", "Ice's") if to == "ice" else ("network", f"that of {self._kinds[to].name}")
+        self.judge(figure, ratios(figures[kind], figures[to]), f"times {of}", **goal)
 
     def finish(self) -> None:
         """Print the figures with their goals."""
@@ -197,21 +196,15 @@ class Report:
 
 def measure(lab: Lab, report: Report) -> None:
     """Measure everything and print it."""
-    ice = "times Ice's"
-    small = report.times("4 doubles there and back", "us", lab.call(60, 300))
-    report.judge("small call", ratios(small["ours"][0], small["ice"][0]), ice, at_most=0.6)
-    report.times("the newest 4 doubles", "us", lab.measure(20, lab.send_poses))
+    small, _ = report.times("4 doubles there and back", "us", lab.call(60, 300))
+    report.compare("small call", small, at_most=0.6)
     flying = lab.measure(12, lambda name: lab.clients[name].do("pipeline", 4000, IN_FLIGHT))
     report.rates(f"{IN_FLIGHT} calls in flight", flying)
-    report.judge(f"{IN_FLIGHT} calls in flight", ratios(flying["ours"], flying["ice"]), ice, at_least=1.5)
-    images = {}
-    for size in (SMALL_IMAGE, LARGE_IMAGE):
-        title = f"an image of {size[0]}x{size[1]}"
-        images[size] = report.times(title, "ms", lab.call(40, 60, size))
-    (ours, _), (others, _) = images[SMALL_IMAGE]["ours"], images[SMALL_IMAGE]["ice"]
-    report.judge("320x240 image by call", ratios(ours, others), ice, at_most=0.7)
-    (ours, _), (others, _) = images[LARGE_IMAGE]["ours"], images[LARGE_IMAGE]["ice"]
-    report.judge("1280x960 image by call", ratios(others, ours), "times faster than Ice's", at_least=3.0)
+    report.compare(f"{IN_FLIGHT} calls in flight: rate", flying, at_least=1.5)
+    small_image, _ = report.times("an image of 320x240", "ms", lab.call(40, 60, SMALL_IMAGE))
+    report.compare("320x240 image by call", small_image, at_most=0.7)
+    large_image, _ = report.times("an image of 1280x960", "ms", lab.call(40, 60, LARGE_IMAGE))
+    report.compare("1280x960 image by call", large_image, at_most=1 / 3)
     measure_streams(lab, report)
     measure_crowd(lab, report)
     for title, simulators, flags in (
@@ -220,55 +213,38 @@ def measure(lab: Lab, report: Report) -> None:
     ):
         with run_simulators(simulators, *flags) as load:
             calls = lab.call(20, 2000)
-            loaded = f"{title} that takes {load():.2g} processors"
-        medians_and_p99 = report.times(f"4 doubles, beside {loaded}", "us", calls)
-        ours_p99, ice_p99 = medians_and_p99["ours"][1], medians_and_p99["ice"][1]
-        report.judge(f"small call beside {title}: p99", ratios(ours_p99, ice_p99), ice, at_most=1.0)
-    if "before" in small:  # at most 1.05: rounds differ by as much
-        now = "times that of the commit before"
-        ratio = ratios(small["network"][0], small["before"][0])
-        report.judge("small call over the network", ratio, now, at_most=1.05)
-        ratio = ratios(flying["network"], flying["before"])
-        report.judge(f"{IN_FLIGHT} calls in flight over the network", ratio, now, at_least=0.95)
-        for size, by_kind in images.items():
-            ratio = ratios(by_kind["network"][0], by_kind["before"][0])
-            report.judge(f"{size[0]}x{size[1]} image over the network", ratio, now, at_most=1.05)
+            loaded = f"{title} (load: {load():.2g} processors)"
+        _, p99 = report.times(f"4 doubles, beside {loaded}", "us", calls)
+        report.compare(f"small call beside {title}: p99", p99, at_most=1.0)
+    if "before" in small:  # rounds differ by a twentieth
+        report.compare("small call over Zenoh", small, to="before", at_most=1.05)
+        report.compare(f"{IN_FLIGHT} calls in flight over Zenoh: rate", flying, to="before", at_least=0.95)
+        report.compare("320x240 image over Zenoh", small_image, to="before", at_most=1.05)
+        report.compare("1280x960 image over Zenoh", large_image, to="before", at_most=1.05)
 
 
 def measure_streams(lab: Lab, report: Report) -> None:
     """Measure a stream of images at a camera's rate, and at its maximum."""
     for client in lab.clients.values():
         client.do("follow")
-    latencies = report.times(
-        f"a stream of 1280x960 at {FRAME_RATE:g} images a second", "ms", lab.stream(8, FRAME_RATE)
-    )
-    rates = {
-        name: [len(each) / STREAM_SECONDS for each in rounds] for name, rounds in lab.stream(10, 0.0).items()
-    }
+    title = f"a stream of 1280x960 at {FRAME_RATE:g} images a second: latency"
+    latencies, _ = report.times(title, "ms", lab.stream(8, FRAME_RATE))
+    fastest = lab.stream(10, 0.0)
+    rates = {name: [len(each) / STREAM_SECONDS for each in rounds] for name, rounds in fastest.items()}
     report.rates("images of 1280x960 in a stream at its maximum", rates)
-    report.judge(
-        "1280x960 stream at its maximum", ratios(rates["ours"], rates["ice"]), "times Ice's", at_least=4
-    )
-    ratio = ratios(latencies["ours"][0], latencies["ice"][0])
-    report.judge(f"its latency at {FRAME_RATE:g} images/s", ratio, "times Ice's", at_most=0.5)
+    report.compare("1280x960 stream at its maximum: rate", rates, at_least=4)
+    report.compare(f"its latency at {FRAME_RATE:g} images/s", latencies, at_most=0.5)
 
 
 def measure_crowd(lab: Lab, report: Report) -> None:
     """Measure many clients that call one server."""
     crowd = lab.crowd(6)
-    merged = {
-        name: [[s for each in clients for s in each] for clients in rounds] for name, rounds in crowd.items()
-    }
-    times = report.times(f"4 doubles, {CLIENTS} clients of one server", "us", merged)
-    report.rates(
-        f"calls of {CLIENTS} clients of one server",
-        {name: [len(each) / CROWD_SECONDS for each in rounds] for name, rounds in merged.items()},
-    )
-    slowest = [
-        min(calls) / statistics.mean(calls) for calls in (list(map(len, each)) for each in crowd["ours"])
-    ]
-    report.judge(f"{CLIENTS} clients: the slowest", slowest, "of the mean", at_least=0.9)
-    report.judge(f"{CLIENTS} clients: p99", [1e3 * p99 for p99 in times["ours"][1]], "ms", at_most=1.0)
+    calls = {name: [list(chain(*clients)) for clients in rounds] for name, rounds in crowd.items()}
+    _, p99 = report.times(f"4 doubles, {CLIENTS} clients of one server", "us", calls)
+    counts = [[len(each) for each in clients] for clients in crowd["ours"]]
+    shares = [min(each) / statistics.mean(each) for each in counts]
+    report.judge(f"{CLIENTS} clients: the slowest", shares, "of the mean", at_least=0.9)
+    report.judge(f"{CLIENTS} clients: p99", [1e3 * each for each in p99["ours"]], "ms", at_most=1.0)
 
 
 @contextmanager

@@ -36,10 +36,6 @@ class RobotI(bench.Robot):  # type: ignore[name-defined,misc]
         """Return the pixels of an image."""
         return pixels(width, height)
 
-    def pose(self, current: Any) -> Any:  # noqa: ANN401, ARG002
-        """Return four doubles."""
-        return bench.Angles(*POSE)
-
     def video(self, current: Any) -> Any:  # noqa: ANN401, ARG002
         """Return an image."""
         return bench.Picture(time.monotonic_ns(), pixels(*SMALL_IMAGE))
@@ -47,9 +43,6 @@ class RobotI(bench.Robot):  # type: ignore[name-defined,misc]
     def follow(self, receiver: Any, current: Any) -> None:  # noqa: ANN401, ARG002
         """Push images to a sink from now on."""
         self._sinks.append(bench.SinkPrx.uncheckedCast(receiver.ice_oneway()))
-
-    def send_pose(self) -> None:
-        """Do nothing: Ice's clients call for the newest value."""
 
     def send_image(self, stamp: int, content: bytes) -> None:
         """Push an image to all that follow."""
@@ -65,7 +58,6 @@ class IceClient:
         self._adapter = adapter
         self._angles = bench.Angles(*POSE)
         self.image = robot.image
-        self.latest = robot.pose
 
     def step(self) -> object:
         """Call with four doubles there and back."""

@@ -29,10 +29,6 @@ class RobotI(bench.Robot):  # type: ignore[name-defined,misc]
         """Return the pixels of an image."""
         return pixels(width, height)
 
-    def pose(self, current: Current) -> Any:  # noqa: ANN401, ARG002
-        """Return four doubles."""
-        return bench.Angles(*POSE)
-
     def video(self, current: Current) -> Any:  # noqa: ANN401, ARG002
         """Return an image."""
         return bench.Picture(time.monotonic_ns(), pixels(*SMALL_IMAGE))
@@ -40,10 +36,6 @@ class RobotI(bench.Robot):  # type: ignore[name-defined,misc]
     def follow(self, receiver: Any, current: Current) -> None:  # noqa: ANN401
         """Refuse: here one subscribes."""
         raise NotImplementedError("subscribe to the stream instead")
-
-    def send_pose(self) -> None:
-        """Send four doubles."""
-        self.posePublisher.publish(bench.Angles(*POSE))
 
     def send_image(self, stamp: int, content: bytes) -> None:
         """Send an image to all that follow."""
@@ -57,7 +49,6 @@ class OurClient:
         self._robot = robot
         self._angles = bench.Angles(*POSE)
         self.image = robot.image
-        self.latest = robot.pose.latest
 
     def step(self) -> object:
         """Call with four doubles there and back."""

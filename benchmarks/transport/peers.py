@@ -42,9 +42,6 @@ class Kind(NamedTuple):
 class Server(Protocol):
     """Serves `Robot`."""
 
-    def send_pose(self) -> None:
-        """Send four doubles, where the peer has streams."""
-
     def send_image(self, stamp: int, pixels: bytes) -> None:
         """Send an image to all that follow."""
 
@@ -60,9 +57,6 @@ class Client(Protocol):
 
     def image(self, width: int, height: int) -> bytes:
         """Call for the pixels of an image."""
-
-    def latest(self) -> object:
-        """Return the newest four doubles, without a round trip if the peer has streams."""
 
     def follow(self, take: Callable[[Any], object]) -> AbstractContextManager[object]:
         """Give the newest image that the server sends to a function."""

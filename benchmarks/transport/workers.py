@@ -29,7 +29,6 @@ _TUNED_MEMORY: Final = {"MALLOC_MMAP_THRESHOLD_": "134217728", "MALLOC_TRIM_THRE
 _LIMIT: Final = 120.0  # s that a command may take
 _END_LIMIT: Final = 15.0
 _WARM_UP: Final = 20  # calls that are not counted: the processes are just waking up
-_LATEST_IN_ONE: Final = 100  # the clock itself takes a tenth of a microsecond
 
 
 class Worker:
@@ -108,36 +107,30 @@ def _work(pipe: Connection, role: str, peer: str, endpoint: str, folder: Path) -
 
 
 class ServerTasks:
-    """Sends on streams, at a rate or as fast as it can."""
+    """Sends on the stream of images, at a rate or as fast as it can."""
 
     def __init__(self, server: peers.Server) -> None:
         self._server = server
         self._stop = threading.Event()
         self._sender: threading.Thread | None = None
-        self._sent = 0
 
-    def start(self, stream: str, rate: float, size: tuple[int, int] = (0, 0)) -> None:
-        """Send poses or images until `stop`; a rate of 0 is without pauses."""
-        send = self._server.send_pose if stream == "pose" else partial(self._send_image, size)
+    def start(self, rate: float, size: tuple[int, int]) -> None:
+        """Send images until `stop`; a rate of 0 is without pauses."""
         self._stop.clear()
-        self._sender = threading.Thread(target=self._send, args=(send, rate))
+        self._sender = threading.Thread(target=self._send, args=(rate, size))
         self._sender.start()
 
-    def stop(self) -> int:
-        """Stop sending; return how many values were sent."""
+    def stop(self) -> None:
+        """Stop sending."""
         self._stop.set()
         if self._sender is not None:
             self._sender.join(_END_LIMIT)
-        return self._sent
 
-    def _send(self, send: Callable[[], None], rate: float) -> None:
-        self._sent, start = 0, time.monotonic()
-        while not self._stop.wait(max(start + self._sent / rate - time.monotonic(), 0.0) if rate else 0.0):
-            send()
-            self._sent += 1
-
-    def _send_image(self, size: tuple[int, int]) -> None:
-        self._server.send_image(time.monotonic_ns(), peers.pixels(*size))
+    def _send(self, rate: float, size: tuple[int, int]) -> None:
+        sent, start = 0, time.monotonic()
+        while not self._stop.wait(max(start + sent / rate - time.monotonic(), 0.0) if rate else 0.0):
+            self._server.send_image(time.monotonic_ns(), peers.pixels(*size))
+            sent += 1
 
 
 class ClientTasks:
@@ -166,18 +159,6 @@ class ClientTasks:
             times.append(after - before)
             before = after
         return times
-
-    def latest(self, count: int) -> list[float]:
-        """Read the newest value of a stream a number of times; return s per read."""
-        read = self._client.latest
-        while read() is None:  # the first read subscribes
-            time.sleep(0.001)
-
-        def reads() -> None:
-            for _ in range(_LATEST_IN_ONE):
-                read()
-
-        return [seconds / _LATEST_IN_ONE for seconds in _timed(reads, count)]
 
     def pipeline(self, count: int, width: int) -> float:
         """Keep `width` calls in flight; return calls per second."""
