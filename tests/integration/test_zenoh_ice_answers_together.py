@@ -42,18 +42,14 @@ def test_answers_do_not_wait_for_a_call_that_was_quick_before(
         long.result(CALL_LIMIT)
 
 
-def test_callback_of_a_future_may_wait_for_a_later_one(
-    calculator: CalculatorPrx, servant: CalculatorI
-) -> None:
+def test_callback_of_a_future_may_wait_for_a_later_one(calculator: CalculatorPrx) -> None:
     for _ in range(ROUNDS):
         seen: SimpleQueue[float] = SimpleQueue()
-        last: SimpleQueue[Future[float]] = SimpleQueue()
-
-        def wait_for_last(_: object, seen: SimpleQueue[float] = seen, last: Any = last) -> None:
-            seen.put(last.get().result(CALL_LIMIT))
-
         calls = [calculator.add.begin(1.0, float(number)) for number in range(IN_FLIGHT)]
+
+        def wait_for_last(_: object, put: Any = seen.put, last: Future[float] = calls[-1]) -> None:
+            put(last.result(CALL_LIMIT))
+
         calls[IN_FLIGHT // 2].add_done_callback(wait_for_last)
-        last.put(calls[-1])
         assert seen.get(timeout=EVENT_LIMIT) == float(IN_FLIGHT)
         assert [each.result(CALL_LIMIT) for each in calls] == [1.0 + number for number in range(IN_FLIGHT)]
