@@ -22,8 +22,8 @@ from tests.support.memory_files import lent_bytes, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import session_of
 from tests.support.waiting import until
-from zenoh_ice import Communicator, Sample
-from zenoh_ice._local import neighbors
+from zenoh_ice import Communicator, Sample, _memory
+from zenoh_ice._local import listeners, neighbors
 from zenoh_ice._local.door import memory_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice._presence import servant_token
@@ -244,6 +244,32 @@ class TestReaders:
             until(lambda: images.has(numbers.last))
         assert images.numbers == [1, *range(62 - queue, 62)]
         images.check()
+
+    def test_a_slow_one_of_large_images_leaves_memory_for_others(
+        self, endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(_memory, "_SIZE", 8 * len(image(1).pixelData))
+        monkeypatch.setattr(listeners, "_MOST_BYTES", len(image(1).pixelData))
+        server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
+        adapter = server.createObjectAdapter("Test")
+        adapter.activate()
+        servant = ImageI()
+        adapter.add(servant, "Camera")
+        network, quick, numbers = Network(server), Images(), Numbers(servant)
+        leave = threading.Event()
+
+        def hold(_: object) -> None:
+            assert leave.wait(EVENT_LIMIT)
+
+        get = camera(client).getImageData
+        with get.subscribe(hold), get.subscribe(hold, queue=8), get.subscribe(quick.take):
+            network.wait_until_unused(servant)
+            for _ in range(30):
+                number = numbers.publish()
+                until(partial(quick.has, number))
+            assert not network.is_used
+            leave.set()
+        quick.check()
 
     def test_they_share_one_copy(self, pair: Pair, servant: ImageI, network: Network) -> None:
         proxy = camera(pair.client)
