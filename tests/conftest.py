@@ -26,7 +26,7 @@ from hypothesis import HealthCheck, settings
 
 pytest.register_assert_rewrite("tests.support")  # a failed assertion shows its values there, too
 
-from tests.support.carriers import COLLOCATED, LOCAL, NETWORK
+from tests.support.carriers import COLLOCATED, LOCAL, LOCAL_SOCKETS, NETWORK
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
@@ -280,6 +280,12 @@ def endpoint() -> str:
 def carrier() -> str:
     """How calls travel; the marks in tests/support/carriers.py run tests over several carriers."""
     return LOCAL
+
+
+@pytest.fixture
+def by_environment(carrier: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let commands, and communicators that others make, call over the carrier."""
+    monkeypatch.setenv(LOCAL_SOCKETS, "false" if carrier == NETWORK else "true")
 
 
 @pytest.fixture

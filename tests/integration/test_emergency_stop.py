@@ -19,6 +19,7 @@ import zenoh
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
 from naoserver.robot import JointReading
+from tests.support.carriers import NETWORK
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.nao_command import Outcome, at, nao
 from tests.support.processes import free_endpoint
@@ -113,7 +114,7 @@ def scripted(endpoint: str) -> Iterator[ScriptedRobot]:
 
 
 @pytest.fixture
-def robot() -> Iterator[RobotClient]:
+def robot(by_environment: None) -> Iterator[RobotClient]:
     with served_to_client(FakeRobot()) as client:
         yield client
 
@@ -475,6 +476,7 @@ class TestEditor:
         assert found.failed == {"Body": "its joints still move, the fastest at 1.5 rad/s: look at the robot"}
         assert "Body" not in found.stopped
 
+    @pytest.mark.parametrize("carrier", [NETWORK])
     def test_it_is_repeated_while_the_network_is_silent(
         self, robot: RobotClient, monkeypatch: pytest.MonkeyPatch
     ) -> None:

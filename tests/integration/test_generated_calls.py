@@ -11,10 +11,11 @@ from typing import Any
 import pytest
 
 from tests.conftest import Pair
+from tests.support.carriers import everywhere
 from tests.support.limits import EVENT_LIMIT
 from tests.support.slice_compiler import imported
 from tests.support.waiting import listened
-from zenoh_ice import InterfaceMismatchException, MarshalException
+from zenoh_ice import Communicator, InterfaceMismatchException, MarshalException
 from zenoh_ice.reflection import describe_package
 
 SOURCE = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
@@ -89,12 +90,12 @@ def servant(api: Any, pair: Pair) -> Any:
     return servant
 
 
-@pytest.fixture(params=["remote", "collocated"])
-def camera(request: pytest.FixtureRequest, api: Any, pair: Pair, servant: Any) -> Any:
-    communicator = pair.client if request.param == "remote" else pair.server
-    return api.BetterPrx.checkedCast(communicator.stringToProxy("Camera"))
+@pytest.fixture
+def camera(api: Any, caller: Communicator, servant: Any) -> Any:
+    return api.BetterPrx.checkedCast(caller.stringToProxy("Camera"))
 
 
+@everywhere
 def test_proxies_are_values_and_can_be_called_where_they_arrive(api: Any, camera: Any) -> None:
     returned = camera.self(camera, None)
     assert type(returned) is api.CameraPrx
@@ -106,11 +107,13 @@ def test_proxies_are_values_and_can_be_called_where_they_arrive(api: Any, camera
     assert camera.getCameras({"one": camera, "none": None}) == [camera, None]
 
 
+@everywhere
 def test_a_proxy_of_another_realm_keeps_it(camera: Any) -> None:
     other = camera.ice_getCommunicator().stringToProxy("Camera@elsewhere")
     assert camera.self(None, other).ice_toString() == "Camera@elsewhere"
 
 
+@everywhere
 def test_classes_arrive_as_what_they_are(api: Any, camera: Any) -> None:
     leaf = api.Leaf("leaf", [None, api.Node("child", [], None)], None, extra=1, last="end")
     tree = api.Node("root", [leaf], leaf)
@@ -120,6 +123,7 @@ def test_classes_arrive_as_what_they_are(api: Any, camera: Any) -> None:
     assert camera.echo.begin(leaf).result(EVENT_LIMIT)[0] == leaf
 
 
+@everywhere
 def test_a_value_that_holds_itself_is_refused(api: Any, camera: Any) -> None:
     node = api.Node("root", [], None)
     node.next = node
@@ -127,6 +131,7 @@ def test_a_value_that_holds_itself_is_refused(api: Any, camera: Any) -> None:
         camera.root(node)
 
 
+@everywhere
 def test_optional_parameters_and_results_may_be_absent(api: Any, camera: Any) -> None:
     assert camera.maybe(None, 1) == (None, None, 1)
     assert camera.maybe("abc", 2, api.Point(7, 8)) == (3, api.Node("7", [], None), 2)
@@ -135,11 +140,13 @@ def test_optional_parameters_and_results_may_be_absent(api: Any, camera: Any) ->
     assert camera.getOptionals(api.Optional(5), None, [None]) == api.Optional(5, "x")
 
 
+@everywhere
 def test_an_operation_that_is_marked_amd_is_served_like_any_other(camera: Any) -> None:
     assert camera.improve("more", "light") == "more of light"
     assert camera.improve.begin("less", "sound").result(EVENT_LIMIT) == "less of sound"
 
 
+@everywhere
 def test_exceptions_carry_anything(api: Any, camera: Any) -> None:
     with pytest.raises(api.Rich) as caught:
         camera.fail(7)
@@ -161,18 +168,21 @@ def test_exceptions_with_default_values_can_be_copied_and_pickled(api: Any) -> N
         assert same.args == error.args
 
 
+@everywhere
 def test_structs_and_enumerations_are_keys(api: Any, camera: Any) -> None:
     labels = {api.Point(1, 2): "a", api.Point(2, 1): "b"}
     deep = {api.Named("n", api.Color.blue, api.Point(0, 0)): api.Color.red}
     assert camera.getLabels(labels, deep, {api.Color.green: api.Point(5, 6)}, {True: 1, False: 0}) == labels
 
 
+@everywhere
 def test_default_values_are_those_of_constructors(api: Any, camera: Any) -> None:
     defaults = api.Defaults(h=1)
     assert (defaults.a, defaults.b, defaults.c, defaults.f) == (5, "text", api.Color.green, 7)
     assert camera.getMany([api.AllDefaults()], defaults) == [api.AllDefaults(1, 2.5), api.AllDefaults(5, 3.0)]
 
 
+@everywhere
 def test_streams_bring_proxies_and_classes(api: Any, camera: Any, servant: Any) -> None:
     views = api.Views(camera, None, api.Leaf("leaf", [], None, last=""), api.Defaults(h=2))
     assert camera.getViews.latest() is None

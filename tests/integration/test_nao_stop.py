@@ -12,6 +12,7 @@ import pytest
 
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
+from tests.support.carriers import NETWORK, over_both
 from tests.support.limits import END_LIMIT
 from tests.support.nao_command import at, nao
 from tests.support.processes import free_endpoint, module
@@ -23,7 +24,7 @@ READY = "ready: Enter or space stops the robot"
 
 
 @pytest.fixture
-def robot() -> Iterator[RobotClient]:
+def robot(by_environment: None) -> Iterator[RobotClient]:
     with served_to_client(FakeRobot()) as client:
         yield client
 
@@ -81,6 +82,7 @@ def test_without_a_robot_it_says_so() -> None:
     assert (outcome.code, "start a server there" in outcome.err) == (1, True)
 
 
+@over_both
 def test_each_key_stops_the_robot_and_ctrl_c_leaves(robot: RobotClient) -> None:
     safety = robot.proxy(SafetyPrx, "Safety")
     with ready(robot.endpoint, robot.realm) as terminal:
@@ -103,6 +105,7 @@ def test_who_is_ended_stops_nothing(robot: RobotClient) -> None:
     assert not is_stopped(robot)
 
 
+@pytest.mark.parametrize("carrier", [NETWORK])
 def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back_or_reported_to_who_leaves(
     robot: RobotClient,
 ) -> None:

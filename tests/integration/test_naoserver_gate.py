@@ -10,6 +10,7 @@ from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, PoseHeadPrx, Pos
 from naoserver._gate import LONGEST_LEASE
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from tests.support.carriers import is_used, over_both
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from tests.support.stranger import stranger
@@ -17,7 +18,7 @@ from zenoh_ice._presence import client_token
 
 
 @pytest.fixture
-def nao():
+def nao(by_environment):
     with served_to_client(FakeRobot()) as nao:
         yield nao
 
@@ -64,7 +65,8 @@ def refused(nao):
     return names
 
 
-def test_an_emergency_stop_holds_the_robot_and_refuses_every_command_until_it_is_reset(nao):
+@over_both
+def test_an_emergency_stop_holds_the_robot_and_refuses_every_command_until_it_is_reset(carrier, nao):
     safety, body = nao.proxy(SafetyPrx, "Safety"), nao.proxy(JointsPrx, "Body")
     body.setJointPositions({"HeadYaw": 1.5}, 0.02)
     safety.emergencyStop("enough")
@@ -75,8 +77,10 @@ def test_an_emergency_stop_holds_the_robot_and_refuses_every_command_until_it_is
     assert body.getJointState().commands == state.commands
     safety.resetEmergencyStop()
     assert refused(nao) == set()
+    assert is_used(carrier)
 
 
+@over_both
 def test_an_emergency_stop_ends_what_moves_by_itself(nao):
     postures = nao.proxy(PosturesPrx, "Postures")
     postures.goToPosture("Crouch", 0.1)
@@ -88,6 +92,7 @@ def test_an_emergency_stop_ends_what_moves_by_itself(nao):
     assert nao.proxy(JointsPrx, "Body").getJointState().commands == commands
 
 
+@over_both
 def test_a_lease_ends_the_motion_that_somebody_else_began(nao):
     postures = nao.proxy(PosturesPrx, "Postures")
     postures.goToPosture("Crouch", 0.1)
@@ -97,6 +102,7 @@ def test_a_lease_ends_the_motion_that_somebody_else_began(nao):
     assert "Ann" in ended.message
 
 
+@over_both
 def test_everybody_can_stop_while_somebody_else_holds_the_robot(nao):
     with nao.client() as other:
         other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
@@ -107,6 +113,7 @@ def test_everybody_can_stop_while_somebody_else_holds_the_robot(nao):
         assert refused(other) == commands(nao).keys()
 
 
+@over_both
 def test_everybody_can_stop_after_an_emergency_stop(nao):
     nao.proxy(SafetyPrx, "Safety").emergencyStop("enough")
     stop_everything(nao)
@@ -119,6 +126,7 @@ def test_the_balls_are_no_part_of_the_robot(nao):
     assert ball.setPose3DMotorsData(ball.getPose3DMotorsData()) == 0
 
 
+@over_both
 def test_a_lease_ends_with_its_holder(nao):
     with nao.client() as other:
         other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
