@@ -116,6 +116,7 @@ class ZenohTransport:
             self.is_local: Final = settings.local_sockets and settings.security == Security()
             self.neighborhood: Final = Neighborhood(pool, self.local.watch) if self.is_local else None
             self._door: Door | None = None
+            self._wants_door = self.is_local
             self.appear(settings.realm)
         except BaseException:
             self.session.close()
@@ -158,7 +159,8 @@ class ZenohTransport:
 
     def _open_door(self) -> None:
         with self._lock:
-            if self._door is None and self.is_local and not self._closed:
+            if self._wants_door and not self._closed:
+                self._wants_door = False
                 try:
                     self._door = Door(self.pool, self._receivers, self.id)
                 except OSError as error:
