@@ -45,7 +45,7 @@ over_both: Final = pytest.mark.parametrize("carrier", [LOCAL, NETWORK])
 """Runs a test of calls between processes over both carriers; `make_communicator` makes their clients."""
 
 everywhere: Final = pytest.mark.parametrize("carrier", [LOCAL, NETWORK, COLLOCATED])
-"""Runs a test also where the communicator that serves calls."""
+"""Runs a test also with the communicator that serves as the caller."""
 
 _SEQPACKET: Final = "0005"
 _CONNECTED: Final = "03"
