@@ -15,6 +15,7 @@ from interfaces.nao import JointsPrx, SafetyPrx
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
+from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import call_until_it_works, until
@@ -23,16 +24,11 @@ from zenoh_ice._threads import UserCodeThread
 
 MakeCommunicator = Callable[..., Communicator]
 
+pytestmark = over_both
+
 ROOM = 4 << 20  # bytes that the process may still allocate: the stack of a thread has 8 MB
 TOGETHER = 20  # calls
 MOST_THREADS = 16  # more than a pool has here
-
-
-@pytest.fixture(params=["local", "network"], autouse=True)
-def carrier(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """How calls travel: through the sockets of one machine, or over the network."""
-    monkeypatch.setenv("VISUALHFSM_LOCAL_SOCKETS", "true" if request.param == "local" else "false")
-    return str(request.param)
 
 
 @contextmanager
@@ -55,9 +51,11 @@ def together(body: JointsPrx) -> list[Future[Any]]:
 
 
 def test_a_robot_server_that_can_start_no_thread_answers_every_call_and_stops(
-    endpoint: str, make_communicator: MakeCommunicator
+    endpoint: str, make_communicator: MakeCommunicator, carrier: str
 ) -> None:
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
+    with ComponentProcess(
+        module("naoserver.fake", "--listen", endpoint), {LOCAL_SOCKETS: str(carrier == LOCAL).lower()}
+    ) as server:
         server.wait_for("ready")
         client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         safety = SafetyPrx.checkedCast(client.stringToProxy("Safety"))
@@ -71,6 +69,7 @@ def test_a_robot_server_that_can_start_no_thread_answers_every_call_and_stops(
             assert client.identities() == served
         assert [call.exception() for call in together(body)] == [None] * TOGETHER
         assert safety.getSafetyState().stopped
+        assert is_used(carrier, server.process.pid)
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ import pytest
 from interfaces.nao import JointsPrx
 from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
+from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import STEADY, ComponentProcess, module
 from zenoh_ice import Communicator
@@ -26,18 +27,12 @@ CLIENTS = 5
 CONNECTIONS = 100
 
 
-@pytest.fixture(params=["local", "network"])
-def carrier(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """How calls travel: through the sockets of one machine, or over the network."""
-    monkeypatch.setenv("VISUALHFSM_LOCAL_SOCKETS", "true" if request.param == "local" else "false")
-    return str(request.param)
-
-
-@pytest.mark.usefixtures("carrier")
+@over_both
 def test_a_robot_server_with_several_clients_has_few_threads(
-    endpoint: str, make_communicator: Callable[..., Communicator]
+    endpoint: str, make_communicator: Callable[..., Communicator], carrier: str
 ) -> None:
-    with ComponentProcess(module("naoserver.fake", "--listen", endpoint), STEADY) as server:
+    environment = {**STEADY, LOCAL_SOCKETS: str(carrier == LOCAL).lower()}
+    with ComponentProcess(module("naoserver.fake", "--listen", endpoint), environment) as server:
         server.wait_for("ready")
         process = psutil.Process(server.process.pid)
         counts = [process.num_threads()]
@@ -56,6 +51,7 @@ def test_a_robot_server_with_several_clients_has_few_threads(
                 call.result(CALL_LIMIT)
             for body in bodies:
                 body.getJointState()
+        assert is_used(carrier, process.pid)
     assert max(counts) <= 25, counts
 
 
