@@ -249,7 +249,7 @@ def measure_crowd(lab: Lab, report: Report) -> None:
 
 @contextmanager
 def run_simulators(count: int, *flags: str) -> Iterator[Callable[[], float]]:
-    """Run simulated robots without clients; give a function that tells how many processors they took."""
+    """Run simulated robots without clients; give a function that returns how many processors they took."""
     with ExitStack() as stack:
         processes = []
         for _ in range(count):

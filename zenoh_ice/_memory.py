@@ -53,7 +53,7 @@ class _Loan(msgspec.Struct, eq=False):
     start: int
     end: int
     readers: dict[Reader, float]
-    """Those who have not given it back, and when their part ends in any case, by the monotonic clock."""
+    """Readers that have not given it back, and when their part ends in any case, by the monotonic clock."""
 
 
 class Arena:

@@ -170,7 +170,7 @@ class Pool:
         self.on_stall: Callable[[], object] = lambda: None
         """Called on the pool's watch whenever `stalled` changes."""
         self.place: Callable[[Any], Job | None] = lambda job: job
-        """Turns other objects into jobs, or None; it raises nothing."""
+        """Turns other objects that are put into jobs, or None; it raises nothing."""
         self._limit = size + 1  # while one waits for jobs, another one waits for files
         self._name: Final = name
         self._lock: Final = threading.Lock()
@@ -197,6 +197,13 @@ class Pool:
                 self._closed = True
                 self._close_files()
                 raise BusyException(_no_thread(self._shortage))
+
+    def accept(self, place: Callable[[Any], Job | None]) -> Callable[[Any], None]:
+        """Return `put` for objects that a function turns into jobs; raises BusyException as `start`."""
+        with self._lock:
+            self._watch()
+        self.place = place
+        return self.put
 
     def submit(self, run: Callable[[], object], kind: Kind | None = None) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""

@@ -203,5 +203,5 @@ def _timed(call: Callable[[], object], count: int) -> list[float]:
 
 
 if __name__ == "__main__":
-    file, *rest, path = sys.argv[1:]
-    _work(Connection(int(file)), *rest, Path(path))
+    file, role, peer, endpoint, path = sys.argv[1:]
+    _work(Connection(int(file)), role, peer, endpoint, Path(path))

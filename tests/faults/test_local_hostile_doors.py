@@ -86,8 +86,8 @@ def call(request: pytest.FixtureRequest, pool: Pool) -> Callable[..., Outcome]:
             if request.param == "line":
                 return neighbor.call((REQUEST, 0, "t", "o", b""), b"arguments", timeout, LIMIT, "it")
             outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-            sent = Sent("t", "o", b"", timeout, LIMIT, "it", set())
-            neighbor.channel().begin(sent, b"arguments", outcomes.put)
+            sent = Sent("t", "o", timeout, LIMIT, "it", set())
+            neighbor.channel().begin(sent, b"arguments", b"", outcomes.put)
             outcome = outcomes.get(timeout=timeout + EVENT_LIMIT)
             if isinstance(outcome, SystemException):
                 raise outcome
@@ -303,7 +303,7 @@ class TestAnswers:
 
         with fake_door(behave) as address, closing(Neighbor(pool, address, SERVER)) as neighbor:
             outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-            neighbor.channel().begin(Sent("t", "o", b"", 0.05, LIMIT, "it", set()), b"", outcomes.put)
+            neighbor.channel().begin(Sent("t", "o", 0.05, LIMIT, "it", set()), b"", b"", outcomes.put)
             assert isinstance(outcomes.get(timeout=EVENT_LIMIT), NoAnswer)
             timed_out.set()
             assert returned.get(timeout=EVENT_LIMIT) == Return(1, 4096)

@@ -144,7 +144,7 @@ def test_who_declares_and_ends_tokens_of_another_client_ends_neither_its_lease_n
         nao.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
         walk.setV(0.2)
         with closing(nao.served_by.onClientLost(lost.put)):
-            # After the end of its own the others have been heard of.
+            # After its own end the others have been heard of.
             for client in [*[nao.communicator.client_id] * 5, intruder.id]:
                 with intruder.declared(client_token(nao.realm, client)):
                     pass

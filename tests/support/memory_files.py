@@ -22,7 +22,7 @@ def lent_bytes() -> int:
 
 
 def shared_maps() -> int:
-    """Return how many maps of memory files this process has: of its own, and of others'."""
+    """Return how many maps of memory files this process has: its own, and those of others."""
     return sum(f" {_NAME}" in line for line in Path("/proc/self/maps").read_text().splitlines())
 
 

@@ -34,7 +34,7 @@ class Link(Protocol):
 
 
 class Listeners:
-    """Send samples to those who listen; each is written into memory once, for all of them. Thread-safe."""
+    """Send samples to all listeners; each is written into memory once, for all of them. Thread-safe."""
 
     def __init__(self, arena: Arena) -> None:
         self._arena: Final = arena
@@ -62,7 +62,7 @@ class Listeners:
             )
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
-        """Send a sample; those who have not read several before do not get it."""
+        """Send a sample; listeners that have not read several before do not get it."""
         most = most_unread(len(payload)) + _ON_THEIR_WAY
         ready = [each for each in self._all if self._arena.lent_to(each) < most]
         if not ready:
@@ -80,7 +80,7 @@ class Listeners:
                 self._arena.give_back(extent.start, (link, number))
 
     def close(self) -> None:
-        """Tell all that no further samples come."""
+        """Notify all that no further samples come."""
         with self._lock:
             self._closed = True
             ended, self._all = self._all, ()

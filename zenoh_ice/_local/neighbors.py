@@ -56,7 +56,9 @@ _HELLO_LIMIT: Final = 0.5  # s
 _HELLO_SHARE: Final = 0.1  # of a call's limit: after a vain attempt, it is made over the network
 _READING_LIMIT: Final = 4.0  # s after the end of a connection in which nobody writes what it lent
 _SENDING_LIMIT: Final = 1.0  # s that a server may take none of a channel's messages
-_PAUSE: Final = 5.0  # s after a vain attempt to reach a neighbor, in which it is called over the network
+_RETRY_PAUSE: Final = (
+    5.0  # s after a vain attempt to reach a neighbor, in which it is called over the network
+)
 _LARGEST_KEPT: Final = 1 << 20  # bytes of the last answer that an idle connection does not give back
 _MOST_IDLE: Final = 8  # connections kept for calls that wait
 _MOST_NEIGHBORS: Final = 256
@@ -200,7 +202,7 @@ class Neighbor:
                 made.close()
                 raise
         except (OSError, *DECODE_ERRORS) as error:
-            self._absent_until = time.monotonic() + _PAUSE
+            self._absent_until = time.monotonic() + _RETRY_PAUSE
             _logger.info("process %s of this machine is called over the network: %s", match[2], error)
             raise NotSent(str(error)) from None
         return made

@@ -79,7 +79,7 @@ class Outlet:
 
 
 class _Inlet(ABC):
-    """A listening end, which a thread of its own empties where somebody is to be called."""
+    """A listening end, which a separate thread empties where somebody is to be called."""
 
     poll: Callable[[], Any]
 
@@ -169,8 +169,8 @@ class BulkInlet(_Inlet):
     """The listening end of a stream of large values.
 
     It listens through the door of the servant's only server if that is a neighbor that publishes the stream
-    there, and otherwise over Zenoh. While it changes from one to the other it listens on both, and whoever
-    counts the samples drops the second of two.
+    there, and otherwise over Zenoh. While it changes from one to the other it listens on both, and the reader
+    of the samples drops the second of two.
     """
 
     def __init__(

@@ -104,7 +104,7 @@ def test_only_who_serves_answers_publishes_and_reports_servants() -> None:
 
 def test_a_role_without_liveliness_holds_no_tokens_and_sees_those_of_others() -> None:
     mute, other = parse_role({"read": ["**"], "liveliness": False}), parse_role({"read": ["**"]})
-    token = "@client/nao/c0ffee/-"
+    token = "@client/nao/c0ffee"
     assert allows(other, "liveliness_token", "ingress", token)
     assert not allows(mute, "liveliness_token", "ingress", token)
     assert allows(mute, "liveliness_token", "egress", token)

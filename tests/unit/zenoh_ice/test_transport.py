@@ -261,7 +261,8 @@ class TestCallsWithoutWaiting:
         calls = serve(ends, servant)
         forget = calls.begin(b"", ABOUT, lambda _: None)
         reply = replies.get(timeout=EVENT_LIMIT)
-        forget()
+        if forget is not None:
+            forget()
         reply(True, b"too late")
         servant.act = echo
         assert whole(calls.call(b"next", ABOUT)) == (True, b"next")
