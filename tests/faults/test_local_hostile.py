@@ -19,6 +19,7 @@ from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.local_doors import SERVER, Echo, Visitor
 from tests.support.open_files import open_files
 from tests.support.waiting import until
+from zenoh_ice._local.channel import NotSent
 from zenoh_ice._local.door import _ACCEPT_PERIOD, Door, memory_space
 from zenoh_ice._local.messages import (
     CANCEL,
@@ -31,7 +32,7 @@ from zenoh_ice._local.messages import (
     decode_to_client,
     encode,
 )
-from zenoh_ice._local.neighbors import Neighbor, NotSent
+from zenoh_ice._local.neighbors import Neighbor
 from zenoh_ice._threads import Pool
 from zenoh_ice._wire import decode_error
 from zenoh_ice.exceptions import ObjectNotExistException

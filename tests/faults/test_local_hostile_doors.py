@@ -26,6 +26,7 @@ from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
 from zenoh_ice._local import neighbors
+from zenoh_ice._local.channel import NotSent, Sent
 from zenoh_ice._local.door import memory_space
 from zenoh_ice._local.messages import (
     HELLO,
@@ -41,7 +42,7 @@ from zenoh_ice._local.messages import (
     encode,
     send_with_file,
 )
-from zenoh_ice._local.neighbors import Neighbor, NotSent, Sent
+from zenoh_ice._local.neighbors import Neighbor
 from zenoh_ice._memory import Arena, Extent
 from zenoh_ice._threads import Pool
 from zenoh_ice.transport import NoAnswer, Outcome, Target

@@ -25,7 +25,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException, _memory
 from zenoh_ice._codec import LARGEST_BULK
-from zenoh_ice._local import neighbors
+from zenoh_ice._local import routes
 from zenoh_ice._local.door import memory_space
 from zenoh_ice._memory import ArenaView, Extent
 
@@ -276,7 +276,7 @@ class TestOverTheNetwork:
         monkeypatch: pytest.MonkeyPatch,
     ) -> None:
         maps = shared_maps()
-        monkeypatch.setattr(neighbors, "memory_space", lambda: "0123456789abcdef")
+        monkeypatch.setattr(routes, "memory_space", lambda: "0123456789abcdef")
         client = make_communicator(connect=[pair.endpoint])
         assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
         assert (shared_maps(), lent_bytes()) == (maps, 0)

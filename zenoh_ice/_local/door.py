@@ -218,7 +218,7 @@ class _Connection(Source):
                     return self._admit(received)
                 self._note(received)
             except (*DECODE_ERRORS, MarshalException) as error:
-                _logger.warning("a malformed message from this machine ends its connection: %s", error)
+                _logger.warning("a malformed message from this machine ends its connection: %s", str(error))
                 self.close()
                 return None
 

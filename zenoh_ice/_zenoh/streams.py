@@ -14,10 +14,11 @@ import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces, too_large
+from .._local.channel import Channel, NotSent
 from .._local.door import Door
 from .._local.listeners import most_unread
 from .._local.messages import Sample
-from .._local.neighbors import Channel, NotSent, Route
+from .._local.routes import Route
 from .._threads import UserCodeThread, start
 from ..exceptions import ConnectionLostException
 from ..interface import Operation

@@ -18,9 +18,10 @@ import zenoh
 from zenoh.handlers import Callback
 
 from .._codec import LARGEST_PAYLOAD, Pieces, too_large
+from .._local.channel import NotSent, Sent
 from .._local.door import Door
 from .._local.messages import REQUEST
-from .._local.neighbors import Neighborhood, NotSent, Route, Sent
+from .._local.routes import Neighborhood, Route
 from .._presence import client_token
 from .._threads import Job, Kind, Pool
 from .._wire import ERROR_ENCODING
