@@ -18,8 +18,9 @@ from typing import Any, Final, Self
 import msgspec
 from msgspec.structs import astuple
 
+from ._pool import Pool
 from ._presence import ClientWatch, Presence, ServantInfo
-from ._threads import Pool, UserCodeThread
+from ._threads import UserCodeThread
 from ._values import PROXY_TEXT
 from .clock import Clock, RobotClock, WallClock
 from .exceptions import (

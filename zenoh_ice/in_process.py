@@ -13,7 +13,7 @@ from typing import Any, Final
 import msgspec
 
 from ._codec import Buffer, Parted, Pieces
-from ._threads import Pool
+from ._pool import Pool
 from .exceptions import ConnectionLostException, SystemException
 from .interface import Operation
 from .transport import (

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
 import msgspec
 
 from ._codec import DECODE_ERRORS, ENCODE_ERRORS, LARGEST_BULK, misfit, not_encoded, to_msgpack, too_large
+from ._pool import Job, Kind
 from ._presence import servant_token
-from ._threads import Job, Kind
 from ._wire import (
     ATTACHMENT_LIMIT,
     NO_ATTACHMENT,

@@ -15,8 +15,9 @@ from functools import partial
 from typing import Any, Final, Generic, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
+from ._pool import Pool
 from ._presence import Presence
-from ._threads import Pool, repeat
+from ._threads import repeat
 from ._values import Resolve
 from ._wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
 from .exceptions import (

@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any, Final, NamedTuple, Protocol
 
 from ._codec import Buffer, Parted, Pieces
-from ._threads import Job, Kind
+from ._pool import Job, Kind
 from ._values import NAME
 from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment, unknown_exception
 from .exceptions import ConfigurationException, ObjectNotExistException, SystemException

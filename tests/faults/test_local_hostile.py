@@ -33,7 +33,7 @@ from zenoh_ice._local.messages import (
     encode,
 )
 from zenoh_ice._local.neighbors import Neighbor
-from zenoh_ice._threads import Pool
+from zenoh_ice._pool import Pool
 from zenoh_ice._wire import decode_error
 from zenoh_ice.exceptions import ObjectNotExistException
 

@@ -44,7 +44,7 @@ from zenoh_ice._local.messages import (
 )
 from zenoh_ice._local.neighbors import Neighbor
 from zenoh_ice._memory import Arena, Extent
-from zenoh_ice._threads import Pool
+from zenoh_ice._pool import Pool
 from zenoh_ice.transport import NoAnswer, Outcome, Target
 
 TARGET = Target("nao", "Calculator")

@@ -117,7 +117,7 @@ def test_a_server_that_executes_no_calls_is_not_announced_until_it_does(
     leave = threading.Event()
 
     no_starts: pytest.MonkeyPatch = request.getfixturevalue("no_starts")
-    no_starts.setattr("zenoh_ice._threads._STALLED", 5)
+    no_starts.setattr("zenoh_ice._pool._STALLED", 5)
     for _ in range(MOST_THREADS):
         pair.server.pool.submit(lambda: leave.wait(FOREVER))
     until(lambda: "Calculator" not in pair.client.identities())

@@ -29,8 +29,8 @@ from zenoh_ice._local.messages import (
     receive_with_file,
     send_with_file,
 )
+from zenoh_ice._pool import Job, Kind
 from zenoh_ice._presence import parse_servant_token
-from zenoh_ice._threads import Job, Kind
 from zenoh_ice.transport import Buffer, Reply
 
 from .stranger import session_of

@@ -61,8 +61,8 @@ from zenoh_ice._local.messages import (
     encode,
 )
 from zenoh_ice._memory import Arena, ArenaView, Extent
+from zenoh_ice._pool import Pool
 from zenoh_ice._presence import Presence, client_token, parse_client_token, servant_token
-from zenoh_ice._threads import Pool
 from zenoh_ice._wire import (
     Attachment,
     decode_attachment,

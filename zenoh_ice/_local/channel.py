@@ -18,7 +18,7 @@ import msgspec
 
 from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD, Parted
 from .._memory import ArenaView
-from .._threads import Job, Pool, Source
+from .._pool import Job, Pool, Source
 from ..exceptions import MarshalException, SystemException
 from ..transport import NoAnswer, Outcome
 from .messages import (

@@ -20,7 +20,7 @@ from typing import Final
 
 from .._codec import DECODE_ERRORS, LARGEST_BULK, Pieces
 from .._memory import Arena
-from .._threads import Job, Kind, Pool, Source
+from .._pool import Job, Kind, Pool, Source
 from ..exceptions import MarshalException
 from ..transport import Receiver, admit
 from .listeners import Listeners

@@ -16,7 +16,7 @@ from typing import Final
 
 from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD
 from .._memory import ArenaView
-from .._threads import Pool
+from .._pool import Pool
 from ..exceptions import MarshalException
 from ..transport import NoAnswer, Outcome
 from .channel import Channel, NotSent

@@ -9,8 +9,8 @@ from functools import partial
 from typing import Final
 from weakref import WeakSet
 
+from .._pool import Pool
 from .._presence import parse_servant_token
-from .._threads import Pool
 from ..transport import Target
 from .channel import Channel
 from .door import memory_space

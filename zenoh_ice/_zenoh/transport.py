@@ -22,8 +22,8 @@ from .._local.channel import NotSent, Sent
 from .._local.door import Door
 from .._local.messages import REQUEST
 from .._local.routes import Neighborhood, Route
+from .._pool import Job, Kind, Pool
 from .._presence import client_token
-from .._threads import Job, Kind, Pool
 from .._wire import ERROR_ENCODING
 from ..exceptions import (
     CommunicatorDestroyedException,

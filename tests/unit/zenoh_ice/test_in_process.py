@@ -19,7 +19,7 @@ from zenoh_ice import (
     TimeoutException,
 )
 from zenoh_ice._codec import LARGE, Parted
-from zenoh_ice._threads import Job, Kind, Pool
+from zenoh_ice._pool import Job, Kind, Pool
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.transport import Buffer, Reply, Target
 

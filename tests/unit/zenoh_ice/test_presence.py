@@ -9,8 +9,8 @@ import pytest
 
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from zenoh_ice import ConnectionLostException, SystemException
+from zenoh_ice._pool import Pool
 from zenoh_ice._presence import Presence, servant_token
-from zenoh_ice._threads import Pool
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.transport import NoAnswer, Served, Target
 

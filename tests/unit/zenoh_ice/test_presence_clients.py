@@ -8,8 +8,8 @@ from contextlib import closing
 
 import pytest
 
+from zenoh_ice._pool import Pool
 from zenoh_ice._presence import ClientWatch, client_token
-from zenoh_ice._threads import Pool
 from zenoh_ice.in_process import InProcessTransport
 
 Jobs = deque[Callable[[], object]]

@@ -16,7 +16,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import ConnectionLostException, Settings, SystemException, UnknownException
 from zenoh_ice._codec import LARGE
-from zenoh_ice._threads import Job, Kind, Pool
+from zenoh_ice._pool import Job, Kind, Pool
 from zenoh_ice._wire import decode_error, encode_call_attachment, encode_error, encode_sample_attachment
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.in_process import InProcessTransport

@@ -14,7 +14,8 @@ import pytest
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import BusyException
-from zenoh_ice._threads import PULSE_PERIOD, Job, Kind, Pool, Source, UserCodeThread
+from zenoh_ice._pool import Job, Kind, Pool, Source
+from zenoh_ice._threads import PULSE_PERIOD, UserCodeThread
 
 WATCH = 1  # thread of a pool
 
@@ -86,13 +87,13 @@ def feed(pool: Pool) -> Iterator[MakeFeed]:
 @pytest.fixture
 def unwatched(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the watches of pools never look."""
-    monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", FOREVER)
+    monkeypatch.setattr("zenoh_ice._pool.PULSE_PERIOD", FOREVER)
 
 
 @pytest.fixture
 def all_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let jobs count as quick on a busy machine, too."""
-    monkeypatch.setattr("zenoh_ice._threads._QUICK", FOREVER)
+    monkeypatch.setattr("zenoh_ice._pool._QUICK", FOREVER)
 
 
 def wait_for(executed: threading.Semaphore, jobs: int) -> None:
@@ -422,7 +423,7 @@ def test_at_the_limit_nothing_is_refused(scarce: Pool, feed: MakeFeed) -> None:
 def test_a_pool_whose_files_nobody_watches_says_so_and_when_somebody_does_again(
     scarce: Pool, feed: MakeFeed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._STALLED", 5)
+    monkeypatch.setattr("zenoh_ice._pool._STALLED", 5)
     stalls: list[bool] = []
     scarce.on_stall = lambda: stalls.append(scarce.stalled)
     leave, done = threading.Event(), threading.Event()

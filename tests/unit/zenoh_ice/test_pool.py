@@ -14,7 +14,8 @@ import pytest
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import BusyException
-from zenoh_ice._threads import Job, Pool, UserCodeThread
+from zenoh_ice._pool import Job, Pool
+from zenoh_ice._threads import UserCodeThread
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def pool() -> Iterator[Pool]:
 @pytest.fixture
 def unwatched(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the watches of pools never look."""
-    monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", FOREVER)
+    monkeypatch.setattr("zenoh_ice._pool.PULSE_PERIOD", FOREVER)
 
 
 def test_jobs_run_at_once_up_to_the_limit(pool: Pool) -> None:
@@ -189,7 +190,7 @@ def test_a_line_goes_on_after_a_job_that_failed(pool: Pool, caplog: pytest.LogCa
 
 
 def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._MOST_QUEUED", 2)
+    monkeypatch.setattr("zenoh_ice._pool._MOST_QUEUED", 2)
     leave = threading.Event()
     for _ in range(3):
         pool.submit_in_line("servant", lambda: leave.wait(FOREVER))
@@ -199,7 +200,7 @@ def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._MOST_LINES", 2)
+    monkeypatch.setattr("zenoh_ice._pool._MOST_LINES", 2)
     leave = threading.Event()
     for line in "ab":
         pool.submit_in_line(line, lambda: leave.wait(FOREVER))
@@ -209,7 +210,7 @@ def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_threads_that_have_nothing_to_do_end_but_two(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
+    monkeypatch.setattr("zenoh_ice._pool._IDLE_LIMIT", 0.01)
     together = threading.Barrier(4)
     for _ in range(3):
         pool.submit(lambda: together.wait(EVENT_LIMIT))
@@ -260,7 +261,7 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
 
 
 def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._QUICK", FOREVER)  # also on a busy machine
+    monkeypatch.setattr("zenoh_ice._pool._QUICK", FOREVER)  # also on a busy machine
     kind, threads, done = pool.kind(), list[str](), threading.Semaphore(0)
     pool.submit(lambda: None, kind)
     until(lambda: kind.quick)  # the first of a kind counts as long until it has ended
@@ -428,7 +429,7 @@ def test_threads_that_die_leave_a_whole_pool(pool: Pool, caplog: pytest.LogCaptu
 def test_a_pool_that_takes_no_jobs_says_so_and_when_it_takes_them_again(
     pool: Pool, starts: Starts, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._STALLED", 5)
+    monkeypatch.setattr("zenoh_ice._pool._STALLED", 5)
     pool.kind()
     stalls: list[bool] = []
     pool.on_stall = lambda: stalls.append(pool.stalled)
