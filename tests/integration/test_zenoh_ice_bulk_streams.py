@@ -23,7 +23,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample, _memory
-from zenoh_ice._local import listeners, neighbors
+from zenoh_ice._local import listeners, routes
 from zenoh_ice._local.door import memory_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice._presence import servant_token
@@ -121,7 +121,7 @@ class TestWays:
         with camera(pair.client).getImageData.subscribe(near_images.take, queue=8):
             network.wait_until_unused(servant)
             with monkeypatch.context() as patch:
-                patch.setattr(neighbors, "memory_space", lambda: "0123456789abcdef")
+                patch.setattr(routes, "memory_space", lambda: "0123456789abcdef")
                 client = make_communicator(connect=[pair.endpoint], local_sockets=far == "another machine")
             with camera(client).getImageData.subscribe(far_images.take, queue=8):
                 numbers.publish_until(lambda: far_images.numbers)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -21,6 +22,7 @@ from zenoh_ice._local.messages import (
     REQUEST,
     VERSION,
     Answer,
+    Answers,
     Request,
     decode_hello,
     decode_to_client,
@@ -84,6 +86,7 @@ class Visitor:
 
     def __init__(self, address: str) -> None:
         _, process, file = address.split(".")
+        self._answers: Final[deque[Answer]] = deque()  # that came together
         self.socket: Final = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.socket.settimeout(EVENT_LIMIT)
         try:
@@ -119,11 +122,16 @@ class Visitor:
 
     def answer(self) -> Answer:
         """Return the next answer; raises ConnectionError when there is none."""
-        while message := self.socket.recv(LARGEST_MESSAGE):
+        while not self._answers:
+            message = self.socket.recv(LARGEST_MESSAGE)
+            if not message:
+                raise ConnectionError("no further answer")
             received = decode_to_client(message)
             if isinstance(received, Answer):
-                return received
-        raise ConnectionError("no further answer")
+                self._answers.append(received)
+            elif isinstance(received, Answers):
+                self._answers.extend(received.answers)
+        return self._answers.popleft()
 
     def is_out(self) -> bool:
         """Wait until the server ends the connection; return false if it does not."""

@@ -215,6 +215,9 @@ class _Connection(Source):
             try:
                 received = decode_to_server(message)
                 if type(received) is Request:
+                    if self._closed:  # its client is not stopped, but takes no answers
+                        self.close()
+                        return None
                     return self._admit(received)
                 self._note(received)
             except (*DECODE_ERRORS, MarshalException) as error:
@@ -347,7 +350,7 @@ class _Connection(Source):
     def _end(self, error: OSError) -> None:
         """Send no more; its client closes it when it has read what was sent to it, and lent.
 
-        If it is stopped, that may take any time.
+        If it is stopped, that may take any time. If it calls nevertheless, it is cut off.
         """
         _logger.debug("answers dropped: %s", error)
         self._closed = True

@@ -222,9 +222,9 @@ class _Line:
     def receive(self, timeout: float, limit: int, what: str, view: ArenaView | None) -> Outcome:
         """Wait for the answer."""
         parts: Parts | None = None
-        deadline = time.monotonic() + self._timeout
+        deadline = math.inf  # of an answer in parts
         while True:
-            if not self._wait(1000.0 * timeout):
+            if not self._wait(1000.0 * min(timeout, max(0.0, deadline - time.monotonic()))):
                 raise NoAnswer(timed_out=True)
             try:
                 message = self._socket.recv(LARGEST_MESSAGE)
@@ -247,7 +247,7 @@ class _Line:
                 case Part():
                     parts = parts or Parts()
                     parts.add(answer.payload)
-                    self._limit_rest(deadline)
+                    deadline = min(deadline, time.monotonic() + timeout)
                 case _:
                     raise MarshalException(f"{what}: an answer to another call")
 
@@ -261,14 +261,6 @@ class _Line:
     def _give_back(self, start: int) -> None:
         with suppress(OSError):  # the next call will notice
             self._send_message(encode((RETURN, 0, start)))
-
-    def _limit_rest(self, deadline: float) -> None:
-        """Wait no longer for the next part than for all of the answer."""
-        left = deadline - time.monotonic()
-        if left <= 0.0:
-            raise NoAnswer(timed_out=True)
-        limit_waits(self._socket, socket.SO_RCVTIMEO, left)
-        self._timeout = 0.0  # the next call sets it again
 
 
 def outcome_of_answer(answer: Answer, limit: int, what: str, view: ArenaView | None) -> Outcome:
