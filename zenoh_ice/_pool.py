@@ -176,11 +176,10 @@ class Pool:
                 self._close_files()
                 raise BusyException(no_thread(self._shortage))
 
-    def accept(self, place: Callable[[Any], Job | None]) -> Callable[[Any], None]:
-        """Return `put` for objects that a function turns into jobs; raises BusyException as `start`."""
+    def watched_put(self) -> Callable[[Any], None]:
+        """Return `put`; the pool finds what is put from now on. Raises BusyException as `start`."""
         with self._lock:
             self._watch()
-        self.place = place
         return self.put
 
     def submit(self, run: Callable[[], object], kind: Kind | None = None) -> None:

@@ -1,4 +1,4 @@
-"""docs/explanation/faults.md: every row has a test here."""
+"""docs/explanation/faults.md: every row has a test."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ import ast
 import re
 from pathlib import Path
 
-FOLDER = Path(__file__).parent
-PAGE = FOLDER.parents[1] / "docs" / "explanation/faults.md"
+TEST_ROOT = Path(__file__).parents[1]
+PAGE = TEST_ROOT.parent / "docs" / "explanation/faults.md"
 
 FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS, THREADS = (
     f"test_zenoh_ice_{name}"
     for name in ("faults", "network", "overload", "identities", "clock_jumps", "thread_limit")
+)
+SURROUNDINGS, HOSTILE = "test_local_surroundings", "test_local_hostile"
+CARRIERS, BULK, BULK_STREAMS, FORKS = (
+    f"test_zenoh_ice_{name}" for name in ("carriers", "bulk", "bulk_streams", "forks")
 )
 # What a row says is tested by a function of a module.
 TESTS = {
@@ -39,6 +43,23 @@ TESTS = {
         NETWORK,
         "test_what_goes_through_a_router_is_lost_with_it_and_comes_back_with_it",
     ),
+    "socket breaks, server lives": (CARRIERS, "test_call_is_lost_and_an_idempotent_one_is_made_again"),
+    "server killed, its forked child lives": (
+        FORKS,
+        "test_the_end_of_a_parent_is_noticed_while_its_child_lives",
+    ),
+    "server frozen, called through the socket": (
+        FAULTS,
+        "test_call_ends_within_its_timeout_and_the_loss_is_noticed",
+    ),
+    "no folder for the socket, full disk": (
+        SURROUNDINGS,
+        "test_a_folder_that_cannot_be_written_is_warned_of_once_if_there_is_no_other",
+    ),
+    "other user, group or container": (
+        SURROUNDINGS,
+        "test_a_server_of_another_group_is_called_over_the_network",
+    ),
     "client killed": (FAULTS, "test_server_is_notified_of_a_killed_client"),
     "client ends": (FAULTS, "test_server_is_notified_of_a_client_that_ends"),
     "client frozen": (FAULTS, "test_server_is_notified_of_a_frozen_client"),
@@ -60,9 +81,20 @@ TESTS = {
     ),
     "no thread takes calls": (THREADS, "test_a_server_that_executes_no_calls_is_not_announced_until_it_does"),
     "a blocked link": (FAULTS, "test_a_call_that_may_not_take_so_long_is_given_up"),
-    "no shared memory": (OVERLOAD, "test_without_room_for_it_everything_travels_over_the_network"),
-    "shared memory full": (OVERLOAD, "test_what_finds_no_room_travels_over_the_network"),
-    "image read too late": (OVERLOAD, "test_an_image_that_is_read_too_late_counts_as_lost"),
+    "no shared memory": (BULK_STREAMS, "test_without_memory_they_come_over_the_network"),
+    "shared memory full": (BULK, "test_answers_go_through_the_socket_while_it_is_full"),
+    "image read too late": (
+        BULK_STREAMS,
+        "test_a_sample_whose_server_ended_before_it_was_read_is_skipped",
+    ),
+    "a client that takes no answers": (
+        HOSTILE,
+        "test_nobody_waits_for_those_who_read_late_and_they_get_all",
+    ),
+    "more local clients than half of the files that the server may open": (
+        SURROUNDINGS,
+        "test_a_thousand_clients_leave_a_server_files_and_cost_no_threads",
+    ),
     "date jumps, samples": (CLOCKS, "test_a_sample_ages_whatever_becomes_of_the_date"),
     "date jumps, calls": (CLOCKS, "test_calls_that_wait_are_executed_whatever_becomes_of_the_date"),
     "robot's time jumps": (CLOCKS, "test_a_jump_of_the_robots_time_wakes_sleepers"),
@@ -78,7 +110,8 @@ def test_each_row_of_the_page_has_its_test() -> None:
 def test_the_tests_are_there() -> None:
     functions = {
         (file.stem, node.name)
-        for file in FOLDER.glob("test_*.py")
+        for folder in ("faults", "integration")
+        for file in (TEST_ROOT / folder).glob("test_*.py")
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.FunctionDef)
     }

@@ -107,6 +107,7 @@ class ZenohTransport:
         self._closed = False
         # Callers that it evicts live on in the calls that hold them.
         self.caller: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
+        pool.place = self._place
         with _prepared_process():
             self.session: Final = open_session(settings)
         try:
@@ -140,7 +141,7 @@ class ZenohTransport:
         self._open_door()
         # Complete: if several processes serve the same identity, one of them gets the call, not all.
         queryable = self.session.declare_queryable(
-            target.key("*"), Callback(self.pool.accept(self._place), indirect=False), complete=True
+            target.key("*"), Callback(self.pool.watched_put(), indirect=False), complete=True
         )
 
         def close() -> None:
