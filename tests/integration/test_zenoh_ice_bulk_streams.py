@@ -252,7 +252,7 @@ class TestReaders:
     def test_a_slow_one_of_large_images_leaves_memory_for_others(
         self, endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(_memory, "_SIZE", 8 * len(image(1).pixelData))
+        monkeypatch.setattr(_memory, "_SIZE", 12 * len(image(1).pixelData))
         monkeypatch.setattr(listeners, "_MOST_BYTES", len(image(1).pixelData))
         server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
         adapter = server.createObjectAdapter("Test")
