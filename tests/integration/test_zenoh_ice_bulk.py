@@ -246,8 +246,9 @@ class TestMemory:
         until(lambda: (shared_maps(), open_memory_files()) == before)
 
     def test_collocated_call_needs_none(self, pair: Pair, servant: ImageI) -> None:
+        before = lent_bytes()
         assert camera(pair.server).getImageData("GRAY8") == image()
-        assert lent_bytes() == 0
+        assert lent_bytes() == before
 
 
 CALLER = """
@@ -263,10 +264,10 @@ class TestOverTheNetwork:
     def test_a_client_without_local_sockets_gets_the_same(
         self, pair: Pair, servant: ImageI, make_communicator: Callable[..., Communicator]
     ) -> None:
-        maps = shared_maps()
+        before = shared_maps(), lent_bytes()
         client = make_communicator(connect=[pair.endpoint], local_sockets=False)
         assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
-        assert (shared_maps(), lent_bytes()) == (maps, 0)
+        assert (shared_maps(), lent_bytes()) == before
 
     def test_a_client_on_another_machine_gets_the_same(
         self,
@@ -275,11 +276,11 @@ class TestOverTheNetwork:
         make_communicator: Callable[..., Communicator],
         monkeypatch: pytest.MonkeyPatch,
     ) -> None:
-        maps = shared_maps()
+        before = shared_maps(), lent_bytes()
         monkeypatch.setattr(routes, "memory_space", lambda: "0123456789abcdef")
         client = make_communicator(connect=[pair.endpoint])
         assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
-        assert (shared_maps(), lent_bytes()) == (maps, 0)
+        assert (shared_maps(), lent_bytes()) == before
 
     def test_a_servant_without_local_sockets_answers_the_same(
         self, endpoint: str, make_communicator: Callable[..., Communicator]
@@ -305,16 +306,18 @@ class TestWithoutMemory:
         make_communicator: Callable[..., Communicator],
         monkeypatch: pytest.MonkeyPatch,
     ) -> None:
+        before = lent_bytes()
         monkeypatch.setattr(os, "memfd_create", partial(refuse, errno.ENOSYS))
         self.check(endpoint, make_communicator, bytes(size))
-        assert lent_bytes() == 0
+        assert lent_bytes() == before
 
     def test_answers_go_through_the_socket_while_it_is_full(
         self, endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
     ) -> None:
+        before = lent_bytes()
         monkeypatch.setattr(os, "posix_fallocate", partial(refuse, errno.ENOSPC))
         self.check(endpoint, make_communicator, PIXELS)
-        assert lent_bytes() == 0
+        assert lent_bytes() == before
 
     @staticmethod
     def check(endpoint: str, make_communicator: Callable[..., Communicator], content: bytes) -> None:
