@@ -2,7 +2,7 @@
 
 A free thread of a pool waits for files that become readable, in one epoll with the others; one of them waits
 in the queue instead, which has no file. A thread that gets a job runs it itself: nothing is handed from one
-thread to another. docs/decisions/0033-local-calls.md compares this design with others, and says what happens
+thread to another. docs/decisions/0008-one-pool.md compares this design with others, and says what happens
 when no further thread can be started.
 """
 

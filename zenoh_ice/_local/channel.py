@@ -6,7 +6,6 @@ import itertools
 import logging
 import math
 import socket
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -18,20 +17,19 @@ import msgspec
 
 from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD, Parted
 from .._memory import ArenaView
-from .._pool import Job, Pool, Source
+from .._pool import Job, Pool
 from ..exceptions import MarshalException, SystemException
 from ..transport import NoAnswer, Outcome
 from .messages import (
     CANCEL,
     LARGEST_INLINE,
-    LARGEST_MESSAGE,
     REQUEST,
     RETURN,
     SUBSCRIBE,
     Answer,
     Answers,
+    MessageSource,
     Part,
-    Parts,
     Sample,
     Subscribed,
     collect,
@@ -63,31 +61,23 @@ class Subscriber(Protocol):
         """Take a sample; its memory is to be given back."""
 
 
-class Channel(Source):
+class Channel(MessageSource):
     """A connection for calls in flight, and for streams of large values."""
 
     def __init__(self, pool: Pool, connection: socket.socket, view: ArenaView | None) -> None:
+        super().__init__(connection)
         self.ended = False
         self._ended_at = math.inf
         self._pool: Final = pool
         self._view: Final = view
-        self._socket: Final = connection
-        self._file: Final = connection.fileno()
-        # Both are held while it is closed: nobody uses a file with the same number.
-        self._receiving: Final = threading.Lock()
-        self._sending: Final = threading.Lock()
         self._numbers: Final = itertools.count(1)
         self._pending: Final[dict[int, _Pending]] = {}
         self._subscribers: Final[dict[int, Subscriber]] = {}
-        self._parts: Final = Parts()
         self._answers: Final[deque[Answer]] = deque()  # the rest of a message
         self._timeout = _SENDING_LIMIT
         limit_waits(connection, socket.SO_SNDTIMEO, self._timeout)
         self._kind: Final = pool.kind()
         pool.attach(self)
-
-    def fileno(self) -> int:
-        return self._file
 
     def read(self, received: Answer | Sample, limit: int, what: str) -> bytes | Parted:
         """Return the payload of a message, and give its memory back.
@@ -151,13 +141,9 @@ class Channel(Source):
             while self._answers:
                 if (job := self._end(self._answers.popleft())) is not None:
                     return job
-            try:
-                with self._receiving:
-                    message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
-            except BlockingIOError:
+            message = self._receive()
+            if message is None:
                 return None
-            except OSError:
-                message = b""
             if not message:
                 self.close()
                 return None
@@ -202,10 +188,6 @@ class Channel(Source):
         with self._receiving, self._sending:
             self._socket.close()
         self._pool.submit(self._fail_pending)
-
-    def abandon(self) -> None:
-        """Close its file in a forked child."""
-        self._socket.close()
 
     def _take(self, number: int) -> _Pending | None:
         pending = self._pending.pop(number, None)

@@ -28,14 +28,13 @@ from .messages import (
     ANSWER,
     ANSWERS,
     HELLO,
-    LARGEST_MESSAGE,
     LARGEST_TOGETHER,
     MOST_TOGETHER,
     SUBSCRIBED,
     VERSION,
     Cancel,
+    MessageSource,
     Part,
-    Parts,
     Request,
     Return,
     Subscribe,
@@ -170,26 +169,18 @@ class Door(Source):
             opened.close()
 
 
-class _Connection(Source):
+class _Connection(MessageSource):
     """A connection of a client: takes its calls, and sends their answers."""
 
     def __init__(self, door: Door, connection: socket.socket) -> None:
+        super().__init__(connection)
         self._door: Final = door
-        self._socket: Final = connection
-        self._file: Final = connection.fileno()
-        # Both are held while it is closed: nobody uses a file with the same number.
-        self._receiving: Final = threading.Lock()
-        self._sending: Final = threading.Lock()
-        self._parts: Final = Parts()
         self._lent = -1  # the memory of the last answer to a call without a number
         self._unsent: Final[deque[bytes]] = deque()  # one thread waits until its client takes them
         self._unsent_size = 0
         self._closed = False
         # Answers to calls in flight, sent together before the thread waits: each message wakes the client.
         self._held: Final[list[tuple[object, ...]]] = []
-
-    def fileno(self) -> int:
-        return self._file
 
     @property
     def has_more(self) -> bool:
@@ -201,14 +192,10 @@ class _Connection(Source):
 
     def take(self) -> Job | None:
         while True:
-            try:
-                with self._receiving:
-                    message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
-            except BlockingIOError:
+            message = self._receive()
+            if message is None:
                 self._send_held()
                 return None
-            except OSError:
-                message = b""
             if not message:
                 self.close()
                 return None
@@ -361,10 +348,6 @@ class _Connection(Source):
     def _remove_from_streams(self) -> None:
         for listeners in list(self._door.streams.values()):
             listeners.remove(self)
-
-    def abandon(self) -> None:
-        """Close its file in a forked child."""
-        self._socket.close()
 
     def close(self) -> None:
         """End the connection; answers to its calls are dropped from now on."""

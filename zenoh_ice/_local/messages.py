@@ -9,15 +9,17 @@ from __future__ import annotations
 import os
 import socket
 import struct
+import threading
 from array import array
 from collections.abc import Callable
-from typing import Annotated, Any, Final, TypeVar
+from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta
 
 from .._codec import LARGEST_BULK, Parted, Pieces, too_large
 from .._memory import Arena, ArenaView, Extent, Reader
+from .._pool import Source
 from .._wire import ATTACHMENT_LIMIT
 from ..exceptions import MarshalException
 
@@ -40,8 +42,6 @@ HELLO, PART, REQUEST, ANSWER, RETURN, SUBSCRIBE, CANCEL, SUBSCRIBED, SAMPLE, ANS
 
 encode: Final = msgspec.msgpack.Encoder().encode
 """Encodes a message, given as a tuple that begins with its tag: that is faster than the struct."""
-
-T = TypeVar("T")
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
 _Name = Annotated[str, Meta(max_length=512)]
@@ -200,6 +200,35 @@ def collect(received: Answer | Sample, view: ArenaView | None, limit: int, what:
         raise MarshalException(f"{what}: a reference to no memory")
     large = view.read(extent, limit - len(payload), what)
     return Parted(payload, places, large) if places else large[0]
+
+
+class MessageSource(Source):
+    """A socket from which the pool takes messages; several threads may send."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._socket: Final = connection
+        self._file: Final = connection.fileno()
+        # Both are held while it is closed: nobody uses a file with the same number.
+        self._receiving: Final = threading.Lock()
+        self._sending: Final = threading.Lock()
+        self._parts: Final = Parts()
+
+    def fileno(self) -> int:
+        return self._file
+
+    def abandon(self) -> None:
+        """Close its file in a forked child."""
+        self._socket.close()
+
+    def _receive(self) -> bytes | None:
+        """Return the next message, nothing at the end; None while there is none."""
+        try:
+            with self._receiving:
+                return self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return None
+        except OSError:
+            return b""
 
 
 def limit_waits(connection: socket.socket, option: int, seconds: float) -> None:

@@ -344,10 +344,16 @@ class _Lent:
 
 def _opened(sample: zenoh.Sample, limit: int, what: str) -> Arrived:
     """Return the contents of a sample that came over Zenoh; raises MarshalException for too large ones."""
-    if len(sample.payload) > limit:
-        raise too_large(len(sample.payload), limit, f"sample of {what}")
+    payload = bounded(sample.payload, limit, f"sample of {what}")
     attachment = sample.attachment
-    return Arrived(sample.payload.to_bytes(), None if attachment is None else attachment.to_bytes())
+    return Arrived(payload, None if attachment is None else attachment.to_bytes())
+
+
+def bounded(payload: zenoh.ZBytes, limit: int, what: str) -> bytes:
+    """Return received bytes; raises MarshalException for more than `limit`, before they are copied."""
+    if len(payload) > limit:
+        raise too_large(len(payload), limit, what)
+    return payload.to_bytes()
 
 
 def undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener

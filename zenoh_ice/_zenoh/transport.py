@@ -17,7 +17,7 @@ from typing import Any, Final
 import zenoh
 from zenoh.handlers import Callback
 
-from .._codec import LARGEST_PAYLOAD, Pieces, too_large
+from .._codec import LARGEST_PAYLOAD, Pieces
 from .._local.channel import NotSent, Sent
 from .._local.door import Door
 from .._local.messages import REQUEST
@@ -47,7 +47,7 @@ from ..transport import (
     admit,
     outcome_of,
 )
-from .streams import BulkInlet, Outlet, SmallInlet, undeclare
+from .streams import BulkInlet, Outlet, SmallInlet, bounded, undeclare
 
 # Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One thread that
 # receives and one that sends do the same work: docs/decisions/0012-zenoh-threads.md has the figures, and says
@@ -402,13 +402,9 @@ class _Caller:
             raise NoAnswer(timed_out=False)
         answer = reply.ok
         if answer is not None:
-            if len(answer.payload) > self._limit:
-                raise too_large(len(answer.payload), self._limit, self._what)
-            return True, answer.payload.to_bytes()
+            return True, bounded(answer.payload, self._limit, self._what)
         error = reply.err
         assert error is not None  # a reply has either a result or an error
         if str(error.encoding) == ERROR_ENCODING:
-            if len(error.payload) > LARGEST_PAYLOAD:
-                raise too_large(len(error.payload), LARGEST_PAYLOAD, self._what)
-            return False, error.payload.to_bytes()
+            return False, bounded(error.payload, LARGEST_PAYLOAD, self._what)
         raise NoAnswer(timed_out=error.payload.to_bytes() == _TIMEOUT)

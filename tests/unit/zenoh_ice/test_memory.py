@@ -24,6 +24,7 @@ PAGE = mmap.PAGESIZE
 SIZE = 1 << 20  # of the memory in these tests
 LINK, OTHER = object(), object()
 READER = LINK, 1
+ENDED, LIVING = object(), object()
 
 ADD_SEALS = 1033
 SEAL_SHRINK = 0x2
@@ -271,3 +272,35 @@ class TestReading:
     ) -> None:
         with pytest.raises(MarshalException, match="shared memory"):
             view.read(extent, limit, "it")
+
+
+class Clock:
+    now = 100.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(_memory, "time", clock)
+    return clock
+
+
+def test_the_end_of_one_reader_takes_nothing_from_another(arena: Arena, clock: Clock) -> None:
+    shared = lend(arena, 100, (ENDED, 1), (LIVING, 1))
+    arena.forget(ENDED)
+    clock.now += 1000.0
+    assert lend(arena, 100, (LIVING, 1)).start != shared.start
+    arena.give_back(shared.start, (LIVING, 1))
+    assert lend(arena, 100, (LIVING, 1)).start == shared.start
+
+
+def test_memory_is_used_again_when_its_last_reader_ended(arena: Arena, clock: Clock) -> None:
+    shared = lend(arena, 100, (ENDED, 1), (LIVING, 1))
+    arena.give_back(shared.start, (LIVING, 1))
+    arena.forget(ENDED, 1)
+    assert lend(arena, 100, (LIVING, 1)).start != shared.start  # it may still be reading
+    clock.now += 1000.0
+    assert lend(arena, 100, (LIVING, 1)).start == shared.start
