@@ -11,6 +11,7 @@ from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.fake import FakeRobot
 from naoserver.fake.__main__ import app
 from naoserver.options import SafetyOptions, ServerOptions
+from tests.support.carriers import is_used, over_both
 from tests.support.commands import run_here
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.processes import ComponentProcess, module
@@ -56,24 +57,26 @@ def stands(pose):
 
 
 @pytest.fixture
-def nao():
+def nao(by_environment):
     with served_to_client(FakeRobot()) as nao:
         yield nao
 
 
 @pytest.fixture
-def patient():
+def patient(by_environment):
     """A robot that does not mind when a velocity is not renewed: a busy machine may not get to it."""
     options = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
     with served_to_client(FakeRobot(), options) as nao:
         yield nao
 
 
-def test_the_death_of_the_client_is_enough_the_timeout_need_not_pass(patient):
+@over_both
+def test_the_death_of_the_client_is_enough_the_timeout_need_not_pass(patient, carrier):
     head = patient.proxy(PoseHeadPrx, "Head")
     with driver(patient) as behavior:
         behavior.wait_for("driving")
         wait_for(head.getPose, is_driven)
+        assert is_used(carrier, behavior.process.pid)
         at = head.getPose().pan
         behavior.process.kill()
         behavior.wait()
@@ -85,11 +88,13 @@ def test_the_death_of_the_client_is_enough_the_timeout_need_not_pass(patient):
     assert any("HeadYaw" in event.message and "gone" in event.message for event in report.events)
 
 
-def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao):
+@over_both
+def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao, carrier):
     head = nao.proxy(PoseHeadPrx, "Head")
     with driver(nao) as behavior:
         behavior.wait_for("driving")
         wait_for(head.getPose, is_driven)
+        assert is_used(carrier, behavior.process.pid)
         behavior.process.send_signal(signal.SIGSTOP)
         at = head.getPose().pan
         try:
@@ -100,6 +105,7 @@ def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao):
             behavior.process.send_signal(signal.SIGCONT)
 
 
+@over_both
 def test_one_behaviors_death_does_not_stop_what_another_drives(patient):
     head = patient.proxy(PoseHeadPrx, "Head")
     with driver(patient) as first:
@@ -128,6 +134,7 @@ def test_one_behaviors_death_does_not_stop_what_another_drives(patient):
             renewing.join(EVENT_LIMIT)
 
 
+@over_both
 def test_a_client_that_ends_orderly_stops_what_it_drove_too(patient):
     head = patient.proxy(PoseHeadPrx, "Head")
     with patient.client() as behavior:

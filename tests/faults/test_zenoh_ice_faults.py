@@ -39,6 +39,20 @@ from zenoh_ice import (
 from zenoh_ice._zenoh.transport import ZenohTransport
 
 SERVER = "tests.support.calculator_server"
+CALLER = """
+import sys, time
+from tests.support.calculator import CalculatorPrx
+from zenoh_ice import SystemException, initialize
+with initialize(clock="wall", lease=1.0, connect=[sys.argv[1]]) as client:
+    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+    while True:
+        try:
+            calculator.count()
+            print("called by", client.client_id, flush=True)
+        except SystemException:
+            pass
+        time.sleep(0.05)
+"""
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -344,28 +358,37 @@ class TestLinkThatStandsStill:
 
 
 class TestClients:
-    def test_server_is_notified_of_a_killed_client(
-        self, lasting: tuple[ComponentProcess, str], make_communicator: MakeCommunicator
-    ) -> None:
+    @pytest.fixture
+    def other(
+        self, by_environment: None, lasting: tuple[ComponentProcess, str], carrier: str
+    ) -> Iterator[tuple[ComponentProcess, str]]:
+        """A process that calls the lasting server again and again over the carrier, and its id."""
         server, endpoint = lasting
-        client = make_communicator(connect=[endpoint])
-        with ComponentProcess(module(SERVER, "--connect", endpoint, "--identity", "Other")) as other:
-            client_id = other.wait_for("^ready (.*)")[1].strip()
-            CalculatorPrx.checkedCast(client.stringToProxy("Other"))  # the links are made
-            other.process.kill()
-            server.wait_for(f"^lost {client_id}")
+        with ComponentProcess([sys.executable, "-c", CALLER, endpoint]) as process:
+            client_id = process.wait_for("^called by (.*)")[1].strip()
+            assert is_used(carrier, process.process.pid)
+            yield process, client_id
 
-    def test_server_is_notified_of_a_frozen_client(
-        self, lasting: tuple[ComponentProcess, str], make_communicator: MakeCommunicator
+    @over_both
+    def test_server_is_notified_of_a_killed_client(
+        self, lasting: tuple[ComponentProcess, str], other: tuple[ComponentProcess, str]
     ) -> None:
-        server, endpoint = lasting
-        client = make_communicator(connect=[endpoint])
-        command = module(SERVER, "--connect", endpoint, "--identity", "Other")
-        with ComponentProcess(command, {"VISUALHFSM_LEASE": "1"}) as other:
-            client_id = other.wait_for("^ready (.*)")[1].strip()
-            CalculatorPrx.checkedCast(client.stringToProxy("Other"))  # the links are made
-            with frozen(other):
-                server.wait_for(f"^lost {client_id}")
+        server, _ = lasting
+        process, client_id = other
+        process.process.kill()
+        server.wait_for(f"^lost {client_id}")
+
+    @over_both
+    def test_server_is_notified_of_a_frozen_client(
+        self, lasting: tuple[ComponentProcess, str], other: tuple[ComponentProcess, str], carrier: str
+    ) -> None:
+        server, _ = lasting
+        process, client_id = other
+        with frozen(process):
+            server.wait_for(f"^lost {client_id}")
+            before = process.output.count("called by")
+        until(lambda: process.output.count("called by") > before)
+        until(lambda: is_used(carrier, process.process.pid))
 
     def test_server_is_notified_of_a_client_that_ends(
         self, pair: Pair, make_communicator: MakeCommunicator
