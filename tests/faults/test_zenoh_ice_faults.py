@@ -363,7 +363,7 @@ class TestClients:
         self, by_environment: None, lasting: tuple[ComponentProcess, str], carrier: str
     ) -> Iterator[tuple[ComponentProcess, str]]:
         """A process that calls the lasting server again and again over the carrier, and its id."""
-        server, endpoint = lasting
+        _, endpoint = lasting
         with ComponentProcess([sys.executable, "-c", CALLER, endpoint]) as process:
             client_id = process.wait_for("^called by (.*)")[1].strip()
             assert is_used(carrier, process.process.pid)

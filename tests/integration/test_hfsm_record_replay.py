@@ -33,6 +33,7 @@ from hfsm_runtime.tree import Run
 from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
+from tests.support.carriers import COLLOCATED, everywhere, is_used
 from tests.support.image_servant import ImageI, image
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.robot_server import eventually
@@ -53,6 +54,9 @@ from zenoh_ice.transport import Target, encode_sample_attachment
 
 FOREVER = 10**18
 
+MakeCommunicator = Callable[..., Communicator]
+World = tuple[Communicator, "HeadI"]
+
 
 class HeadI(PoseHead):
     """A head with an unpredictable pose; while it is `stopped` it refuses speeds."""
@@ -61,11 +65,13 @@ class HeadI(PoseHead):
 
     def __init__(self) -> None:
         self._random = random.SystemRandom()
+        self.executed: list[str] = []
 
     def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
         return self.pose()
 
     def setSpeed(self, panSpeed: float, tiltSpeed: float, current: Current) -> HeadPose:
+        self.executed.append(current.operation)
         if self.stopped:
             raise CommandRefusedException("the robot is stopped", "")
         return self.pose()
@@ -75,6 +81,7 @@ class HeadI(PoseHead):
             raise RuntimeError("the head is stuck")
 
     def getPose(self, current: Current) -> HeadPose:
+        self.executed.append(current.operation)
         return self.pose()
 
     def getLimits(self, current: Current) -> HeadLimits:
@@ -104,17 +111,24 @@ class FastClock:
 
 
 @pytest.fixture
-def world() -> Iterator[tuple[Communicator, HeadI]]:
-    """A communicator whose realm has a head."""
-    with initialize(connect=[], clock="wall") as communicator:
-        head = HeadI()
-        adapter = communicator.createObjectAdapter("Test")
-        adapter.add(head, "Head")
-        adapter.activate()
-        yield communicator, head
+def carrier() -> str:
+    """By default a component and its robot are one process, so that a test waits for no other thread."""
+    return COLLOCATED
 
 
-World = tuple[Communicator, HeadI]
+@pytest.fixture
+def server(endpoint: str, make_communicator: MakeCommunicator) -> Communicator:
+    return make_communicator(listen=[endpoint])
+
+
+@pytest.fixture
+def world(carrier: str, endpoint: str, server: Communicator, make_communicator: MakeCommunicator) -> World:
+    """The communicator of components, and the head of its realm."""
+    head = HeadI()
+    adapter = server.createObjectAdapter("Test")
+    adapter.add(head, "Head")
+    adapter.activate()
+    return server if carrier == COLLOCATED else make_communicator(connect=[endpoint]), head
 
 
 @contextmanager
@@ -200,18 +214,26 @@ def record_watcher(kind: Callable[[], Component], world: World, path: Path, seco
         eventually(lambda: runtime.tree.root.cycles > 8 * seconds)
 
 
-def test_calls_come_back_with_what_they_brought(tmp_path: Path, world: World) -> None:
+@everywhere
+def test_calls_come_back_with_what_they_brought(tmp_path: Path, world: World, carrier: str) -> None:
     class Calls(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             pose = self.head.setSpeed(0.1, float("nan"))
             return [pose, pose.pan, self.head.ice_getIdentity()]
 
     record_watcher(Calls, world, tmp_path / "run.mcap")
+    assert is_used(carrier)
+    calls = [
+        record.message for record in Recording(tmp_path / "run.mcap") if isinstance(record.message, Result)
+    ]
+    assert [call.operation for call in calls] == world[1].executed
+    assert {call.kind for call in calls} == {"call"}
     comparison = identical(tmp_path / "run.mcap", Calls)
     assert comparison.cycles > 10
     assert len(comparison.replayed_steps) > 2
 
 
+@everywhere
 def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) -> None:
     class Fails(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
@@ -286,7 +308,8 @@ def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world
     identical(path, Streams)
 
 
-def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: World) -> None:
+@everywhere
+def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: World, carrier: str) -> None:
     class Futures(Watcher, document="watcher.xml"):
         pending: Future[HeadPose] | None = None
         arrived = 0
@@ -307,6 +330,7 @@ def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: Wo
             self.arrived += 1
 
     record_watcher(Futures, world, tmp_path / "run.mcap")
+    assert is_used(carrier)
     identical(tmp_path / "run.mcap", Futures)
 
 
@@ -651,9 +675,9 @@ class Directory(Object, proxy=DirectoryPrx):
 
 
 @pytest.fixture
-def adapter(world: World) -> ObjectAdapter:
+def adapter(server: Communicator) -> ObjectAdapter:
     """What serves more than the head."""
-    made = world[0].createObjectAdapter("More")
+    made = server.createObjectAdapter("More")
     made.activate()
     return made
 
@@ -694,6 +718,7 @@ def test_a_servant_that_is_away_is_away_in_the_replay(tmp_path: Path) -> None:
     assert {error.partition(": ")[0] for error in seen} >= {"", "ConnectionLostException"}
 
 
+@everywhere
 def test_a_proxy_that_comes_in_a_value_leads_to_what_it_led_to(
     tmp_path: Path, world: World, adapter: ObjectAdapter
 ) -> None:
@@ -728,6 +753,7 @@ class Looks(Watcher, document="watcher.xml"):
         return False
 
 
+@everywhere
 @pytest.mark.parametrize("size", [500, 5000, 200_000])
 @pytest.mark.parametrize("with_images", [False, True])
 def test_images_come_back_where_they_are_recorded(

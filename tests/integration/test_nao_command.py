@@ -20,6 +20,7 @@ from PIL import Image
 from typer.main import get_command
 
 from naoserver.fake import FakeRobot
+from tests.support.carriers import NETWORK, calls_over_network, over_both
 from tests.support.gripper import GripperI
 from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.nao_command import at, nao
@@ -312,7 +313,14 @@ def test_images_are_saved_by_the_ending_of_the_file(robot: ServedRobot, tmp_path
     assert "cannot write" in nao("save-image", "Camera", "/no/such/folder/a.png").err
 
 
-def test_status_reports_robot_and_processes(robot: ServedRobot) -> None:
+@over_both
+def test_status_reports_robot_and_processes(
+    robot: ServedRobot, carrier: str, by_environment: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        robot.served_by.pool, "place", robot.served_by.pool.place
+    )  # until the end of the test
+    over_network = calls_over_network(robot.served_by)
     nao("call", "Speech.ice_ping")
     message = json.loads(nao("status", "--json").out)
     assert message["robot"]["Clock"]["simulated"] in {True, False}
@@ -320,6 +328,7 @@ def test_status_reports_robot_and_processes(robot: ServedRobot) -> None:
     assert process["pid"] == os.getpid()
     speech = next(each for name, each in process["servants"].items() if name.startswith("Speech"))
     assert speech["calls"] >= 1
+    assert bool(over_network) is (carrier == NETWORK)
     text = nao("status", "--all").out
     assert "upright" in text
     assert "Speech" in text
