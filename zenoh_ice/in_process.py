@@ -63,6 +63,9 @@ class InProcessTransport:
         self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
         self._status: Final[dict[tuple[str, str], Callable[[], bytes]]] = {}  # by realm and process
 
+    def is_near(self, target: Target) -> bool:  # noqa: ARG002
+        return True
+
     def explain_unreachable(self, limit: float) -> str:  # noqa: ARG002
         return ""  # it connects to nobody
 

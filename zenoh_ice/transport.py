@@ -279,6 +279,9 @@ class Transport(Protocol):
     def door(self) -> str:
         """Where processes of this machine reach its servants without a network; empty if they do not."""
 
+    def is_near(self, target: Target) -> bool:
+        """Return whether the next call to a target needs no network."""
+
     def explain_unreachable(self, limit: float) -> str:
         """Return why nothing answers at the endpoints, after `limit` s at most."""
 

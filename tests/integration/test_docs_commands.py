@@ -15,11 +15,13 @@ from typing import Final
 
 import pytest
 
+from tests.support.carriers import LOCAL, is_used, over_both
 from tests.support.documents import document, state, sub, transition
 from tests.support.environments import copy_packages, make_environment
 from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, Block, blocks_of
 from tests.support.places import ROOT
+from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.reader import Command, Reader, commands_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.sim]
@@ -75,6 +77,18 @@ def test_it():
     assert HALF == 0.5
 """
 """A test with a module beside it, its own mark and a warning."""
+
+
+SCRIPT: Final = """
+from interfaces.nao import PoseHeadPrx
+from zenoh_ice import initialize
+
+with initialize() as communicator:
+    head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+    print(head.setPose(0.5, 0.1, 0.2), flush=True)
+    communicator.waitForShutdown()
+"""
+"""What a user writes who has read the README, and then stays."""
 
 
 def blocks(page: str) -> list[Block]:
@@ -236,6 +250,26 @@ def test_nothing_of_the_checkout_is_in_the_environment(
         programs, "from importlib.util import find_spec; print(find_spec('pytest_timeout'))", tmp_path
     )
     assert found.strip() == "None"
+
+
+@over_both
+def test_an_installed_script_calls_an_installed_robot_server(
+    carrier: str, tmp_path: Path, environment: Callable[[frozenset[str]], Path]
+) -> None:
+    """From the settings in a file to the connection, without anything of the tests."""
+    programs, endpoint = environment(frozenset({"demo"})), free_endpoint()
+    settings = tmp_path / "settings.toml"
+    sockets = "true" if carrier == LOCAL else "false"
+    settings.write_text(f'realm = "installed"\nconnect = ["{endpoint}"]\nlocal_sockets = {sockets}\n')
+    python = str(programs / "python")
+    server = [python, "-m", "naoserver.fake", "--realm", "installed", "--listen", endpoint]
+    with ComponentProcess(server, cwd=tmp_path) as robot:
+        robot.wait_for("^ready")
+        chosen = {"VISUALHFSM_CONFIG": str(settings)}
+        with ComponentProcess([python, "-c", SCRIPT], chosen, tmp_path) as script:
+            script.wait_for("^HeadPose")
+            assert is_used(carrier, robot.process.pid)
+            assert is_used(carrier, script.process.pid)
 
 
 def run(programs: Path, code: str, folder: Path) -> str:

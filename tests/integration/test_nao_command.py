@@ -378,12 +378,25 @@ def test_doctor_finds_who_serves_a_name_twice(tools: Any) -> None:
     assert failure.endswith("tools.Calculator, tools.Second")
 
 
-def test_doctor_finds_a_process_without_a_local_socket(tools: Any) -> None:
+@pytest.mark.parametrize(
+    ("there", "here", "way", "notes"),
+    [
+        (True, True, "through its local socket", []),
+        (True, False, "over the network", ["is not reached through its local socket"]),
+        (False, True, "over the network", ["has no local socket"]),
+    ],
+)
+def test_doctor_finds_which_way_calls_to_a_process_of_this_machine_go(
+    tools: Any, there: bool, here: bool, way: str, notes: list[str]
+) -> None:
     end = free_endpoint()
-    with serving(tools, realm="alone", listen=[end], connect=[], local_sockets=False):
-        settings = load_settings(flags={"realm": "alone", "connect": [end], "clock": "wall"})
-        found = [each.text for each in check_network(settings) if each.level == Level.NOTE]
-    assert any(f" {os.getpid()} on " in text and "has no local socket" in text for text in found)
+    with serving(tools, realm="alone", listen=[end], connect=[], local_sockets=there):
+        flags = {"realm": "alone", "connect": [end], "clock": "wall", "local_sockets": here}
+        found = list(check_network(load_settings(flags=flags)))
+    assert any(f" {os.getpid()} answers {way} within " in each.text for each in found)
+    rest = "calls and images of this machine go over the network"
+    noted = [each.text for each in found if each.level == Level.NOTE and "local socket" in each.text]
+    assert [text.partition(f" {os.getpid()} ")[2] for text in noted] == [f"{note}: {rest}" for note in notes]
 
 
 def test_a_realm_without_servants_names_those_that_have_some(robot: ServedRobot) -> None:

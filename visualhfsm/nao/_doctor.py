@@ -26,6 +26,7 @@ from typing import Final, NamedTuple
 import msgspec
 
 from visualhfsm.nao._connection import ask_processes, find_servant, listens, nobody, process_name, servants
+from visualhfsm.nao._dynamic import target_of
 from visualhfsm.nao._output import console, count_text, duration_text, print_json, wrapped
 from visualhfsm.nao._values import Json
 from zenoh_ice import (
@@ -370,7 +371,7 @@ def _nobody(communicator: Communicator) -> Finding:
 
 
 def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterator[Finding]:
-    """Yield processes that hang, are of other versions than this one, or have no local socket."""
+    """Yield processes that hang, or are of other versions than this one."""
     wrong = False
     for server, status in processes.items():
         if not isinstance(status, ProcessStatus):
@@ -385,9 +386,6 @@ def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterato
             if own not in {None, theirs}:
                 wrong = True
                 yield _warn(f"{who} has {name} {theirs}, here it is {own}", "install the same on both sides")
-        if status.host == socket.gethostname() and not status.local_sockets:
-            text = f"{who} has no local socket: calls and images of this machine go over the network"
-            yield _note(text, "docs/explanation/calls.md says what a local socket needs")
     if not wrong:
         yield _ok("all processes answer, and have the versions of this machine")
 
@@ -435,22 +433,28 @@ def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
 def _check_answers(
     communicator: Communicator, found: list[ServantInfo], processes: _Processes
 ) -> Iterator[Finding]:
-    """Yield the duration of a ping of each process."""
+    """Yield the duration of a ping of each process, and the way that it takes."""
     for server, status in processes.items():
         info = next((each for each in found if each.server == server), None)
         if info is None or not isinstance(status, ProcessStatus):
             continue
-        ping = communicator.stringToProxy(info.identity).ice_ping
+        servant = communicator.stringToProxy(info.identity)
         try:
-            times = timeit.repeat(ping, number=1, repeat=_PINGS)
+            times = timeit.repeat(servant.ice_ping, number=1, repeat=_PINGS)
         except ZenohIceError as error:
             yield _fail(f"{info.identity} does not answer: {error}", "end its process and start it again")
             continue
         usual = statistics.median(times)
         name, longest = process_name(status, server), duration_text(max(times))
-        text = f"{name} answers within {duration_text(usual)}, at most {longest}"
+        near = communicator.transport.is_near(target_of(servant))
+        way = "through its local socket" if near else "over the network"
+        text = f"{name} answers {way} within {duration_text(usual)}, at most {longest}"
         fix = "check the load of the machine and the network, Wi-Fi first"
         yield _warn(f"{text}: slowly", fix) if usual > _SLOW else _ok(text)
+        if not near and status.host == socket.gethostname():
+            lack = "is not reached through its" if status.local_sockets else "has no"
+            text = f"{name} {lack} local socket: calls and images of this machine go over the network"
+            yield _note(text, "docs/explanation/calls.md says what a local socket needs")
 
 
 def _check_clock(communicator: Communicator, found: list[ServantInfo]) -> Finding:

@@ -131,6 +131,13 @@ class ZenohTransport:
         """Return the route to a target; None where all goes over Zenoh."""
         return None if self.neighborhood is None else self.neighborhood.route(target)
 
+    def is_near(self, target: Target) -> bool:
+        if target.prefix in self._receivers:
+            return True
+        route = self.route(target)
+        neighbor = None if route is None else route.way
+        return neighbor is not None and not neighbor.is_absent
+
     def explain_unreachable(self, limit: float) -> str:
         return explain_endpoints(self.endpoints, self.settings.security, limit)
 
