@@ -16,7 +16,6 @@ import zenoh
 from zenoh.handlers import Callback
 
 from ._codec import LARGEST_BULK
-from ._presence import client_token as client_token  # noqa: PLC0414 - for routers
 from ._threads import start
 from .exceptions import (
     BusyException,

@@ -22,7 +22,7 @@ from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.application.watchdog import Watchdog
 from zenoh_ice.exceptions import ConfigurationException, EndpointInUseException
 from zenoh_ice.security import exposure
-from zenoh_ice.session import client_token, close_session, open_session, problem_of
+from zenoh_ice.session import close_session, open_session, problem_of
 from zenoh_ice.settings import Settings, host_and_port
 from zenoh_ice.text import printable
 
@@ -71,10 +71,6 @@ def serve(settings: Settings, report: Callable[[str], Watchdog | None]) -> None:
         opened.callback(close_session, session)
         admission = Admission([each for each in settings.listen if each.startswith(_TLS)], ports)
         opened.callback(admission.close)
-        if not all(role.liveliness for role in security.roles.values()):
-            # A client without a token cannot report that it does not share the robot's memory.
-            token = client_token(settings.realm, str(session.zid()))
-            _held = session.liveliness().declare_token(token)
         listener = Callback(partial(_log_link, admission), indirect=True)
         links = session.info.declare_link_events_listener(listener, history=True)
         opened.callback(links.undeclare)
