@@ -69,17 +69,15 @@ class Source(ABC):
     is_awaited = False
     """Whether the owner waits for the next job: other threads are free."""
 
-    @property
-    def has_more(self) -> bool:
-        """Whether it has jobs that its file does not show."""
-        return False
-
     @abstractmethod
     def fileno(self) -> int: ...
 
     @abstractmethod
     def take(self) -> Job | None:
         """Return the next job; None if there is none, or no more. It does not wait, and raises nothing."""
+
+    def flush(self) -> None:  # noqa: B027 - few hold anything back
+        """Send what was held back; called when its owner takes no job for now."""
 
     def look(self, now: float) -> None:  # noqa: B027 - few have anything to do then
         """Notice what depends on time alone; called every PULSE_PERIOD."""
@@ -323,6 +321,7 @@ class Pool:
                         break
                     source.busy_since = math.inf
         finally:
+            source.flush()
             with self._lock:
                 if source.owner == me:
                     self._release(source)
@@ -417,8 +416,7 @@ class Pool:
         source.busy_since = math.inf
         source.is_awaited = False
         if source is not self._queue and self._sources.get(source.fileno()) is source and not self._closed:
-            # A socket is writable: a thread comes at once for what its file does not show.
-            self._epoll.modify(source, _ONCE | (select.EPOLLOUT if source.has_more else 0))
+            self._epoll.modify(source, _ONCE)
 
     def _close_files(self) -> None:
         """Close the files after the last thread."""

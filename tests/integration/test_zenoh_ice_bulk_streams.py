@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import signal
 import sys
@@ -17,6 +18,7 @@ import pytest
 
 from interfaces.jderobot import ImageData, ImageProviderPrx
 from tests.conftest import Pair
+from tests.support.carriers import local_connections
 from tests.support.image_servant import ImageI, Network, camera, image
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, shared_maps
@@ -24,7 +26,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample, _memory
-from zenoh_ice._local import listeners, routes
+from zenoh_ice._local import channel, listeners, routes
 from zenoh_ice._local.door import memory_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice._presence import servant_token
@@ -349,6 +351,20 @@ class TestReaders:
         until(lambda: not pair.client.identities())
         until(lambda: shared_maps() == others)  # without being read
         assert proxy.getImageData.latest() is None
+
+    def test_a_sample_whose_server_ended_long_before_it_was_read_is_skipped_too(
+        self, pair: Pair, servant: ImageI, network: Network, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(channel, "_READING_LIMIT", -math.inf)
+        stream = camera(pair.client).getImageData
+        assert stream.latest() is None
+        network.wait_until_unused(servant)
+        servant.getImageDataPublisher.publish(image(1))
+        first = stream.wait()  # from now on a thread keeps the newest for its next reader
+        servant.getImageDataPublisher.publish(image(2))
+        pair.server.destroy()
+        until(lambda: not local_connections())
+        assert stream.latest() is first
 
     def test_one_that_is_stopped_delays_nobody_and_continues(
         self, pair: Pair, servant: ImageI, network: Network

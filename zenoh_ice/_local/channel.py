@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import logging
 import math
 import socket
 import time
@@ -15,11 +14,11 @@ from typing import Final, Protocol
 
 import msgspec
 
-from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD, Parted
+from .._codec import Parted
 from .._memory import ArenaView
 from .._pool import Job, Pool
-from ..exceptions import MarshalException, SystemException
-from ..transport import NoAnswer, Outcome
+from ..exceptions import SystemException
+from ..transport import NoAnswer, Outcome, outcome_of
 from .messages import (
     CANCEL,
     LARGEST_INLINE,
@@ -35,14 +34,13 @@ from .messages import (
     collect,
     decode_to_client,
     encode,
-    limit_waits,
+    limit_sending,
+    outcome_of_answer,
     send_parts,
 )
 
 _READING_LIMIT: Final = 4.0  # s after the end of a connection in which nobody writes what it lent
 _SENDING_LIMIT: Final = 1.0  # s that a server may take none of its messages
-
-_logger = logging.getLogger(__name__)
 
 Done = Callable[[Outcome | SystemException], object]
 
@@ -65,7 +63,7 @@ class Channel(MessageSource):
     """A connection for calls in flight, and for streams of large values."""
 
     def __init__(self, pool: Pool, connection: socket.socket, view: ArenaView | None) -> None:
-        super().__init__(connection)
+        super().__init__(connection, decode_to_client)
         self.ended = False
         self._ended_at = math.inf
         self._pool: Final = pool
@@ -73,25 +71,21 @@ class Channel(MessageSource):
         self._numbers: Final = itertools.count(1)
         self._pending: Final[dict[int, _Pending]] = {}
         self._subscribers: Final[dict[int, Subscriber]] = {}
-        self._answers: Final[deque[Answer]] = deque()  # the rest of a message
+        self._answers: Final[deque[Answer]] = deque()  # that came together
         self._timeout = _SENDING_LIMIT
-        limit_waits(connection, socket.SO_SNDTIMEO, self._timeout)
+        limit_sending(connection, self._timeout)
         self._kind: Final = pool.kind()
         pool.attach(self)
 
-    def read(self, received: Answer | Sample, limit: int, what: str) -> bytes | Parted:
-        """Return the payload of a message, and give its memory back.
+    def read(self, sample: Sample, limit: int, what: str) -> bytes | Parted:
+        """Return the payload of a sample, and give its memory back; raises as `collect`.
 
-        Raises MarshalException for one of more than `limit` bytes, NoAnswer when the connection ended so long
-        ago that the memory may have been written again.
+        If the subscription has ended by then, the memory may have been written again.
         """
         try:
-            payload = collect(received, self._view, limit, what)
+            return collect(sample, self._view, limit, what)
         finally:
-            self.give_back(received)
-        if received.extent is not None and time.monotonic() > self._ended_at + _READING_LIMIT:
-            raise NoAnswer(timed_out=False, broken=True)
-        return payload
+            self.give_back(sample)
 
     def begin(self, call: Sent, payload: bytes, attachment: bytes, done: Done) -> None:
         """Send a call; `done` gets its outcome, once. Raises NotSent."""
@@ -132,43 +126,9 @@ class Channel(MessageSource):
         if received.extent is not None:
             self._send((RETURN, received.number, received.extent.start))
 
-    @property
-    def has_more(self) -> bool:
-        return bool(self._answers)
-
-    def take(self) -> Job | None:
-        while True:
-            while self._answers:
-                if (job := self._end(self._answers.popleft())) is not None:
-                    return job
-            message = self._receive()
-            if message is None:
-                return None
-            if not message:
-                self.close()
-                return None
-            try:
-                received = decode_to_client(message)
-                match received:
-                    case Answer():
-                        received.payload = self._parts.complete(received.payload)
-                        if (job := self._end(received)) is not None:
-                            return job
-                    case Answers():
-                        self._answers.extend(received.answers)
-                    case Part():
-                        self._parts.add(received.payload)
-                    case Sample():
-                        self._arrive(received)
-                    case Subscribed():
-                        if (subscriber := self._subscribers.get(received.number)) is not None:
-                            subscriber.confirm(self, received.number, ok=received.ok)
-            except (*DECODE_ERRORS, MarshalException) as error:
-                _logger.warning("a malformed message from this machine ends its connection: %s", str(error))
-                self.close()
-                return None
-
     def look(self, now: float) -> None:
+        if self._answers:  # who waits for the outcome of one of them may take long
+            self._pool.submit(self._finish_all)
         for number, pending in list(self._pending.items()):
             if pending.deadline <= now and self._take(number) is not None:
                 self._pool.submit(partial(pending.done, NoAnswer(timed_out=True)))
@@ -189,26 +149,47 @@ class Channel(MessageSource):
             self._socket.close()
         self._pool.submit(self._fail_pending)
 
+    def _receive(self, message: Answer | Answers | Part | Sample | Subscribed) -> Job | None:
+        match message:
+            case Answer():
+                message.payload = self._parts.complete(message.payload)
+                return self._kind, partial(self._finish, message)
+            case Answers():
+                self._answers.extend(message.answers)
+                return self._kind, self._finish_all
+            case Part():
+                self._parts.add(message.payload)
+            case Sample():
+                self._arrive(message)
+            case Subscribed():
+                if (subscriber := self._subscribers.get(message.number)) is not None:
+                    subscriber.confirm(self, message.number, ok=message.ok)
+        return None
+
     def _take(self, number: int) -> _Pending | None:
         pending = self._pending.pop(number, None)
         if pending is not None:
             pending.call.unanswered.discard(number)
         return pending
 
-    def _end(self, answer: Answer) -> Job | None:
-        pending = self._take(answer.number)
-        if pending is not None:
-            return self._kind, partial(self._finish, pending, answer)
-        self.give_back(answer)  # it came too late
-        return None
+    def _finish_all(self) -> None:
+        while True:
+            try:
+                answer = self._answers.popleft()
+            except IndexError:  # the last one may have been another thread's
+                return
+            self._finish(answer)
 
-    def _finish(self, pending: _Pending, answer: Answer) -> None:
+    def _finish(self, answer: Answer) -> None:
+        pending = self._take(answer.number)
+        if pending is None:  # it came too late
+            self.give_back(answer)
+            return
         call = pending.call
-        limit = call.limit if answer.ok else LARGEST_PAYLOAD
-        try:
-            outcome: Outcome | SystemException = answer.ok, self.read(answer, limit, call.what)
-        except SystemException as error:
-            outcome = error
+        outcome = outcome_of(partial(outcome_of_answer, answer, self._view, call.limit, call.what))
+        self.give_back(answer)
+        if answer.extent is not None and time.monotonic() > self._ended_at + _READING_LIMIT:
+            outcome = NoAnswer(timed_out=False, broken=True)
         pending.done(outcome)
 
     def _fail_pending(self) -> None:
@@ -245,7 +226,7 @@ class Channel(MessageSource):
             raise BlockingIOError
         try:
             if call.timeout != self._timeout:
-                limit_waits(self._socket, socket.SO_SNDTIMEO, call.timeout)
+                limit_sending(self._socket, call.timeout)
                 self._timeout = call.timeout
             last = send_parts(self._send_message, payload)
             request = (REQUEST, number, call.target, call.operation, attachment, last)

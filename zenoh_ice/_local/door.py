@@ -18,17 +18,15 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from .._codec import DECODE_ERRORS, LARGEST_BULK, Pieces
+from .._codec import LARGEST_BULK, Pieces
 from .._memory import Arena
 from .._pool import Job, Kind, Pool, Source
-from ..exceptions import MarshalException
 from ..transport import Receiver, admit
 from .listeners import Listeners
 from .messages import (
     ANSWER,
     ANSWERS,
     HELLO,
-    LARGEST_TOGETHER,
     MOST_TOGETHER,
     SUBSCRIBED,
     VERSION,
@@ -41,7 +39,7 @@ from .messages import (
     decode_to_server,
     encode,
     lend,
-    limit_waits,
+    limit_sending,
     owner_of,
     send_parts,
     send_with_file,
@@ -51,6 +49,7 @@ _ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no
 _SAMPLE_LIMIT: Final = 0.005  # s that a sample waits while an answer is sent
 _SENDING_LIMIT: Final = 1.0  # s that a client may take none of its answers
 _MOST_UNSENT: Final = 2 * LARGEST_BULK  # bytes of these answers
+_LARGEST_HELD: Final = 2048  # bytes of the payload of an answer that is sent together with others
 _SHARE_OF_FILES: Final = 0.5  # of what the process may open: others go over the network
 
 _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
@@ -154,7 +153,7 @@ class Door(Source):
         opened = _Connection(self, connection)
         try:
             connection.setblocking(True)
-            limit_waits(connection, socket.SO_SNDTIMEO, _SENDING_LIMIT)
+            limit_sending(connection, _SENDING_LIMIT)
             if owner_of(connection) != os.geteuid():
                 raise PermissionError("a process of another user")
             with self._lock:
@@ -173,7 +172,7 @@ class _Connection(MessageSource):
     """A connection of a client: takes its calls, and sends their answers."""
 
     def __init__(self, door: Door, connection: socket.socket) -> None:
-        super().__init__(connection)
+        super().__init__(connection, decode_to_server)
         self._door: Final = door
         self._lent = -1  # the memory of the last answer to a call without a number
         self._unsent: Final[deque[bytes]] = deque()  # one thread waits until its client takes them
@@ -182,35 +181,39 @@ class _Connection(MessageSource):
         # Answers to calls in flight, sent together before the thread waits: each message wakes the client.
         self._held: Final[list[tuple[object, ...]]] = []
 
-    @property
-    def has_more(self) -> bool:
-        return bool(self._held)
+    def flush(self) -> None:
+        with self._sending:
+            while self._held and not self._closed:
+                held = self._held[:MOST_TOGETHER]
+                del self._held[: len(held)]
+                try:
+                    self._send(encode(held[0] if len(held) == 1 else (ANSWERS, held)))
+                except OSError as error:
+                    self._end(error)
 
     def look(self, now: float) -> None:  # noqa: ARG002
         if self._held:  # a call that was quick before takes long
-            self._door.pool.submit(self._send_held)
+            self._door.pool.submit(self.flush)
 
-    def take(self) -> Job | None:
-        while True:
-            message = self._receive()
-            if message is None:
-                self._send_held()
-                return None
-            if not message:
+    def _receive(self, message: Part | Request | Return | Subscribe | Cancel) -> Job | None:
+        match message:
+            case Request() if self._closed:  # its client is not stopped, but takes no answers
                 self.close()
-                return None
-            try:
-                received = decode_to_server(message)
-                if type(received) is Request:
-                    if self._closed:  # its client is not stopped, but takes no answers
-                        self.close()
-                        return None
-                    return self._admit(received)
-                self._note(received)
-            except (*DECODE_ERRORS, MarshalException) as error:
-                _logger.warning("a malformed message from this machine ends its connection: %s", str(error))
-                self.close()
-                return None
+            case Request():
+                return self._admit(message)
+            case Part():
+                self._parts.add(message.payload)
+            case Return():
+                self._give_back(message.number, message.start)
+                if message.number == 0:
+                    self._lent = -1
+            case Subscribe():
+                self._subscribe(message)
+            case Cancel():
+                self._remove_from_streams(message.number)
+                if self._door.arena is not None:
+                    self._door.arena.forget(self, message.number)
+        return None
 
     def _admit(self, request: Request) -> Job | None:
         if request.number == 0 and self._lent >= 0:  # the answer before was read
@@ -225,24 +228,8 @@ class _Connection(MessageSource):
             reply=partial(self._answer, request.number),
         )
         if self._held and (job is None or not job[0].quick or len(self._held) >= MOST_TOGETHER):
-            self._send_held()
+            self.flush()
         return job
-
-    def _note(self, message: Part | Return | Subscribe | Cancel) -> None:
-        match message:
-            case Part():
-                self._parts.add(message.payload)
-            case Return():
-                self._give_back(message.number, message.start)
-                if message.number == 0:
-                    self._lent = -1
-            case Subscribe():
-                self._subscribe(message)
-            case Cancel():
-                for listeners in list(self._door.streams.values()):
-                    listeners.remove(self, message.number)
-                if self._door.arena is not None:
-                    self._door.arena.forget(self, message.number)
 
     def _subscribe(self, message: Subscribe) -> None:
         listeners = self._door.streams.get(f"{message.target}/{message.operation}")
@@ -284,28 +271,18 @@ class _Connection(MessageSource):
             if self._closed:  # nobody would give memory back
                 return
             payload, places, extent = lend(answer, self._door.arena, (self, number))
+            is_small = extent is None and len(payload) <= _LARGEST_HELD
+            if number and is_small and self.owner == threading.get_ident():
+                self._held.append((ANSWER, number, ok, payload))
+                return
             if number == 0 and extent is not None:
                 self._lent = extent.start
             lent = () if extent is None else (places, extent)
-            if number and self.owner == threading.get_ident() and len(payload) <= LARGEST_TOGETHER:
-                self._held.append((ANSWER, number, ok, payload, *lent))
-                return
             try:
                 payload = send_parts(self._send, payload)
                 self._send(encode((ANSWER, number, ok, payload, *lent)))
             except OSError as error:
                 self._end(error)
-
-    def _send_held(self) -> None:
-        """Send the answers that were held back."""
-        with self._sending:
-            while self._held and not self._closed:
-                held = self._held[:MOST_TOGETHER]
-                del self._held[: len(held)]
-                try:
-                    self._send(encode(held[0] if len(held) == 1 else (ANSWERS, held)))
-                except OSError as error:
-                    self._end(error)
 
     def _send(self, message: bytes) -> None:
         """Send a message, or keep it while its client takes none; with the lock. Raises OSError."""
@@ -345,14 +322,14 @@ class _Connection(MessageSource):
             self._socket.shutdown(socket.SHUT_WR)
         self._remove_from_streams()
 
-    def _remove_from_streams(self) -> None:
+    def _remove_from_streams(self, number: int | None = None) -> None:
         for listeners in list(self._door.streams.values()):
-            listeners.remove(self)
+            listeners.remove(self, number)
 
     def close(self) -> None:
         """End the connection; answers to its calls are dropped from now on."""
         self._door.pool.detach(self)
-        self._send_held()
+        self.flush()
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)  # ends a wait to send
         with self._receiving, self._sending:

@@ -6,10 +6,12 @@ memory that its sender lends; where there is none, and on the way to a servant, 
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 import struct
 import threading
+from abc import abstractmethod
 from array import array
 from collections.abc import Callable
 from typing import Annotated, Any, Final
@@ -17,11 +19,12 @@ from typing import Annotated, Any, Final
 import msgspec
 from msgspec import Meta
 
-from .._codec import LARGEST_BULK, Parted, Pieces, too_large
+from .._codec import DECODE_ERRORS, LARGEST_BULK, LARGEST_PAYLOAD, Parted, Pieces, too_large
 from .._memory import Arena, ArenaView, Extent, Reader
-from .._pool import Source
+from .._pool import Job, Source
 from .._wire import ATTACHMENT_LIMIT
 from ..exceptions import MarshalException
+from ..transport import Outcome
 
 VERSION: Final = 1
 """Of these messages: a process of another release is called over Zenoh."""
@@ -32,8 +35,6 @@ LARGEST_INLINE: Final = LARGEST_MESSAGE - (1 << 12)
 
 MOST_TOGETHER: Final = 16
 """Answers in one message."""
-LARGEST_TOGETHER: Final = 2048
-"""Bytes of the payload of an answer that is sent together with others."""
 
 _LARGEST_WHOLE: Final = LARGEST_BULK + (1 << 12)  # bytes of all parts of a payload
 
@@ -42,6 +43,8 @@ HELLO, PART, REQUEST, ANSWER, RETURN, SUBSCRIBE, CANCEL, SUBSCRIBED, SAMPLE, ANS
 
 encode: Final = msgspec.msgpack.Encoder().encode
 """Encodes a message, given as a tuple that begins with its tag: that is faster than the struct."""
+
+_logger = logging.getLogger(__name__)
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
 _Name = Annotated[str, Meta(max_length=512)]
@@ -202,10 +205,16 @@ def collect(received: Answer | Sample, view: ArenaView | None, limit: int, what:
     return Parted(payload, places, large) if places else large[0]
 
 
+def outcome_of_answer(answer: Answer, view: ArenaView | None, limit: int, what: str) -> Outcome:
+    """Return what an answer says; raises MarshalException for a result of more than `limit` bytes."""
+    return answer.ok, collect(answer, view, limit if answer.ok else LARGEST_PAYLOAD, what)
+
+
 class MessageSource(Source):
     """A socket from which the pool takes messages; several threads may send."""
 
-    def __init__(self, connection: socket.socket) -> None:
+    def __init__(self, connection: socket.socket, decode: Callable[[bytes], Any]) -> None:
+        self._decode: Final = decode
         self._socket: Final = connection
         self._file: Final = connection.fileno()
         # Both are held while it is closed: nobody uses a file with the same number.
@@ -220,21 +229,41 @@ class MessageSource(Source):
         """Close its file in a forked child."""
         self._socket.close()
 
-    def _receive(self) -> bytes | None:
-        """Return the next message, nothing at the end; None while there is none."""
-        try:
-            with self._receiving:
-                return self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
-        except BlockingIOError:
-            return None
-        except OSError:
-            return b""
+    def take(self) -> Job | None:
+        while True:
+            try:
+                with self._receiving:
+                    message = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return None
+            except OSError:
+                message = b""
+            if not message:
+                self.close()
+                return None
+            try:
+                job = self._receive(self._decode(message))
+            except (*DECODE_ERRORS, MarshalException) as error:
+                _logger.warning("a malformed message from this machine ends its connection: %s", str(error))
+                self.close()
+                return None
+            if job is not None:
+                return job
+
+    @abstractmethod
+    def _receive(self, message: Any) -> Job | None:  # noqa: ANN401 - one of those that `decode` gives
+        """Take a message; return the job that it makes, if any. Raises MarshalException."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End the connection."""
 
 
-def limit_waits(connection: socket.socket, option: int, seconds: float) -> None:
-    """Let the system end a wait to send (SO_SNDTIMEO) or to receive (SO_RCVTIMEO) after some seconds."""
+def limit_sending(connection: socket.socket, seconds: float) -> None:
+    """Let the system end a wait to send after some seconds."""
     microseconds = max(1, int(seconds * 1e6))  # 0 would be no limit
-    connection.setsockopt(socket.SOL_SOCKET, option, struct.pack("@ll", *divmod(microseconds, 1_000_000)))
+    limit = struct.pack("@ll", *divmod(microseconds, 1_000_000))
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
 
 
 def send_with_file(connection: socket.socket, message: bytes, file: int | None) -> None:

@@ -14,25 +14,24 @@ from collections import deque
 from contextlib import suppress
 from typing import Final
 
-from .._codec import DECODE_ERRORS, LARGEST_PAYLOAD
+from .._codec import DECODE_ERRORS
 from .._memory import ArenaView
 from .._pool import Pool
 from ..exceptions import MarshalException
 from ..transport import NoAnswer, Outcome
 from .channel import Channel, NotSent
 from .messages import (
-    LARGEST_INLINE,
     LARGEST_MESSAGE,
     RETURN,
     VERSION,
     Answer,
     Part,
     Parts,
-    collect,
     decode_hello,
     decode_to_client,
     encode,
-    limit_waits,
+    limit_sending,
+    outcome_of_answer,
     owner_of,
     receive_with_file,
     send_parts,
@@ -210,11 +209,10 @@ class _Line:
     def send(self, request: tuple[object, ...], payload: bytes, timeout: float) -> None:
         """Send a call; raises OSError if it was not sent, BlockingIOError of these when there was no room."""
         if timeout != self._timeout:
-            limit_waits(self._socket, socket.SO_SNDTIMEO, timeout)
+            limit_sending(self._socket, timeout)
             self._timeout = timeout
-        if len(payload) > LARGEST_INLINE:
-            payload = send_parts(self._send_message, payload)
-        self._send_message(encode((*request, payload)))
+        last = send_parts(self._send_message, payload)
+        self._send_message(encode((*request, last)))
 
     def _send_message(self, message: bytes) -> None:
         self._socket.send(message, socket.MSG_NOSIGNAL)
@@ -240,7 +238,7 @@ class _Line:
                 case Answer(number=0):
                     if parts is not None:
                         answer.payload = parts.complete(answer.payload)
-                    outcome = outcome_of_answer(answer, limit, what, view)
+                    outcome = outcome_of_answer(answer, view, limit, what)
                     if answer.extent is not None and sum(answer.extent.sizes) > _LARGEST_KEPT:
                         self._give_back(answer.extent.start)
                     return outcome
@@ -261,11 +259,3 @@ class _Line:
     def _give_back(self, start: int) -> None:
         with suppress(OSError):  # the next call will notice
             self._send_message(encode((RETURN, 0, start)))
-
-
-def outcome_of_answer(answer: Answer, limit: int, what: str, view: ArenaView | None) -> Outcome:
-    """Return what an answer says; raises MarshalException for one that is too large."""
-    if answer.ok and answer.extent is None and len(answer.payload) <= limit:
-        return True, answer.payload
-    limit = limit if answer.ok else LARGEST_PAYLOAD
-    return answer.ok, collect(answer, view, limit, what)
