@@ -20,7 +20,7 @@ from tests.support.local_doors import SERVER, Echo, Visitor
 from tests.support.open_files import open_files
 from tests.support.waiting import until
 from zenoh_ice._local.channel import NotSent
-from zenoh_ice._local.door import _ACCEPT_PERIOD, Door, memory_space
+from zenoh_ice._local.door import _ACCEPT_PERIOD, Door, door_space
 from zenoh_ice._local.messages import (
     CANCEL,
     LARGEST_INLINE,
@@ -47,7 +47,7 @@ SOUND = [
     encode((CANCEL, 1)),
 ]
 
-pytestmark = pytest.mark.skipif(not memory_space(), reason="no process reaches another one's door here")
+pytestmark = pytest.mark.skipif(not door_space(), reason="no process reaches another one's door here")
 
 
 @pytest.fixture

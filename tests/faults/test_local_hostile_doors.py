@@ -27,7 +27,7 @@ from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
 from zenoh_ice._local import neighbors
 from zenoh_ice._local.channel import NotSent, Sent
-from zenoh_ice._local.door import memory_space
+from zenoh_ice._local.door import door_space
 from zenoh_ice._local.messages import (
     HELLO,
     LARGEST_INLINE,
@@ -57,7 +57,7 @@ SOUND = [
     encode((SAMPLE, 1, b"a", b"payload")),
 ]
 
-pytestmark = pytest.mark.skipif(not memory_space(), reason="no process reaches another one's door here")
+pytestmark = pytest.mark.skipif(not door_space(), reason="no process reaches another one's door here")
 
 Behavior = Callable[[socket.socket], object]
 
@@ -155,9 +155,9 @@ class TestGreetings:
         try:
             file = {"pipe": receiving, "none": 99_999}.get(kind, ends[0].fileno())
             with pytest.raises(NotSent):
-                call(f"{memory_space()}.{os.getpid()}.{file}")
+                call(f"{door_space()}.{os.getpid()}.{file}")
             with pytest.raises(NotSent):
-                call(f"{memory_space()}.4294967295.{file}")
+                call(f"{door_space()}.4294967295.{file}")
         finally:
             for end in ends:
                 end.close()

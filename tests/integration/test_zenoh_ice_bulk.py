@@ -26,13 +26,13 @@ from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException, _memory
 from zenoh_ice._codec import LARGEST_BULK
 from zenoh_ice._local import routes
-from zenoh_ice._local.door import memory_space
+from zenoh_ice._local.door import door_space
 from zenoh_ice._memory import ArenaView, Extent
 
 PIXELS = bytes(range(256)) * 400
 MEGABYTE = 1 << 20
 
-pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
+pytestmark = pytest.mark.skipif(not door_space(), reason="no memory is shared here")
 
 
 @pytest.fixture
@@ -277,7 +277,7 @@ class TestOverTheNetwork:
         monkeypatch: pytest.MonkeyPatch,
     ) -> None:
         before = shared_maps(), lent_bytes()
-        monkeypatch.setattr(routes, "memory_space", lambda: "0123456789abcdef")
+        monkeypatch.setattr(routes, "door_space", lambda: "0123456789abcdef")
         client = make_communicator(connect=[pair.endpoint])
         assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
         assert (shared_maps(), lent_bytes()) == before

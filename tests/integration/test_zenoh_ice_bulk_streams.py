@@ -27,7 +27,7 @@ from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample, _memory
 from zenoh_ice._local import channel, listeners, routes
-from zenoh_ice._local.door import memory_space
+from zenoh_ice._local.door import door_space
 from zenoh_ice._memory import ArenaView, Extent
 from zenoh_ice._presence import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
@@ -35,7 +35,7 @@ from zenoh_ice.transport import Target
 
 MEGABYTE = 1 << 20
 
-pytestmark = pytest.mark.skipif(not memory_space(), reason="no memory is shared here")
+pytestmark = pytest.mark.skipif(not door_space(), reason="no memory is shared here")
 
 
 @pytest.fixture
@@ -124,7 +124,7 @@ class TestWays:
         with camera(pair.client).getImageData.subscribe(near_images.take, queue=8):
             network.wait_until_unused(servant)
             with monkeypatch.context() as patch:
-                patch.setattr(routes, "memory_space", lambda: "0123456789abcdef")
+                patch.setattr(routes, "door_space", lambda: "0123456789abcdef")
                 client = make_communicator(connect=[pair.endpoint], local_sockets=far == "another machine")
             with camera(client).getImageData.subscribe(far_images.take, queue=8):
                 numbers.publish_until(lambda: far_images.numbers)

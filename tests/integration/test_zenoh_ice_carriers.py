@@ -25,7 +25,7 @@ from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, TimeoutException
-from zenoh_ice._local.door import memory_space
+from zenoh_ice._local.door import door_space
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Target
 
@@ -223,7 +223,7 @@ class TestOutOfReach:
         self, pair: Pair, over_network: list[str], monkeypatch: pytest.MonkeyPatch, place: str
     ) -> None:
         servant = GripperI()
-        with self.said(monkeypatch, f"{memory_space()}.{place.format(pid=os.getpid())}"):
+        with self.said(monkeypatch, f"{door_space()}.{place.format(pid=os.getpid())}"):
             pair.adapter.add(servant, "Gripper")
         self.call(pair, servant, over_network)
 

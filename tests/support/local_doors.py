@@ -14,7 +14,7 @@ from typing import Final
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import Communicator
 from zenoh_ice._codec import Pieces
-from zenoh_ice._local.door import _bind, memory_space
+from zenoh_ice._local.door import _bind, door_space
 from zenoh_ice._local.messages import (
     ANSWER,
     HELLO,
@@ -181,7 +181,7 @@ def fake_door(behave: Behavior) -> Iterator[str]:
     accepting = threading.Thread(target=accept, daemon=True)
     accepting.start()
     try:
-        yield f"{memory_space()}.{os.getpid()}.{handle}"
+        yield f"{door_space()}.{os.getpid()}.{handle}"
     finally:
         listener.shutdown(socket.SHUT_RDWR)
         accepting.join(EVENT_LIMIT)

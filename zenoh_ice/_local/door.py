@@ -81,7 +81,7 @@ class Door(Source):
         except OSError:
             self._socket.close()
             raise
-        self.address: Final = f"{memory_space()}.{os.getpid()}.{self._handle}"
+        self.address: Final = f"{door_space()}.{os.getpid()}.{self._handle}"
         """Where processes of the same space find it."""
         self.streams: Final[dict[str, Listeners]] = {}
         """Listeners to the streams of large values, by the keys of these."""
@@ -362,7 +362,7 @@ def _bind(made: socket.socket) -> int:
         folder.rmdir()
 
 
-def memory_space() -> str:
+def door_space() -> str:
     """Return the same text in all processes that can reach each other's doors; empty if none can.
 
     These are processes of one user and group with the same capabilities, on one machine, and in one container

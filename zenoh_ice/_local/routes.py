@@ -13,7 +13,7 @@ from .._pool import Pool
 from .._presence import parse_servant_token
 from ..transport import Target
 from .channel import Channel
-from .door import memory_space
+from .door import door_space
 from .neighbors import Neighbor
 
 _MOST_NEIGHBORS: Final = 256
@@ -82,7 +82,7 @@ class Neighborhood:
     def __init__(self, pool: Pool, watch: Callable[[str, Callable[[str, bool], object]], object]) -> None:
         self._pool: Final = pool
         self._watch: Final = watch
-        self._space: Final = memory_space()
+        self._space: Final = door_space()
         self._lock: Final = threading.Lock()
         self._routes: Final[dict[Target, Route]] = {}
         self._neighbors: Final[dict[str, Neighbor]] = {}
