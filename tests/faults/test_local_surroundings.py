@@ -28,6 +28,17 @@ MakeCommunicator = Callable[..., Communicator]
 
 SERVER = "tests.support.calculator_server"
 AS_OTHER_GROUP = f"import os, runpy; os.setgid(65534); runpy.run_module({SERVER!r}, run_name='__main__')"
+# Root gives up CAP_KILL for now; another user forbids dumps, as the system does for a program with capabilities.
+NOT_INSPECTED = f"""
+import ctypes, runpy, struct
+header, sets = struct.pack("Ii", 0x20080522, 0), (ctypes.c_uint32 * 6)()
+libc = ctypes.CDLL(None)
+libc.capget(header, sets)
+sets[0] &= ~(1 << 5)
+assert libc.capset(header, sets) == 0
+assert libc.prctl(4, 0) == 0
+runpy.run_module({SERVER!r}, run_name='__main__')
+"""
 MOST_THREADS = 25
 CLIENTS = 1000
 
@@ -90,6 +101,15 @@ def test_a_server_of_another_group_is_called_over_the_network(
         calculator_of(make_communicator(connect=[endpoint]))
         assert is_used("network")
         assert is_used("network", process.process.pid)
+
+
+def test_a_server_that_no_other_process_may_inspect_is_called_over_the_network(
+    endpoint: str, make_communicator: MakeCommunicator
+) -> None:
+    with server(endpoint, sys.executable, "-c", NOT_INSPECTED) as process:
+        calculator_of(make_communicator(connect=[endpoint]))
+        assert is_used("network")
+        assert "others of this machine call over the network" in process.output
 
 
 def test_a_server_among_other_processes_is_called_over_the_network(

@@ -74,6 +74,8 @@ class Door(Source):
         self._lock: Final = threading.Lock()
         self._connections: Final[set[_Connection]] = set()
         self._closed = self._complained = False
+        if not (space := door_space()):
+            raise OSError("the system shows this process to no other one of its user")
         self._most: Final = int(_SHARE_OF_FILES * resource.getrlimit(resource.RLIMIT_NOFILE)[0])
         self._socket: Final = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
@@ -81,7 +83,7 @@ class Door(Source):
         except OSError:
             self._socket.close()
             raise
-        self.address: Final = f"{door_space()}.{os.getpid()}.{self._handle}"
+        self.address: Final = f"{space}.{os.getpid()}.{self._handle}"
         """Where processes of the same space find it."""
         self.streams: Final[dict[str, Listeners]] = {}
         """Listeners to the streams of large values, by the keys of these."""
