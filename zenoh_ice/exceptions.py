@@ -153,7 +153,7 @@ class UserException(ZenohIceError):
     def __str__(self) -> str:
         values = {name: getattr(self, name, None) for name in self.Members.__struct_fields__}
         what = values.pop("what", None)
-        listed = ", ".join(f"{name}={value!r}" for name, value in values.items())
+        listed = ", ".join(f"{name}={value!r}" for name, value in values.items() if value != "")
         # It may come from another process; the member keeps the original.
         shown = "" if what is None else printable(str(what))
         return cut(f"{shown} ({listed})" if shown and listed else shown or listed)

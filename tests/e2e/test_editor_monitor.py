@@ -340,7 +340,12 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     expect(status(shown)).to_have_text("Ended with exit code 1 after an error")
     notice(shown, "TypeError: '>' not supported")
     shown.page.get_by_role("tab", name=re.compile("^Errors")).click()
-    shown.page.get_by_role("list", name="Errors of the component").get_by_role("button").first.click()
+    error = shown.page.get_by_role("list", name="Errors of the component").get_by_role("button").first
+    sign, message = error.get_by_role("img").bounding_box(), error.locator(".message").bounding_box()
+    assert sign is not None
+    assert message is not None
+    assert message["y"] <= sign["y"] < message["y"] + message["height"], "the sign stands beside its message"
+    error.click()
     expect(shown.page.get_by_label("Name of the transition")).to_have_value("many")
 
 
