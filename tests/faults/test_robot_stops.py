@@ -16,6 +16,7 @@ from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
 from naoserver.fake import FakeRobot
 from tests.integration.test_hfsm_component import start, turning
+from tests.support.carriers import is_used, over_both
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import RobotClient, eventually, served_to_client, wait_for
@@ -52,7 +53,7 @@ def known(communicator: Communicator) -> SafetyPrx:
 
 
 @pytest.fixture
-def client(endpoint: str) -> Iterator[Communicator]:
+def client(by_environment: None, endpoint: str) -> Iterator[Communicator]:
     with initialize(connect=[endpoint], clock="wall") as communicator:
         yield communicator
 
@@ -146,14 +147,16 @@ def test_a_behavior_goes_on_only_after_a_reset_however_often_its_server_is_kille
             wait_for(head.getPose, lambda pose: pose.panSpeed > 0.05)
 
 
+@over_both
 def test_a_behavior_whose_server_was_killed_waits_for_somebody_to_look_at_the_robot(
-    tmp_path: Path, endpoint: str, client: Communicator
+    tmp_path: Path, carrier: str, endpoint: str, client: Communicator
 ) -> None:
     behavior = turning(tmp_path)
     with ExitStack() as stack:
         with server("naoserver.fake", endpoint) as process:
             component = stack.enter_context(start(behavior, endpoint))
             component.wait_for("turning")
+            assert is_used(carrier, component.process.pid)
             kill(process)
         with server("naoserver.fake", endpoint):
             component.wait_for(f"the robot is stopped: {UNCLEAN}.*pauses until commands are accepted again")
@@ -178,13 +181,16 @@ with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
 
 
 @pytest.fixture
-def nao() -> Iterator[RobotClient]:
+def nao(by_environment: None) -> Iterator[RobotClient]:
     with served_to_client(FakeRobot()) as nao:
         yield nao
 
 
+@over_both
 @pytest.mark.parametrize("burst", [1, 50])
-def test_the_joints_of_a_killed_commander_stop_on_their_way(nao: RobotClient, burst: int) -> None:
+def test_the_joints_of_a_killed_commander_stop_on_their_way(
+    nao: RobotClient, carrier: str, burst: int
+) -> None:
     body = nao.proxy(JointsPrx, "Body")
     left, right = (body.getJointNames().index(name) for name in ("LShoulderPitch", "RShoulderPitch"))
     at_first = body.getJointState().commands
@@ -192,6 +198,7 @@ def test_the_joints_of_a_killed_commander_stop_on_their_way(nao: RobotClient, bu
     with ComponentProcess(command) as commander:
         commander.wait_for("commanded")
         wait_for(body.getJointState, lambda state: state.commands[right] < at_first[right] - 0.05)
+        assert is_used(carrier, commander.process.pid)
         kill(commander)
         health = nao.proxy(HealthPrx, "Health")
         eventually(

@@ -13,6 +13,7 @@ import pytest
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
+from tests.support.carriers import is_used, over_both
 from tests.support.commands import run_file_here
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
@@ -109,12 +110,20 @@ def test_a_realm_without_servants_is_reported_once(tmp_path: Path, endpoint: str
     assert "Traceback" not in output
 
 
+@over_both
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_robot_and_ends_it(
-    tmp_path: Path, endpoint: str, number: signal.Signals, code: int
+    *,
+    tmp_path: Path,
+    by_environment: None,
+    carrier: str,
+    endpoint: str,
+    number: signal.Signals,
+    code: int,
 ) -> None:
     with serve(endpoint), start(turning(tmp_path), endpoint) as component:
         component.wait_for("turning")
+        assert is_used(carrier, component.process.pid)
         component.process.send_signal(number)
         assert component.wait(END_LIMIT) == code
         assert "Traceback" not in component.output
@@ -156,8 +165,9 @@ def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
         assert frames == [str(file)], "of the code that runs it nothing is shown"
 
 
+@over_both
 def test_a_lost_server_is_reported_once_and_it_goes_on_when_the_server_is_back(
-    tmp_path: Path, endpoint: str
+    tmp_path: Path, by_environment: None, endpoint: str
 ) -> None:
     """A server that is killed is lost in `tests/faults/test_commands.py`."""
     with ExitStack() as first:
