@@ -365,8 +365,8 @@ def _nobody(communicator: Communicator) -> Finding:
         return _fail(str(reason), "start a server in this realm, or name the realm of one with --realm")
     return _fail(
         f"no link: {reason}",
-        "if the port is open, another program uses it, or certificates or passwords differ: "
-        "docs/how-to/security.md",
+        "if the port is open, a server that hangs or another program holds it, or certificates or passwords "
+        "differ: docs/how-to/security.md",
     )
 
 
