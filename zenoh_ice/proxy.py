@@ -12,7 +12,6 @@ A class with annotated methods declares the proxy of an interface:
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Callable
@@ -34,9 +33,9 @@ from typing import (
     overload,
 )
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, misfit, not_encoded, to_msgpack
+from ._codec import encode
 from ._values import Reference
-from ._wire import decode_error, encode_attachment, encode_call_attachment
+from ._wire import decode_error, encode_call_attachment
 from .exceptions import (
     ConfigurationException,
     InterfaceMismatchException,
@@ -55,6 +54,7 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 V = TypeVar("V")
+T = TypeVar("T")
 
 # s for which the only retry of an idempotent call waits for the servant to be back.
 _RETRY_WAIT: Final = 0.5
@@ -65,7 +65,7 @@ class Call(Generic[P, V]):
     """An operation of a proxy: call it and wait for its outcome, or begin a call."""
 
     def __init__(self, proxy: ObjectPrx, operation: Operation[P, V]) -> None:
-        arguments, result = operation.arguments, operation.result
+        arguments = operation.arguments
         self.__doc__ = operation.__doc__
         self._proxy: Final = proxy
         self._communicator: Final = proxy._communicator
@@ -74,8 +74,6 @@ class Call(Generic[P, V]):
         self._fingerprint: Final = proxy.ice_interface.fingerprint
         self._size_limit: Final = arguments.size_limit
         self._make: Final = arguments.make
-        self._decode: Final = result.decode
-        self._value_of: Final = result.value_of
         self._caller: Caller | None = None  # once its servant was found
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> V:
@@ -83,35 +81,8 @@ class Call(Generic[P, V]):
 
         Raises the exceptions that the operation declares, or a SystemException; always within the limit.
         """
-        caller, communicator = self._caller, self._communicator
-        if caller is None:
-            if self._proxy._line in communicator.pool.lines:  # it must not overtake waiting calls
-                return self.begin(*args, **kwargs).result()
-            caller = self._find(time.monotonic() + self._proxy._timeout)
-        arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
-        # `call_encoded` inlined: each function call costs a microsecond, which matters for small calls.
-        try:
-            payload = to_msgpack(arguments)
-        except ENCODE_ERRORS as error:
-            raise not_encoded(error, self._what) from error
-        if len(payload) > self._size_limit or communicator.destroyed:
-            self._refuse(payload)
-        number = next(communicator.call_numbers)
-        call_id = f"{communicator.client_id}/{number}"
-        attachment = encode_attachment(
-            (self._fingerprint, number, math.nan, time.time(), call_id, caller.timeout)
-        )
-        started = time.monotonic()
-        try:
-            ok, answer = caller.call(payload, attachment)
-        except NoAnswer as end:
-            ok, answer = self._retry(caller, payload, attachment, end, started)
-        if ok and (decode := self._decode) is not None and isinstance(answer, bytes):
-            try:
-                return cast("V", self._value_of(decode(answer)))
-            except DECODE_ERRORS as error:
-                raise misfit(error, f"reply of {self._what}") from error
-        return cast("V", self._result(ok, answer, started + caller.timeout))
+        payload = encode(self._make(*args, **kwargs), self._what)
+        return cast("V", self._call(payload, self._result))
 
     def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:
         """Call the operation without waiting; the future has what the call would return or raise."""
@@ -120,10 +91,18 @@ class Call(Generic[P, V]):
 
     def call_encoded(self, payload: bytes) -> bytes | Parted:
         """Call with encoded arguments and return the encoded result; raises as the call does."""
+        return self._call(payload, self._granted)
+
+    def begin_encoded(self, payload: bytes) -> Future[bytes | Parted]:
+        """Call with encoded arguments without waiting; the future has what `call_encoded` would return."""
+        return self._launch(lambda: payload, self._granted)
+
+    def _call(self, payload: bytes, finish: Callable[[bool, bytes | Parted, float], T]) -> T:
+        """Call and wait; `finish` makes the result of an answer, in time for a deadline."""
         caller = self._caller
         if caller is None:
-            if self._proxy._line in self._communicator.pool.lines:
-                return self.begin_encoded(payload).result()
+            if self._proxy._line in self._communicator.pool.lines:  # it must not overtake waiting calls
+                return cast("T", self._launch(lambda: payload, finish).result())
             caller = self._find(time.monotonic() + self._proxy._timeout)
         attachment = self._attachment(payload, caller.timeout)
         started = time.monotonic()
@@ -131,11 +110,7 @@ class Call(Generic[P, V]):
             ok, answer = caller.call(payload, attachment)
         except NoAnswer as end:
             ok, answer = self._retry(caller, payload, attachment, end, started)
-        return self._granted(ok, answer, started + caller.timeout)
-
-    def begin_encoded(self, payload: bytes) -> Future[bytes | Parted]:
-        """Call with encoded arguments without waiting; the future has what `call_encoded` would return."""
-        return self._launch(lambda: payload, self._granted)
+        return finish(ok, answer, started + caller.timeout)
 
     def _launch(
         self, encode: Callable[[], bytes], finish: Callable[[bool, bytes | Parted, float], object]

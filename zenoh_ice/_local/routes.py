@@ -60,20 +60,14 @@ class Route:
     @property
     def way(self) -> Neighbor | None:
         """The neighbor that the next call goes to; None if it goes over the network."""
-        if not self.is_clear:
-            return None
+        if self.over_network:
+            now = time.monotonic()
+            for call, end in list(self.over_network.items()):
+                if end <= now:
+                    self.over_network.pop(call, None)
+            if self.over_network:
+                return None
         return self.of_channel if self.in_channel else self.neighbor
-
-    @property
-    def is_clear(self) -> bool:
-        """Whether no call over the network is unanswered."""
-        if not self.over_network:
-            return True
-        now = time.monotonic()
-        for call, end in list(self.over_network.items()):
-            if end <= now:
-                self.over_network.pop(call, None)
-        return not self.over_network
 
 
 class Neighborhood:
