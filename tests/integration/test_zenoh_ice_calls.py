@@ -30,6 +30,7 @@ from tests.support.carriers import everywhere, is_used, over_both
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
+from tests.support.waiting import until
 from zenoh_ice import (
     BusyException,
     Communicator,
@@ -674,5 +675,6 @@ class TestLife:
         pair.server.shutdown()
         assert pair.server.waitForShutdown(0)
         assert proxy.add(1.0, 2.0) == 3.0
+        until(lambda: "Calculator" not in pair.client.identities())
         with pytest.raises(ObjectNotExistException):
             CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator").ice_invocationTimeout(SOON))
