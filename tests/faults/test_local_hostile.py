@@ -19,7 +19,7 @@ from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.local_doors import SERVER, Echo, Visitor
 from tests.support.open_files import open_files
 from tests.support.waiting import until
-from zenoh_ice._local.channel import NotSent
+from zenoh_ice._local.channel import NotSent, Outgoing
 from zenoh_ice._local.door import _ACCEPT_PERIOD, Door, door_space
 from zenoh_ice._local.messages import (
     CANCEL,
@@ -74,8 +74,8 @@ def call(pool: Pool, door: Door) -> Iterator[Callable[..., bytes]]:
     with closing(Neighbor(pool, door.address, SERVER)) as neighbor:
 
         def call(payload: bytes = b"", operation: str = "echo") -> bytes:
-            request = (REQUEST, 0, TARGET, operation, b"")
-            ok, answer = neighbor.call(request, payload, EVENT_LIMIT, 1 << 25, "it")
+            outgoing = Outgoing(TARGET, operation, EVENT_LIMIT, 1 << 25, "it", set())
+            ok, answer = neighbor.call(outgoing, payload, b"")
             assert ok
             assert isinstance(answer, bytes)
             return answer
@@ -234,7 +234,7 @@ class TestFloods:
                 with Visitor(door.address) as visitor, pytest.raises(ConnectionError):
                     visitor.enter()
             with closing(Neighbor(pool, door.address, SERVER)) as late, pytest.raises(NotSent):
-                late.call((REQUEST, 0, TARGET, "echo", b""), b"", EVENT_LIMIT, 100, "it")
+                late.call(Outgoing(TARGET, "echo", EVENT_LIMIT, 100, "it", set()), b"", b"")
             stack.pop_all().close()
             until(lambda: not door._connections)
             with Visitor(door.address).enter() as visitor:

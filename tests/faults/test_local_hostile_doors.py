@@ -26,7 +26,7 @@ from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
 from zenoh_ice._local import neighbors
-from zenoh_ice._local.channel import NotSent, Sent
+from zenoh_ice._local.channel import NotSent, Outgoing
 from zenoh_ice._local.door import door_space
 from zenoh_ice._local.messages import (
     HELLO,
@@ -84,11 +84,11 @@ def call(request: pytest.FixtureRequest, pool: Pool) -> Callable[..., Outcome]:
 
     def call(address: str, timeout: float = EVENT_LIMIT) -> Outcome:
         with closing(Neighbor(pool, address, SERVER)) as neighbor:
+            outgoing = Outgoing("t", "o", timeout, LIMIT, "it", set())
             if request.param == "line":
-                return neighbor.call((REQUEST, 0, "t", "o", b""), b"arguments", timeout, LIMIT, "it")
+                return neighbor.call(outgoing, b"arguments", b"")
             outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-            sent = Sent("t", "o", timeout, LIMIT, "it", set())
-            neighbor.channel().begin(sent, b"arguments", b"", outcomes.put)
+            neighbor.channel().begin(outgoing, b"arguments", b"", outcomes.put)
             outcome = outcomes.get(timeout=timeout + EVENT_LIMIT)
             if isinstance(outcome, SystemException):
                 raise outcome
@@ -189,11 +189,11 @@ class TestGreetings:
                 connection.send(answer(next_request(connection).number, b"", (), extent))
 
             with fake_door(behave) as address, closing(Neighbor(pool, address, SERVER)) as neighbor:
-                request = (REQUEST, 0, "t", "o", b"")
+                outgoing = Outgoing("t", "o", EVENT_LIMIT, LIMIT, "it", set())
                 with pytest.raises(NotSent):
-                    neighbor.call(request, b"", EVENT_LIMIT, LIMIT, "it")
+                    neighbor.call(outgoing, b"", b"")
                 neighbor._absent_until = 0.0
-                assert neighbor.call(request, b"", EVENT_LIMIT, LIMIT, "it") == (True, b"own")
+                assert neighbor.call(outgoing, b"", b"") == (True, b"own")
 
     def test_a_client_that_may_open_no_file_calls_over_the_network(self, call: Call) -> None:
         most = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -304,7 +304,8 @@ class TestAnswers:
 
         with fake_door(behave) as address, closing(Neighbor(pool, address, SERVER)) as neighbor:
             outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-            neighbor.channel().begin(Sent("t", "o", 0.05, LIMIT, "it", set()), b"", b"", outcomes.put)
+            outgoing = Outgoing("t", "o", 0.05, LIMIT, "it", set())
+            neighbor.channel().begin(outgoing, b"", b"", outcomes.put)
             assert isinstance(outcomes.get(timeout=EVENT_LIMIT), NoAnswer)
             timed_out.set()
             assert returned.get(timeout=EVENT_LIMIT) == Return(1, 4096)

@@ -87,7 +87,7 @@ class Channel(MessageSource):
         finally:
             self.give_back(sample)
 
-    def begin(self, call: Sent, payload: bytes, attachment: bytes, done: Done) -> None:
+    def begin(self, call: Outgoing, payload: bytes, attachment: bytes, done: Done) -> None:
         """Send a call; `done` gets its outcome, once. Raises NotSent."""
         number = next(self._numbers)
         deadline = time.monotonic() + call.timeout
@@ -220,7 +220,7 @@ class Channel(MessageSource):
     def _send_message(self, message: bytes) -> None:
         self._socket.send(message, socket.MSG_NOSIGNAL)
 
-    def _send_call(self, number: int, call: Sent, payload: bytes, attachment: bytes) -> None:
+    def _send_call(self, number: int, call: Outgoing, payload: bytes, attachment: bytes) -> None:
         """Send a call; raises OSError, of these BlockingIOError when there was no room within its limit."""
         if not self._sending.acquire(timeout=call.timeout):
             raise BlockingIOError
@@ -228,9 +228,7 @@ class Channel(MessageSource):
             if call.timeout != self._timeout:
                 limit_sending(self._socket, call.timeout)
                 self._timeout = call.timeout
-            last = send_parts(self._send_message, payload)
-            request = (REQUEST, number, call.target, call.operation, attachment, last)
-            self._send_message(encode(request))
+            send_call(self._send_message, number, call, payload, attachment)
         except BlockingIOError:
             if len(payload) > LARGEST_INLINE:  # a part of it may have been sent
                 self.shut()
@@ -239,8 +237,8 @@ class Channel(MessageSource):
             self._sending.release()
 
 
-class Sent(msgspec.Struct, eq=False):
-    """What all calls have in common that one caller sends."""
+class Outgoing(msgspec.Struct, eq=False):
+    """What all calls of one caller have in common."""
 
     target: str
     operation: str
@@ -253,6 +251,14 @@ class Sent(msgspec.Struct, eq=False):
 
 
 class _Pending(msgspec.Struct, eq=False):
-    call: Sent
+    call: Outgoing
     deadline: float
     done: Done
+
+
+def send_call(
+    send: Callable[[bytes], object], number: int, call: Outgoing, payload: bytes, attachment: bytes
+) -> None:
+    """Send a call as one message or several."""
+    last = send_parts(send, payload)
+    send(encode((REQUEST, number, call.target, call.operation, attachment, last)))

@@ -19,7 +19,7 @@ from .._memory import ArenaView
 from .._pool import Pool
 from ..exceptions import MarshalException
 from ..transport import NoAnswer, Outcome
-from .channel import Channel, NotSent
+from .channel import Channel, NotSent, Outgoing, send_call
 from .messages import (
     LARGEST_MESSAGE,
     RETURN,
@@ -34,7 +34,6 @@ from .messages import (
     outcome_of_answer,
     owner_of,
     receive_with_file,
-    send_parts,
 )
 
 _ADDRESS: Final = re.compile(r"([0-9a-f]{16})\.([0-9]{1,10})\.([0-9]{1,10})")
@@ -71,23 +70,21 @@ class Neighbor:
         """Whether it could not be reached a moment ago."""
         return time.monotonic() < self._absent_until
 
-    def call(
-        self, request: tuple[object, ...], payload: bytes, timeout: float, limit: int, what: str
-    ) -> Outcome:
-        """Call and wait for the answer; raises NotSent, NoAnswer, or MarshalException for an unreadable one.
+    def call(self, call: Outgoing, payload: bytes, attachment: bytes) -> Outcome:
+        """Call and wait for the answer.
 
-        The request is complete but for the payload.
+        Raises NotSent, NoAnswer, or MarshalException for an unreadable one.
         """
         while True:
             try:
                 line = self._idle.pop()
             except IndexError:
-                line = self._open_line(timeout)
+                line = self._open_line(call.timeout)
                 fresh = True
             else:
                 fresh = False
             try:
-                line.send(request, payload, timeout)
+                line.send(call, payload, attachment)
             except OSError as error:
                 self._drop(line)
                 if isinstance(error, BlockingIOError):
@@ -97,7 +94,7 @@ class Neighbor:
                 continue  # it ended while it was idle
             break
         try:
-            outcome = line.receive(timeout, limit, what, self._view)
+            outcome = line.receive(call, self._view)
         except BaseException:
             self._drop(line)
             raise
@@ -109,15 +106,12 @@ class Neighbor:
 
     def channel(self, timeout: float = math.inf) -> Channel:
         """Return the connection for calls in flight, of which one has this limit in s; raises NotSent."""
-        channel = self._channel
-        if channel is None or channel.ended:
-            with self._lock:
-                channel = self._channel
-                if channel is None or channel.ended:
-                    channel = self._channel = Channel(self.pool, self._connect(timeout), self._view)
-                    if self._closed:
-                        channel.close()
-        return channel
+        with self._lock:
+            if self._channel is None or self._channel.ended:
+                self._channel = Channel(self.pool, self._connect(timeout), self._view)
+                if self._closed:
+                    self._channel.close()
+            return self._channel
 
     def close(self) -> None:
         """End all connections for good: running calls end without an answer."""
@@ -205,24 +199,20 @@ class _Line:
         answers.register(connection, select.POLLIN)
         self._wait: Final = answers.poll
         self._timeout = 0.0
+        self._parts: Final = Parts()
 
-    def send(self, request: tuple[object, ...], payload: bytes, timeout: float) -> None:
+    def send(self, call: Outgoing, payload: bytes, attachment: bytes) -> None:
         """Send a call; raises OSError if it was not sent, BlockingIOError of these when there was no room."""
-        if timeout != self._timeout:
-            limit_sending(self._socket, timeout)
-            self._timeout = timeout
-        last = send_parts(self._send_message, payload)
-        self._send_message(encode((*request, last)))
+        if call.timeout != self._timeout:
+            limit_sending(self._socket, call.timeout)
+            self._timeout = call.timeout
+        send_call(self._send, 0, call, payload, attachment)
 
-    def _send_message(self, message: bytes) -> None:
-        self._socket.send(message, socket.MSG_NOSIGNAL)
-
-    def receive(self, timeout: float, limit: int, what: str, view: ArenaView | None) -> Outcome:
+    def receive(self, call: Outgoing, view: ArenaView | None) -> Outcome:
         """Wait for the answer."""
-        parts: Parts | None = None
-        deadline = math.inf  # of an answer in parts
+        deadline = time.monotonic() + call.timeout
         while True:
-            if not self._wait(1000.0 * min(timeout, max(0.0, deadline - time.monotonic()))):
+            if not self._wait(1000.0 * max(0.0, deadline - time.monotonic())):
                 raise NoAnswer(timed_out=True)
             try:
                 message = self._socket.recv(LARGEST_MESSAGE)
@@ -233,21 +223,18 @@ class _Line:
             try:
                 answer = decode_to_client(message)
             except DECODE_ERRORS as error:
-                raise MarshalException(f"{what}: {error}") from None
+                raise MarshalException(f"{call.what}: {error}") from None
             match answer:
                 case Answer(number=0):
-                    if parts is not None:
-                        answer.payload = parts.complete(answer.payload)
-                    outcome = outcome_of_answer(answer, view, limit, what)
+                    answer.payload = self._parts.complete(answer.payload)
+                    outcome = outcome_of_answer(answer, view, call.limit, call.what)
                     if answer.extent is not None and sum(answer.extent.sizes) > _LARGEST_KEPT:
                         self._give_back(answer.extent.start)
                     return outcome
                 case Part():
-                    parts = parts or Parts()
-                    parts.add(answer.payload)
-                    deadline = min(deadline, time.monotonic() + timeout)
+                    self._parts.add(answer.payload)
                 case _:
-                    raise MarshalException(f"{what}: an answer to another call")
+                    raise MarshalException(f"{call.what}: an answer to another call")
 
     def shut(self) -> None:
         with suppress(OSError):
@@ -256,6 +243,9 @@ class _Line:
     def close(self) -> None:
         self._socket.close()
 
+    def _send(self, message: bytes) -> None:
+        self._socket.send(message, socket.MSG_NOSIGNAL)
+
     def _give_back(self, start: int) -> None:
         with suppress(OSError):  # the next call will notice
-            self._send_message(encode((RETURN, 0, start)))
+            self._send(encode((RETURN, 0, start)))

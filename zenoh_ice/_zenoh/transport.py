@@ -18,9 +18,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from .._codec import LARGEST_PAYLOAD, Pieces
-from .._local.channel import NotSent, Sent
+from .._local.channel import NotSent, Outgoing
 from .._local.door import Door
-from .._local.messages import REQUEST
 from .._local.routes import Neighborhood, Route
 from .._pool import Job, Kind, Pool
 from .._presence import client_token
@@ -312,12 +311,13 @@ class _Caller:
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
         self._route: Final = transport.route(target)
-        self._request: Final = (REQUEST, 0, self._prefix, operation.name)
         self._limit: Final = result.size_limit
         self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
         in_channel = set() if self._route is None else self._route.in_channel
-        self._sent: Final = Sent(self._prefix, operation.name, timeout, self._limit, self._what, in_channel)
+        self._outgoing: Final = Outgoing(
+            self._prefix, operation.name, timeout, self._limit, self._what, in_channel
+        )
         bulk = operation.arguments.holds_bytes or result.holds_bytes
         # A blocked link may block the sender for the limit of the settings, after which Zenoh closes the
         # link; a call with a shorter limit is dropped instead, and ends at its limit.
@@ -346,18 +346,14 @@ class _Caller:
             with suppress(NotSent):
                 if route.in_channel:
                     return self._call_in_channel(payload, attachment)
-                request = (*self._request, attachment)
-                return neighbor.call(request, payload, self.timeout, self._limit, self._what)
+                return neighbor.call(self._outgoing, payload, attachment)
         try:
             # No variable holds the channel: the frames of an exception would keep it alive, and a channel
             # that a servant fills with further replies blocks everything on the same link.
             reply = self._get(payload=payload, attachment=attachment or None).recv()
         except zenoh.ZError:  # the end without an answer, of the session too
             raise NoAnswer(timed_out=False) from None
-        answer = reply.ok
-        if answer is None or len(content := answer.payload) > self._limit:
-            return self._interpret(reply)
-        return True, content.to_bytes()
+        return self._interpret(reply)
 
     def _call_in_channel(self, payload: bytes, attachment: bytes) -> Outcome:
         """Call after the calls in flight."""
@@ -377,7 +373,7 @@ class _Caller:
         if route is not None and (neighbor := route.way) is not None and self._prefix not in self._receivers:
             with suppress(NotSent):
                 route.of_channel = neighbor
-                neighbor.channel(self.timeout).begin(self._sent, payload, attachment, done)
+                neighbor.channel(self.timeout).begin(self._outgoing, payload, attachment, done)
                 return None
         call = object()
         if route is not None:
