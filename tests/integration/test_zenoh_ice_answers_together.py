@@ -6,27 +6,12 @@ from concurrent.futures import Future
 from queue import SimpleQueue
 from typing import Any, Final
 
-import pytest
-
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 
 IN_FLIGHT: Final = 16
 ROUNDS: Final = 20
-
-
-@pytest.fixture
-def servant(pair: Pair) -> CalculatorI:
-    servant = CalculatorI()
-    pair.adapter.add(servant, "Calculator")
-    return servant
-
-
-@pytest.fixture
-def calculator(pair: Pair, servant: CalculatorI) -> CalculatorPrx:
-    return CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
 
 
 def test_answers_do_not_wait_for_a_call_that_was_quick_before(

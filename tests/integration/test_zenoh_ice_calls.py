@@ -55,13 +55,6 @@ SOON = (
 
 
 @pytest.fixture
-def servant(pair: Pair) -> CalculatorI:
-    servant = CalculatorI()
-    pair.adapter.add(servant, "Calculator")
-    return servant
-
-
-@pytest.fixture
 def calculator(caller: Communicator, servant: CalculatorI) -> ScientificPrx:
     return ScientificPrx.checkedCast(caller.stringToProxy("Calculator"))
 

@@ -18,13 +18,6 @@ from zenoh_ice import Communicator, CommunicatorDestroyedException, TimeoutExcep
 
 
 @pytest.fixture
-def servant(pair: Pair) -> CalculatorI:
-    servant = CalculatorI()
-    pair.adapter.add(servant, "Calculator")
-    return servant
-
-
-@pytest.fixture
 def calculator(carrier: str, caller: Communicator, servant: CalculatorI) -> CalculatorPrx:
     proxy = CalculatorPrx.checkedCast(caller.stringToProxy("Calculator"))
     proxy.add(0.0, 0.0)  # the first call waits until the servant was found

@@ -27,18 +27,6 @@ from zenoh_ice import (
 )
 
 
-@pytest.fixture
-def servant(pair: Pair) -> CalculatorI:
-    servant = CalculatorI()
-    pair.adapter.add(servant, "Calculator")
-    return servant
-
-
-@pytest.fixture
-def calculator(pair: Pair, servant: CalculatorI) -> CalculatorPrx:
-    return CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-
-
 class Collector:
     """A callback that keeps its samples, and blocks its caller until it is released."""
 

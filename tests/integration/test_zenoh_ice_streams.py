@@ -31,13 +31,6 @@ from zenoh_ice import (
 )
 
 
-@pytest.fixture
-def servant(pair: Pair) -> CalculatorI:
-    servant = CalculatorI()
-    pair.adapter.add(servant, "Calculator")
-    return servant
-
-
 @pytest.fixture(params=["remote", "collocated"])
 def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI) -> CalculatorPrx:
     communicator = pair.client if request.param == "remote" else pair.server
