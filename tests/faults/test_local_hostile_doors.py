@@ -19,7 +19,7 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
-from tests.support.limits import EVENT_LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.local_doors import SERVER, answer, fake_door, greet, next_request
 from tests.support.open_files import open_files
 from tests.support.stranger import stranger
@@ -43,6 +43,7 @@ from zenoh_ice._local.messages import (
     send_with_file,
 )
 from zenoh_ice._local.neighbors import Neighbor
+from zenoh_ice._local.routes import Neighborhood
 from zenoh_ice._memory import Arena, Extent
 from zenoh_ice._pool import Pool
 from zenoh_ice.transport import NoAnswer, Outcome, Target
@@ -309,6 +310,27 @@ class TestAnswers:
             assert isinstance(outcomes.get(timeout=EVENT_LIMIT), NoAnswer)
             timed_out.set()
             assert returned.get(timeout=EVENT_LIMIT) == Return(1, 4096)
+
+    def test_calls_in_flight_end_when_their_server_is_lost_and_all_is_closed_at_once(
+        self, pool: Pool, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
+        submit = pool.submit
+        late: list[Callable[[], object]] = []
+        with fake_door(replying()) as address:
+            neighborhood = Neighborhood(pool, lambda pattern, changed: None)
+            neighbor = neighborhood.neighbor(SERVER, address)
+            assert neighbor is not None
+            outgoing = Outgoing("t", "o", FOREVER, LIMIT, "it", set())
+            neighbor.channel().begin(outgoing, b"", b"", outcomes.put)
+            pool.detach(neighbor.channel())  # and it does not notice the end by itself
+            monkeypatch.setattr(pool, "submit", late.append)
+            neighborhood.lost(SERVER)
+            monkeypatch.setattr(pool, "submit", submit)
+            neighborhood.close()
+            for job in late:
+                job()
+            assert isinstance(outcomes.get(timeout=EVENT_LIMIT), NoAnswer)
 
     def test_any_answers_end_the_call_within_its_limit(self, call: Call) -> None:
         hostile = HostileBytes(0)

@@ -137,6 +137,8 @@ class Neighborhood:
 
     def _let_end(self, neighbor: Neighbor) -> None:
         channel = neighbor.shut()
-        with self._lock:
-            if channel is not None:
+        if channel is not None:
+            with self._lock:
                 self._ending.add(channel)
+            if self._closed:
+                channel.close()
