@@ -185,13 +185,9 @@ class _Connection(MessageSource):
 
     def flush(self) -> None:
         with self._sending:
-            while self._held and not self._closed:
-                held = self._held[:MOST_TOGETHER]
-                del self._held[: len(held)]
-                try:
-                    self._send(encode(held[0] if len(held) == 1 else (ANSWERS, held)))
-                except OSError as error:
-                    self._end(error)
+            if self._held:
+                self._send(encode(self._held[0] if len(self._held) == 1 else (ANSWERS, self._held)))
+                self._held.clear()
 
     def look(self, now: float) -> None:  # noqa: ARG002
         if self._held:  # a call that was quick before takes long
@@ -243,12 +239,7 @@ class _Connection(MessageSource):
     def notify(self, message: bytes) -> None:
         """Send a message that its client waits for, without waiting."""
         with self._sending:
-            if self._closed:
-                return
-            try:
-                self._send(message)
-            except OSError as error:
-                self._end(error)
+            self._send(message)
 
     def send_sample(self, message: bytes) -> bool:
         """Send a message without waiting; return whether there was room for it."""
@@ -280,25 +271,28 @@ class _Connection(MessageSource):
             if number == 0 and extent is not None:
                 self._lent = extent.start
             lent = () if extent is None else (places, extent)
-            try:
-                payload = send_parts(self._send, payload)
-                self._send(encode((ANSWER, number, ok, payload, *lent)))
-            except OSError as error:
-                self._end(error)
+            payload = send_parts(self._send, payload)
+            self._send(encode((ANSWER, number, ok, payload, *lent)))
 
     def _send(self, message: bytes) -> None:
-        """Send a message, or keep it while its client takes none; with the lock. Raises OSError."""
-        waits = bool(self._unsent)
-        if not waits:
-            with suppress(BlockingIOError):
+        """Send a message, or keep it while its client takes none; with the lock."""
+        if self._closed:
+            return
+        try:
+            if not self._unsent:
                 self._socket.send(message, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
                 return
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self._end(error)
+            return
         self._unsent.append(message)
         self._unsent_size += len(message)
-        if not waits:
+        if len(self._unsent) == 1:
             self._door.pool.submit(self._send_rest)
         if self._unsent_size > _MOST_UNSENT:
-            raise OSError("its client takes no answers")
+            self._end("its client takes no answers")
 
     def _send_rest(self) -> None:
         """Wait for a client that took no answers, on a thread that nobody else needs meanwhile."""
@@ -313,12 +307,12 @@ class _Connection(MessageSource):
         except OSError as error:
             self._end(error)
 
-    def _end(self, error: OSError) -> None:
+    def _end(self, reason: object) -> None:
         """Send no more; its client closes it when it has read what was sent to it, and lent.
 
         If it is stopped, that may take any time. If it calls nevertheless, it is cut off.
         """
-        _logger.debug("answers dropped: %s", error)
+        _logger.debug("answers dropped: %s", reason)
         self._closed = True
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
