@@ -89,8 +89,8 @@ class InProcessTransport:
         return _Inlet(self._streams[target.key(operation.name)], queue)
 
     def announce(self, token: str) -> Served:
-        self.notify(token, came=True)
-        return Served(partial(self.notify, token, came=False))
+        self.notify(token, True)
+        return Served(partial(self.notify, token, False))
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
         # Patterns are distinguished by the text before their first asterisk.
@@ -101,7 +101,7 @@ class InProcessTransport:
                 changed(token, True)
         return Served(partial(self._watchers.remove, watcher))
 
-    def notify(self, token: str, *, came: bool) -> None:
+    def notify(self, token: str, came: bool) -> None:
         """Report a token that appeared or disappeared to the watchers."""
         with self._lock:
             if not came:

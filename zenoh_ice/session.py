@@ -99,6 +99,14 @@ def close_session(session: zenoh.Session) -> None:
         )
 
 
+def undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener
+    """Undeclare what was declared, unless the session was closed meanwhile."""
+    try:
+        declared.undeclare()
+    except zenoh.ZError as error:
+        _logger.debug("not undeclared: %s", error)
+
+
 def problem_of(session: zenoh.Session) -> str:
     """Return what keeps a session from working, or nothing: it must answer its own query within 2 s."""
     key = f"@session/{session.zid()}"

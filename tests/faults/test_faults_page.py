@@ -9,9 +9,9 @@ from pathlib import Path
 TEST_ROOT = Path(__file__).parents[1]
 PAGE = TEST_ROOT.parent / "docs" / "explanation/faults.md"
 
-FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS, THREADS = (
+FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS, THREADS, TOKENS = (
     f"test_zenoh_ice_{name}"
-    for name in ("faults", "network", "overload", "identities", "clock_jumps", "thread_limit")
+    for name in ("faults", "network", "overload", "identities", "clock_jumps", "thread_limit", "tokens")
 )
 SURROUNDINGS, HOSTILE = "test_local_surroundings", "test_local_hostile"
 CARRIERS, BULK, BULK_STREAMS, FORKS = (
@@ -42,6 +42,10 @@ TESTS = {
     "router gone, all goes through it": (
         NETWORK,
         "test_what_goes_through_a_router_is_lost_with_it_and_comes_back_with_it",
+    ),
+    "a process ends while another begins to watch it": (
+        TOKENS,
+        "test_tokens_that_end_while_a_new_session_watches_them_count_no_more",
     ),
     "socket breaks, server lives": (CARRIERS, "test_call_is_lost_and_an_idempotent_one_is_made_again"),
     "server killed, its forked child lives": (

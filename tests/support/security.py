@@ -26,11 +26,11 @@ serve(pickle.loads(bytes.fromhex(sys.argv[1])), lambda line: print("ready", flus
 
 
 @contextmanager
-def routing(settings: Settings) -> Iterator[None]:
+def routing(settings: Settings) -> Iterator[ComponentProcess]:
     """Run a router in a separate process: what it forwards must not wait for its senders' threads."""
     with ComponentProcess([sys.executable, "-c", _ROUTER, pickle.dumps(settings).hex()]) as router:
         router.wait_for("^ready")
-        yield
+        yield router
 
 
 class Keys:

@@ -22,6 +22,7 @@ from .._local.routes import Route
 from .._threads import UserCodeThread, start
 from ..exceptions import ConnectionLostException
 from ..interface import Operation
+from ..session import undeclare
 from ..transport import Arrived, Pacer, Target
 
 if TYPE_CHECKING:
@@ -354,11 +355,3 @@ def bounded(payload: zenoh.ZBytes, limit: int, what: str) -> bytes:
     if len(payload) > limit:
         raise too_large(len(payload), limit, what)
     return payload.to_bytes()
-
-
-def undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener
-    """Undeclare what was declared, unless the session was closed meanwhile."""
-    try:
-        declared.undeclare()
-    except zenoh.ZError as error:
-        _logger.debug("not undeclared: %s", error)

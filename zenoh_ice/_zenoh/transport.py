@@ -31,9 +31,10 @@ from ..exceptions import (
 )
 from ..in_process import InProcessTransport
 from ..interface import Operation
-from ..session import close_session, connect_endpoints, explain_endpoints, open_session
+from ..session import close_session, connect_endpoints, explain_endpoints, open_session, undeclare
 from ..settings import Security, Settings
 from ..text import without_source
+from ..tokens import Tokens
 from ..transport import (
     Buffer,
     Caller,
@@ -46,7 +47,7 @@ from ..transport import (
     admit,
     outcome_of,
 )
-from .streams import BulkInlet, Outlet, SmallInlet, bounded, undeclare
+from .streams import BulkInlet, Outlet, SmallInlet, bounded
 
 # Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One thread that
 # receives and one that sends do the same work: docs/decisions/0012-zenoh-threads.md has the figures, and says
@@ -101,7 +102,7 @@ class ZenohTransport:
         self.local: Final = InProcessTransport(pool)
         self._lock: Final = threading.Lock()
         self._receivers: Final = self.local.receivers
-        self._followed: Final[dict[str, zenoh.Subscriber[Any]]] = {}  # by pattern
+        self._followed: Final[dict[str, Tokens]] = {}  # by pattern
         self._tokens: Final[dict[str, object]] = {}  # by realm
         self._closed = False
         # Callers that it evicts live on in the calls that hold them.
@@ -220,13 +221,8 @@ class ZenohTransport:
         watch = self.local.watch(pattern, changed)
         with self._lock:
             if pattern not in self._followed:  # one follower for all watchers
-                self._followed[pattern] = self.session.liveliness().declare_subscriber(
-                    pattern, Callback(self._on_token, indirect=False), history=True
-                )
+                self._followed[pattern] = Tokens(self.session, pattern, self.local.notify, self.pool.submit)
         return watch
-
-    def _on_token(self, sample: zenoh.Sample) -> None:  # on Zenoh's thread
-        self.local.notify(str(sample.key_expr), came=sample.kind == zenoh.SampleKind.PUT)
 
     def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
 
@@ -281,8 +277,8 @@ class ZenohTransport:
     def close(self) -> None:
         with self._lock:
             self._closed = True
-        for subscriber in tuple(self._followed.values()):
-            undeclare(subscriber)
+        for tokens in tuple(self._followed.values()):
+            tokens.close()
         self.local.close()
         if self._door is not None:
             self._door.close()
