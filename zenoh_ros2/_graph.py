@@ -11,11 +11,11 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterable
-from functools import partial
 from typing import Final
 
 import zenoh
-from zenoh.handlers import Callback
+
+from zenoh_ice.tokens import Tokens
 
 from ._wire import SPACE, Entity, EntityKind, gid_of, tokens_of
 from ._workers import Job
@@ -29,8 +29,6 @@ _UNANNOUNCED: Final = 0.8
 _QUERY_DELAY: Final = 2.0
 """Seconds after which tokens are asked for again when there were too many; each time twice as long."""
 _LONGEST_DELAY: Final = 30.0  # s
-_REPORT_LIMIT: Final = 60.0
-"""Seconds in which tokens that exist are reported, over a slow line too."""
 _CHECK_PERIOD: Final = 0.5
 """Seconds after which a waiting caller looks again: only then are tokens asked for again."""
 
@@ -86,14 +84,12 @@ class Entities:
         self._known: dict[str, Entity] = {}
         self._full = False
         """Whether some tokens were left out."""
-        self._ended: set[str] | None = None
-        """The tokens whose end was received since all were asked for, until all have been reported."""
         self._warned = False
         self._closed = False
         self._pause = _QUERY_DELAY
         self._again = math.inf
         """When to ask again, by the monotonic clock."""
-        self._subscriber: zenoh.Subscriber[None] | None = None
+        self._following: Tokens | None = None
         self._ask()
 
     def all(self) -> list[Entity]:
@@ -119,47 +115,21 @@ class Entities:
         """Stop following."""
         with self._lock:
             self._closed = True
-            subscriber, self._subscriber = self._subscriber, None
-        if subscriber is not None:
-            subscriber.undeclare()
+            following, self._following = self._following, None
+        if following is not None:
+            following.close()
 
-    def _receive(self, sample: zenoh.Sample) -> None:
-        """Note a change, on Zenoh's thread."""
-        token, exists = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+    def _note(self, token: str, exists: bool) -> None:
+        """Keep a change, if it is one, until `_handle`."""
         with self._lock:
-            due = self._note(token, exists)
-            if not exists and self._ended is not None and not self._full:
-                self._ended.add(token)
-                if len(self._ended) > self._most:
-                    self._full = due = True
-        if due:
+            is_news = exists is not self._news.get(token, token in self._known)
+            if self._closed or self._full or not is_news:
+                return
+            is_first = not self._news
+            self._news[token] = exists
+            self._full = len(self._news) > self._most
+        if is_first:
             self._discovery.submit(self._handle)
-
-    def _report(self, ended: set[str], reply: zenoh.Reply) -> None:
-        """Note a token that existed when all were asked for, and has not `ended` since, on Zenoh's thread."""
-        if reply.ok is None:
-            return
-        token = str(reply.ok.key_expr)
-        with self._lock:
-            due = self._ended is ended and token not in ended and self._note(token, exists=True)
-        if due:
-            self._discovery.submit(self._handle)
-
-    def _reported(self, ended: set[str]) -> None:
-        """Forget the tokens that have ended: all that existed have been reported."""
-        with self._lock:
-            if self._ended is ended:
-                self._ended = None
-
-    def _note(self, token: str, exists: bool) -> bool:
-        """Keep a change, if it is one, until `_handle`; return whether that is to be submitted."""
-        is_news = exists is not self._news.get(token, token in self._known)
-        if self._closed or self._full or not is_news:
-            return False
-        is_first = not self._news
-        self._news[token] = exists
-        self._full = len(self._news) > self._most
-        return is_first
 
     def _handle(self) -> None:
         """Handle all changes since the last time."""
@@ -176,14 +146,14 @@ class Entities:
                     came.append(entity)
                 else:
                     _logger.debug("a token that is none of rmw_zenoh: %.300s", token)
-            subscriber = self._subscriber if self._full else None
+            following = self._following if self._full else None
             warns = self._full and not self._warned
-            if subscriber is not None:
-                self._subscriber, self._warned = None, True
+            if following is not None:
+                self._following, self._warned = None, True
                 self._again = time.monotonic() + self._pause
                 self._pause = min(2 * self._pause, _LONGEST_DELAY)
-        if subscriber is not None:
-            subscriber.undeclare()
+        if following is not None:
+            following.close()
         if warns:
             most = f"more than {self._most} exist; the others are not counted, and each counts as gone"
             _logger.warning("%s: %s, until fewer exist", self._what, most)
@@ -199,27 +169,20 @@ class Entities:
             self._discovery.submit(self._ask)
 
     def _ask(self) -> None:
-        """Follow the changes of the tokens, and ask for all that exist."""
-        ended: set[str] = set()
+        """Ask for all tokens, and follow their changes."""
         with self._lock:
             self._known.clear()
             self._full = False
-            self._ended = ended
-        liveliness = self._discovery.session.liveliness()
-        subscriber = liveliness.declare_subscriber(self._tokens, Callback(self._receive, indirect=False))
+        discovery = self._discovery
+        following = Tokens(discovery.session, self._tokens, self._note, discovery.submit, self._most)
         with self._lock:
             closed, full = self._closed, self._full
             if not closed:
-                self._subscriber = subscriber
+                self._following = following
         if closed:
-            subscriber.undeclare()
-            return
-        if full:
-            self._discovery.submit(self._handle)
-        # Not by a subscriber with history: Zenoh may report to it that a token has ended and after
-        # that, from another thread, that the token exists.
-        report = Callback(partial(self._report, ended), partial(self._reported, ended), indirect=False)
-        liveliness.get(self._tokens, handler=report, timeout=_REPORT_LIMIT)
+            following.close()
+        elif full:
+            discovery.submit(self._handle)
 
 
 class EndpointsOf(Entities):

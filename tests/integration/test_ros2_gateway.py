@@ -49,6 +49,7 @@ UNHURRIED = ServerOptions(safety=SafetyOptions(velocity_timeout=2.0))
 """A busy machine may renew the velocity of a walk to a place less often than every half second."""
 RELIABLE = QoS()
 HISTORY = QoS(durability="transient_local", depth=10)
+ANGLES = ("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "/joint_angles")
 PATHS = ("trajectory_msgs/msg/JointTrajectory", "/joint_trajectory_controller/joint_trajectory")
 TRAJECTORY = "/joint_trajectory_controller/follow_joint_trajectory"
 
@@ -110,14 +111,14 @@ def settings(endpoint: str) -> Settings:
 
 @contextmanager
 def gateway(
-    robot: NaoRobot | None = None, options: ServerOptions | None = None, **node: Any
+    robot: NaoRobot | None = None, options: ServerOptions | None = None, *, router: str = "", **node: Any
 ) -> Iterator[Robot]:
-    """Serve a robot, and show it to ROS from this process."""
+    """Serve a robot, and show it to ROS from this process, by a router or by its own server."""
     with (
         served_to_client(robot or FakeRobot(), options) as nao,
         nao.client() as other,
-        serve(other.communicator, "nao", settings=settings(nao.endpoint), **node) as telemetry,
-        Node("tester", settings=settings(nao.endpoint)) as ros,
+        serve(other.communicator, "nao", settings=settings(router or nao.endpoint), **node) as telemetry,
+        Node("tester", settings=settings(router or nao.endpoint)) as ros,
     ):
         end = threading.Event()
 
@@ -533,7 +534,7 @@ def rests(shared: Robot, joint: str) -> None:
 
 def send_slowly(commander: Node, joint: str, angle: float, speed: float = 0.02) -> None:
     """Send a joint to a far angle."""
-    publisher = commander.create_publisher("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "/joint_angles")
+    publisher = commander.create_publisher(*ANGLES)
     eventually(lambda: publisher.heard)
     publisher.publish(joint_names=[joint], joint_angles=[angle], speed=speed)
 
@@ -547,6 +548,24 @@ def test_joints_are_held_when_their_publisher_is_gone(shared: Robot, commander: 
     eventually(lambda: shared.logs("its publisher is gone: LShoulderPitch held"))
     rests(shared, "LShoulderPitch")
     assert position(shared, "LShoulderPitch") > goal + 0.1
+
+
+def test_joints_are_held_when_the_router_of_an_earlier_publisher_is_lost() -> None:
+    endpoint = free_endpoint()
+    with (
+        routing(Settings(mode="router", connect=(), listen=(endpoint,))) as router,
+        Node("commander", settings=settings(endpoint)) as commander,
+    ):
+        publisher = commander.create_publisher(*ANGLES)
+        with gateway(router=endpoint) as robot:
+            eventually(lambda: publisher.heard)
+            begin = position(robot, "LShoulderPitch")
+            goal = begin - 1.5
+            publisher.publish(joint_names=["LShoulderPitch"], joint_angles=[goal], speed=0.02)
+            eventually(lambda: position(robot, "LShoulderPitch") < begin - 0.02)
+            router.process.kill()
+            rests(robot, "LShoulderPitch")
+            assert position(robot, "LShoulderPitch") > goal + 0.1
 
 
 def test_a_joint_that_somebody_else_took_is_not_held(shared: Robot, commander: Node) -> None:

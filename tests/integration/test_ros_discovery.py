@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import Literal
 
 import pytest
 
@@ -15,7 +16,9 @@ from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
 from tests.support.robot_server import eventually, served_to_client
 from tests.support.security import routing
 from zenoh_ice import Settings
-from zenoh_ros2 import Node, Types
+from zenoh_ros2 import Node, Sender, Types
+
+Mode = Literal["client", "peer"]
 
 JOINTS = "sensor_msgs/msg/JointState"
 TEXT = "std_msgs/msg/String"
@@ -77,6 +80,35 @@ def test_after_a_restart_of_the_router_they_find_each_other_again() -> None:
             nodes.append(opened.enter_context(GenuineNode("late", where)))
             all_meet(nodes, telemetry)
             opened.close()
+
+
+@pytest.mark.parametrize(("ours", "others"), [("client", "peer"), ("peer", "client")])
+def test_what_is_known_by_a_router_is_gone_with_it_and_comes_back_with_it(ours: Mode, others: Mode) -> None:
+    endpoint = free_endpoint()
+    routed = Settings(mode="router", connect=(), listen=(endpoint,))
+    senders: list[Sender] = []
+    with (
+        routing(routed) as router,
+        Node("ours", settings=Settings(connect=(endpoint,), mode=ours)) as node,
+        Node("other", settings=Settings(connect=(endpoint,), mode=others)) as other,
+        GenuineNode("genuine", endpoint, mode=others) as genuine,
+    ):
+        genuine.hear(TEXT, HASHES[TEXT], "/chatter")
+        publisher = node.create_publisher(TEXT, "/chatter")
+        node.create_subscription(TEXT, "/go", lambda _, sender: senders.append(sender), with_sender=True)
+        go = other.create_publisher(TEXT, "/go")
+
+        def all_there() -> bool:
+            go.publish(data="on")
+            present = {"/genuine", "/other"} <= {*node.graph.nodes()}
+            return present and publisher.subscribers == 1 and bool(senders) and not senders[-1].gone
+
+        eventually(all_there)
+        router.process.kill()
+        eventually(lambda: not {"/genuine", "/other"} & {*node.graph.nodes()})
+        eventually(lambda: publisher.subscribers == 0 and all(sender.gone for sender in senders))
+        with routing(routed):
+            eventually(all_there)
 
 
 @pytest.mark.parametrize("session_id", [SMALLEST, GREATEST], ids=["smallest id", "greatest id"])

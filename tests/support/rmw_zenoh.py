@@ -27,12 +27,12 @@ _PRIORITIES: Final = (
 )
 
 
-def session_config(endpoint: str, session_id: str = "") -> dict[str, Any]:
+def session_config(endpoint: str, session_id: str = "", mode: str = "peer") -> dict[str, Any]:
     """Return the configuration of a genuine node that looks for its router at an endpoint."""
     autoconnect = {"router": [], "peer": ["router", "peer"]}
     strategy = {"peer": {"to_router": "always", "to_peer": "greater-zid"}}
     config: dict[str, Any] = {
-        "mode": "peer",
+        "mode": mode,
         "connect": {
             "endpoints": [endpoint],
             "timeout_ms": {"router": -1, "peer": -1, "client": 0},
@@ -86,8 +86,10 @@ def session_config(endpoint: str, session_id: str = "") -> dict[str, Any]:
 class GenuineNode:
     """A node in a session with the settings of rmw_zenoh: it hears one topic, and publishes on another."""
 
-    def __init__(self, name: str, endpoint: str, *, domain: int = 0, session_id: str = "") -> None:
-        config = zenoh.Config.from_json5(json.dumps(session_config(endpoint, session_id)))
+    def __init__(
+        self, name: str, endpoint: str, *, domain: int = 0, session_id: str = "", mode: str = "peer"
+    ) -> None:
+        config = zenoh.Config.from_json5(json.dumps(session_config(endpoint, session_id, mode)))
         self.session: Final = zenoh.open(config)
         self._domain: Final = domain
         self._name: Final = name
