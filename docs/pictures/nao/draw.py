@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim.appearance import VISUAL_GROUP
 from naoserver_sim.model import Model, build_model, standing
 from naoserver_sim.robot import SimulatedRobot
@@ -37,7 +37,7 @@ def views(
     model: Model, posture: str, sides: tuple[tuple[float, float, float, tuple[float, ...]], ...]
 ) -> Picture:
     """Return pictures of the robot side by side, from azimuths, elevations and distances."""
-    data = standing(model, H25.postures[posture])
+    data = standing(model, H25.postures[posture].angles)
     model.mj.vis.quality.offsamples = 4
     options = mujoco.MjvOption()
     options.geomgroup[:] = 0
@@ -68,9 +68,9 @@ def main() -> None:
     empty = load_world("empty")
     shell, blocks = build_model(world=empty), build_model(world=empty, skin=False)
     pictures = {
-        "shell.png": views(shell, "STAND_INIT", SIDES),
-        "blocks.png": views(blocks, "STAND_INIT", SIDES),
-        "head.png": views(shell, "STAND", PORTRAITS),
+        "shell.png": views(shell, "StandInit", SIDES),
+        "blocks.png": views(blocks, "StandInit", SIDES),
+        "head.png": views(shell, "Stand", PORTRAITS),
         "soccer.png": world("soccer"),
         "room.png": world("room"),
     }

@@ -1,12 +1,23 @@
-"""The appearance of the robot: the shapes of skin.toml and the meshes of skin.obj, in a compiled model."""
+"""The appearance of the robot: the shapes and the meshes of its looks, in a compiled model."""
+
+from contextlib import closing
 
 import numpy as np
 import pytest
 
-from naoserver_sim.appearance import VISUAL_GROUP
-from naoserver_sim.model import build_model
+from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.looks import read_skin, skin_names
+from naoserver_sim._simulator import Snapshot
+from naoserver_sim.appearance import VISUAL_GROUP, Lamps
+from naoserver_sim.cameras import CameraRenderer
+from naoserver_sim.model import build_model, build_standing
+from naoserver_sim.world import load_world
+from tests.support.looks import model_of
 
 pytestmark = pytest.mark.sim
+
+HIDDEN = 5
+"""A group of geoms that no camera sees."""
 
 
 def seen(mj, link):
@@ -30,17 +41,43 @@ def volume(mj, geom):
 
 
 @pytest.mark.parametrize("skin", [True, False], ids=["shell", "blocks"])
-def test_the_right_side_mirrors_the_left(skin):
-    mj = build_model(skin=skin).mj
-    for link in ("upper_arm", "forearm", "wrist_hand", "thigh", "tibia", "foot"):
-        left, right = seen(mj, f"l_{link}"), seen(mj, f"r_{link}")
-        assert left
-        assert [mj.geom_type[geom] for geom in left] == [mj.geom_type[geom] for geom in right]
+@pytest.mark.parametrize("name", skin_names())
+def test_links_of_the_right_side_mirror_those_of_the_left(name, skin):
+    mj = model_of(name, skin=skin)
+    for sides in read_skin(name).mirror.items():
+        left, right = (seen(mj, link) for link in sides)
+        assert mj.geom_type[left].tolist() == mj.geom_type[right].tolist()
         assert mj.geom_pos[right] == pytest.approx(mj.geom_pos[left] * [1, -1, 1], abs=1e-4)
         assert mj.geom_rbound[right] == pytest.approx(mj.geom_rbound[left], abs=1e-4)
+
+
+@pytest.mark.parametrize("link", ["upper_arm", "forearm", "wrist_hand", "thigh", "tibia", "foot"])
+@pytest.mark.parametrize("skin", [True, False], ids=["shell", "blocks"])
+def test_each_limb_is_seen_on_both_sides(skin, link):
+    mj = build_model(skin=skin).mj
+    assert len(seen(mj, f"l_{link}")) == len(seen(mj, f"r_{link}")) > 0
 
 
 def test_closed_shells_face_outwards_on_both_sides():
     mj = build_model().mj
     for link in ("head", "torso", "l_thigh", "r_thigh", "l_foot", "r_foot"):
         assert volume(mj, seen(mj, link)[0]) > 1e-4
+
+
+def picture_of(model, data):
+    """Return what the body's first camera sees."""
+    state = Snapshot(0.0, data.qpos, data.qvel, *[data.ctrl] * 4)
+    renderer = CameraRenderer(model.mj, model.cameras, lambda _: state, Lamps(model.mj, dict), virtual=True)
+    with closing(renderer):
+        return np.array(renderer.capture(model.cameras[0].name, 320, 240).pixels)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("skin", [True, False], ids=["shell", "blocks"])
+@pytest.mark.parametrize("name", BODY_NAMES)
+def test_a_camera_looks_out_of_the_link_that_carries_it(name, skin):
+    body = find_body(name)
+    model, data = build_standing(load_world("empty"), None, skin=skin, body=body)
+    picture = picture_of(model, data)
+    model.mj.geom_group[seen(model.mj, body.cameras[0].link)] = HIDDEN
+    assert np.array_equal(picture, picture_of(model, data))

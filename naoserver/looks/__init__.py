@@ -1,0 +1,185 @@
+"""Looks of robots: for each a TOML file of shapes in this folder, and an OBJ file of the meshes among them.
+
+The shapes stand in the frames of the links that carry them, in m. `nao.toml` explains the keys. The meshes of
+the other robots are made from lofts: see `tools/lofts`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import resources
+from itertools import pairwise
+from pathlib import Path
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from naoserver.capabilities import Color, Vector
+from naoserver.errors import RobotError
+from naoserver.parts import NO_TURN, Quaternion
+from zenoh_ice.toml_file import parse_toml
+
+OFF: Final[Color] = (0.0, 0.0, 0.0)
+_GLASS: Final = (0.62, 0.65, 0.68)
+"""The color of a lamp that is off."""
+_WHITE: Final = (0.52, 0.74, 0.80)
+"""The white of LEDs, which is cold; emitted light is added to it."""
+_PALE: Final = 0.25
+"""Share of white in the color of a lamp, because it dazzles."""
+_EMISSION: Final = 0.7
+
+
+class Look(NamedTuple):
+    """A color of a surface, and the share of it that is emitted."""
+
+    color: Color
+    emission: float
+
+
+def look_of(light: Color) -> Look:
+    """Return the look of a lamp that shows a color."""
+    brightness = max(light)
+    red, green, blue = (
+        glass * (1.0 - brightness) + white * ((1.0 - _PALE) * shown + _PALE * brightness)
+        for glass, white, shown in zip(_GLASS, _WHITE, light, strict=True)
+    )
+    return Look((red, green, blue), _EMISSION * brightness)
+
+
+class Material(Struct, frozen=True, forbid_unknown_fields=True):
+    """A surface: its color, how it reflects light, and the share of its color that it emits."""
+
+    color: Vector
+    specular: float
+    shininess: float
+    emission: float = 0.0
+
+
+class Shape(Struct, frozen=True, forbid_unknown_fields=True):
+    """A shape on a link, as the comments in nao.toml explain it."""
+
+    link: str
+    kind: Literal["mesh", "ellipsoid", "box", "capsule", "disc"]
+    material: str = ""
+    light: str = ""
+    mesh: str = ""
+    size: tuple[float, ...] = ()
+    at: Vector = (0.0, 0.0, 0.0)
+    to: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, 1.0)
+    turn: Quaternion = NO_TURN
+    twice: bool = False
+
+
+class Part(NamedTuple):
+    """A shape on one of the links on which it is seen."""
+
+    shape: Shape
+    link: str
+    mirrored: bool
+    """Whether it is the mirror image with respect to the plane y = 0 of the link."""
+    light: str
+    """The group of lights as which it shines; empty if none."""
+
+
+class Shapes(Struct, frozen=True, forbid_unknown_fields=True):
+    """The shapes of the shell, and of the blocks that may be shown in its place."""
+
+    shell: tuple[Shape, ...]
+    blocks: tuple[Shape, ...]
+
+
+class Skin(Struct, frozen=True, forbid_unknown_fields=True):
+    """What is seen of a robot."""
+
+    materials: dict[str, Material]
+    mirror: dict[str, str]
+    """For links of the left side, those of the right side that look the same, mirrored."""
+    shapes: Shapes
+
+    def __post_init__(self) -> None:
+        for shape in (*self.shapes.shell, *self.shapes.blocks):
+            if bool(shape.light) == bool(shape.material):
+                raise ValueError(f"a {shape.kind} on {shape.link}: write either its material or its light")
+            if shape.material and shape.material not in self.materials:
+                raise ValueError(f"a {shape.kind} on {shape.link}: there is no material {shape.material}")
+
+    def parts(self, *, shell: bool = True) -> Iterator[Part]:
+        """Yield what is seen of the robot: its shell, or bare blocks."""
+        for shape in self.shapes.shell if shell else self.shapes.blocks:
+            yield Part(shape, shape.link, mirrored=False, light=shape.light.replace("{side}", "Left"))
+            opposite = self.mirror.get(shape.link, shape.link if shape.twice else "")
+            if opposite:
+                yield Part(shape, opposite, mirrored=True, light=shape.light.replace("{side}", "Right"))
+
+    @property
+    def lights(self) -> tuple[str, ...]:
+        """The groups of lights that have lamps on the shell."""
+        return tuple(dict.fromkeys(part.light for part in self.parts() if part.light))
+
+    def look(self, part: Part, colors: Mapping[str, Color]) -> Look:
+        """Return how a part looks while the groups of lights show `colors`; a group without one is off."""
+        if part.light:
+            return look_of(colors.get(part.light, OFF))
+        material = self.materials[part.shape.material]
+        return Look(material.color, material.emission)
+
+
+class Mesh(NamedTuple):
+    """A surface of triangles."""
+
+    vertices: NDArray[np.float64]
+    """Shape (n, 3) in m."""
+    faces: NDArray[np.int32]
+    """Shape (m, 3): indices of vertices, counter-clockwise from outside."""
+
+
+class Looks(NamedTuple):
+    """What is seen of a robot, and the meshes among it by name."""
+
+    skin: Skin
+    meshes: Mapping[str, Mesh]
+
+
+def skin_names() -> tuple[str, ...]:
+    """Return the names of the robots whose looks are in this folder."""
+    files = (Path(entry.name) for entry in resources.files(__name__).iterdir())
+    return tuple(sorted(file.stem for file in files if file.suffix == ".toml"))
+
+
+@cache
+def read_skin(name: str) -> Skin:
+    """Return the looks of a robot, such as `nao`. Raises RobotError when there are none of this name."""
+    return parse_toml(_read(name, "toml"), Skin, f"{name}.toml", RobotError)
+
+
+@cache
+def read_meshes(name: str) -> Mapping[str, Mesh]:
+    """Return the meshes of a robot's looks, a file in Wavefront's format, by the names of its objects.
+
+    Raises RobotError when there are no looks of this name.
+    """
+    meshes, before = {}, 0
+    for part in _read(name, "obj").split("\no ")[1:]:
+        title, *lines = part.splitlines()
+        rows = [line.split() for line in lines]
+        vertices = np.array([row[1:] for row in rows if row[0] == "v"], np.float64)
+        polygons = [row[1:] for row in rows if row[0] == "f"]
+        corners = [(first, *pair) for first, *rest in polygons for pair in pairwise(rest)]
+        meshes[title] = Mesh(vertices, np.array(corners, np.int32) - 1 - before)
+        before += len(vertices)
+    return meshes
+
+
+def read_looks(name: str) -> Looks:
+    """Return the looks of this name, such as `nao`. Raises RobotError when there are none."""
+    return Looks(read_skin(name), read_meshes(name))
+
+
+def _read(name: str, suffix: str) -> str:
+    if name not in skin_names():
+        raise RobotError(f"there are no looks of {name!r}; there are those of {', '.join(skin_names())}")
+    return resources.files(__name__).joinpath(f"{name}.{suffix}").read_text(encoding="utf-8")

@@ -1,0 +1,111 @@
+"""Describe a body and its looks as plain data, for viewers such as the editor's page.
+
+Shapes stand in the frames of their links. Lengths in m, quaternions as (x, y, z, w), colors as red, green and
+blue from 0 to 1; shapes with a `glow`, from 0 to 1, emit light. Sizes are halves: half axes of an ellipsoid,
+half sides of a box; radius and half length, along z, of a cylinder and of a capsule without its ends. The
+vertices of meshes are int16 in units of `meshUnit` and their indices uint16, both little-endian in base64; a
+`mirrored` shape has its y coordinates negated.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.body import Body
+from naoserver.capabilities import Color
+from naoserver.looks import Look, Looks, Part, Shape
+from naoserver.looks.of_body import looks_of, start_of
+from naoserver.parts import NO_TURN
+
+MESH_UNIT: Final = 1e-4
+"""Unit of a mesh's vertices in m."""
+_DIGITS: Final = 5
+
+
+def describe_looks(looks: Looks, colors: Mapping[str, Color]) -> dict[str, Any]:
+    """Return the shell of a robot: its shapes, and the meshes among them.
+
+    `colors` are those that its lights show.
+    """
+    skin, meshes = looks
+    numbers = {mesh: number for number, mesh in enumerate(meshes)}
+    return {
+        "meshUnit": MESH_UNIT,
+        "shapes": [
+            {"link": part.link, **_form(part, numbers), **_surface(skin.look(part, colors))}
+            for part in skin.parts()
+        ],
+        "meshes": [
+            {
+                "vertices": _base64(np.round(mesh.vertices / MESH_UNIT).astype("<i2")),
+                "indices": _base64(mesh.faces.astype("<u2")),
+            }
+            for mesh in meshes.values()
+        ],
+    }
+
+
+def write_looks(body: Body) -> str:
+    """Return the looks of a body as JSON."""
+    return json.dumps(describe_looks(looks_of(body), start_of(body)), separators=(",", ":"), allow_nan=False)
+
+
+def _form(part: Part, meshes: Mapping[str, int]) -> dict[str, Any]:
+    shape = part.shape
+    if shape.kind == "mesh":
+        return {"kind": "mesh", "mesh": meshes[shape.mesh], "mirrored": part.mirrored}
+    mirror = np.array([1.0, -1.0 if part.mirrored else 1.0, 1.0])
+    size, place, axis = _primitive(shape, mirror)
+    turn = _turn_to(*axis / np.linalg.norm(axis))
+    if shape.turn != NO_TURN:
+        w, x, y, z = shape.turn
+        turn = (-x, y, -z, w) if part.mirrored else (x, y, z, w)
+    return {
+        "kind": "cylinder" if shape.kind == "disc" else shape.kind,
+        "size": rounded(size),
+        "position": rounded(place),
+        "quaternion": rounded(turn),
+    }
+
+
+def _primitive(
+    shape: Shape, mirror: NDArray[np.float64]
+) -> tuple[list[float], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the half sizes, the middle and the axis of a shape."""
+    size = [*shape.size, 0.0, 0.0][:3]
+    if shape.kind != "capsule":
+        return size, mirror * shape.at, mirror * shape.normal
+    begin, end = mirror * shape.at, mirror * shape.to
+    size[1] = float(np.linalg.norm(begin - end)) / 2
+    return size, (begin + end) / 2, begin - end
+
+
+def _turn_to(x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Return the shortest rotation, as a quaternion (x, y, z, w), from the z axis to a unit vector."""
+    across = math.hypot(x, y)
+    if across == 0.0:
+        return (0.0, 0.0, 0.0, 1.0) if z > 0.0 else (1.0, 0.0, 0.0, 0.0)
+    half = math.atan2(across, z) / 2
+    share = math.sin(half) / across
+    return -y * share, x * share, 0.0, math.cos(half)
+
+
+def _surface(look: Look) -> dict[str, Any]:
+    glow = {"glow": round(look.emission, 3)} if look.emission > 0 else {}
+    return {"color": [round(value, 3) for value in look.color], **glow}
+
+
+def rounded(values: Iterable[float]) -> list[float]:
+    """Return numbers without needless digits, and without a negative zero."""
+    return [round(float(value), _DIGITS) + 0.0 for value in values]
+
+
+def _base64(values: NDArray[Any]) -> str:
+    return base64.b64encode(values.tobytes()).decode()
