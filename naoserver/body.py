@@ -1,157 +1,165 @@
-"""The facts of the bodies H25 and H21: joints, links, cameras, postures and anti-collision ranges.
+"""What a robot is, as data: links, joints, groups, cameras, sensors, postures, and its way to move.
 
-The figures and their sources are in `nao_h25.json` next to this module. Frames: every link's frame is at its
-parent joint and is parallel to the torso's when all joints are 0 (x forward, y left, z up).
+A facts file of `naoserver.bodies` describes a body; `read_body` reads and checks it. Every part but the name
+and the links is optional: what a body lacks is not served. Units are SI and rad. Frames: x forward, y left, z
+up; a link's frame is at its parent joint and moves with the link. Quaternions are (w, x, y, z).
 """
 
 from __future__ import annotations
 
 import json
-from bisect import bisect_left
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
-from importlib import resources
-from itertools import pairwise
-from typing import Any, Final
+from typing import Annotated, Any
 
-from msgspec import convert
+import msgspec
+from msgspec import Meta, Struct
 
-from naoserver.capabilities import Vector
+from naoserver._body_checks import check
 from naoserver.errors import RobotError
-from naoserver.robot import CameraFacts, JointFacts
+from naoserver.parts import (
+    MOST_CAMERAS,
+    MOST_PARTS,
+    Axis,
+    Battery,
+    Camera,
+    Coupling,
+    Effector,
+    FallRules,
+    Gear,
+    Groups,
+    Hinge,
+    HingeAxis,
+    InertialUnit,
+    Joint,
+    Lamp,
+    Link,
+    MotorHeat,
+    Name,
+    Play,
+    Posture,
+    RangeTable,
+    Shape,
+    Sole,
+    Sonar,
+    SpeedRule,
+    TouchSensor,
+    Walk,
+)
+from zenoh_ice.toml_file import convert
 
 
-@dataclass(frozen=True)
-class RangeTable:
-    """The range of the joint `dependent` at each angle of the joint `independent`, linear between rows."""
+class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=False, dict=True):
+    """A robot's body. Raises RobotError when its parts do not belong together, naming the part."""
 
-    independent: str
-    dependent: str
-    rows: tuple[tuple[float, float, float], ...]
-    """Angle of `independent`, then lower and upper limit of `dependent`, in rad, by increasing angle."""
+    name: Name
+    """The manufacturer's name for it, such as `H25`."""
+    title: str = ""
+    """What a person calls it, such as `Nao H25`."""
+    links: Annotated[tuple[Link, ...], Meta(min_length=1, max_length=MOST_PARTS)]
+    """The rigid parts, the root first, each after the link that carries it."""
+    joints: Annotated[tuple[Joint, ...], Meta(max_length=MOST_PARTS)] = ()
+    """The joints in the order of every reading."""
+    fixed_joints: Annotated[tuple[Joint, ...], Meta(max_length=MOST_PARTS)] = ()
+    """Places where a link is fixed to another, at the angle 0."""
+    gears: dict[str, Gear] = {}
+    play: Play | None = None
+    """None for gears like those of a Nao."""
+    couplings: tuple[Coupling, ...] = ()
+    """The pairs of joints that one motor drives."""
+    tables: tuple[RangeTable, ...] = ()
+    """The ranges that keep parts of the body off each other."""
+    speed_rules: tuple[SpeedRule, ...] = ()
+    groups: Groups = Groups()
+    hinges: dict[str, dict[Axis, HingeAxis]] = {}
+    """The Pose3D devices of the body by name."""
+    effectors: dict[Name, Effector] = {}
+    cameras: Annotated[tuple[Camera, ...], Meta(max_length=MOST_CAMERAS)] = ()
+    """The cameras, the most important one first."""
+    inertial_unit: InertialUnit | None = None
+    soles: tuple[Sole, ...] = ()
+    """The soles of the left and of the right foot, or none."""
+    sonar: Sonar | None = None
+    touch: dict[Name, TouchSensor] = {}
+    """The touch sensors by name."""
+    lights: dict[str, Lamp] = {}
+    battery: Battery | None = None
+    motor_heat: MotorHeat | None = None
+    """None for motors whose temperatures are not watched."""
+    voice: bool = False
+    """Whether it has a loudspeaker."""
+    postures: dict[str, Posture] = {}
+    rest: str = ""
+    """The posture in which it starts; without one, joints are as near to 0 as their ranges let them."""
+    falls: FallRules | None = None
+    """None for a robot that cannot fall."""
+    walk: Walk | None = None
+    mounted: bool = False
+    """Whether its root is fixed to the floor, as an arm's on a table."""
+    shapes: Annotated[tuple[Shape, ...], Meta(max_length=MOST_PARTS)] = ()
+    intangible: tuple[str, ...] = ()
+    """Links whose shapes do not touch other links of the body."""
+    overlapping: tuple[tuple[str, str], ...] = ()
+    """Pairs of links whose shapes do not touch each other, besides neighbors."""
+    sources: dict[str, str] = {}
+    """What the letters in `source` stand for."""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.rows:
-            raise RobotError(f"range table of {self.dependent}: no rows")
-        for before, after in pairwise(self.rows):
-            if not before[0] < after[0]:
-                raise RobotError(f"range table of {self.dependent}: angle {after[0]} does not increase")
-        for angle, lower, upper in self.rows:
-            if lower > upper:
-                raise RobotError(f"range table of {self.dependent}: empty range at {angle} rad")
+        check(self)
 
     @cached_property
-    def steepest(self) -> float:
-        """Largest change of a limit of `dependent` per rad of `independent`."""
-        slopes = (
-            max(abs(after[1] - before[1]), abs(after[2] - before[2])) / (after[0] - before[0])
-            for before, after in pairwise(self.rows)
-        )
-        return max(slopes, default=0.0)
+    def joint_names(self) -> tuple[str, ...]:
+        """The names of `joints`."""
+        return tuple(joint.name for joint in self.joints)
 
-    def at(self, angle: float) -> tuple[float, float]:
-        """Return the range of `dependent` at `angle` of `independent`; beyond the table, that at its edge."""
-        rows = self.rows
-        place = bisect_left(rows, (angle,))
-        if place == 0:
-            return rows[0][1:]
-        if place == len(rows):
-            return rows[-1][1:]
-        left, right = rows[place - 1], rows[place]
-        share = (angle - left[0]) / (right[0] - left[0])
-        return left[1] + share * (right[1] - left[1]), left[2] + share * (right[2] - left[2])
+    @cached_property
+    def joint(self) -> Mapping[str, Joint]:
+        """The joints by name."""
+        return {joint.name: joint for joint in self.joints}
 
-    def over(self, angles: Sequence[float]) -> tuple[float, float]:
-        """Return the range that is allowed everywhere between the least and the greatest of `angles`.
+    @cached_property
+    def moved_by(self) -> Mapping[str, Joint]:
+        """The joint, movable or fixed, between each link and the one that carries it, by the link's name."""
+        return {joint.child: joint for joint in (*self.joints, *self.fixed_joints)}
 
-        The range is piecewise linear, so its narrowest points lie at the ends and at the rows between.
-        """
-        first, last = min(angles), max(angles)
-        ranges = [self.at(first), self.at(last)]
-        ranges += [row[1:] for row in self.rows if first < row[0] < last]
-        return max(lower for lower, _ in ranges), min(upper for _, upper in ranges)
+    @property
+    def root(self) -> Link:
+        """The link that carries all others, such as the torso."""
+        return self.links[0]
 
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return sum(link.mass for link in self.links)
 
-@dataclass(frozen=True, slots=True)
-class Joint(JointFacts):
-    """A joint of the body with its place in the tree of links."""
+    @cached_property
+    def leaders(self) -> Mapping[str, str]:
+        """The joint that shares a motor with each following joint, and leads it."""
+        return {pair.follower: pair.leader for pair in self.couplings}
 
-    parent: str
-    """Link that carries the joint."""
-    child: str
-    """Link that the joint moves."""
-    axis: Vector
-    """Unit vector in the parent's frame; a positive angle is right-handed about it."""
-    origin: Vector
-    """Place in the parent's frame in m."""
+    def hinge(self, name: str) -> Hinge | None:
+        """Return a Pose3D device of the body; None when it has no such."""
+        return Hinge(name, self.hinges[name]) if name in self.hinges else None
 
+    @property
+    def neck(self) -> Hinge | None:
+        """What points the first camera, by pan and tilt: a neck, or a waist; None without such joints."""
+        neck = self.hinge("Neck")
+        return neck if neck and {Axis.PAN, Axis.TILT} <= neck.axes.keys() else None
 
-@dataclass(frozen=True, slots=True)
-class Inertia:
-    """Moments and products of inertia about the centre of mass in link axes in kg m^2."""
+    @property
+    def touch_sensors(self) -> tuple[str, ...]:
+        """The names of the touch sensors."""
+        return tuple(self.touch)
 
-    ixx: float = 0.0
-    ixy: float = 0.0
-    ixz: float = 0.0
-    iyy: float = 0.0
-    iyz: float = 0.0
-    izz: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Link:
-    """A rigid part of the body."""
-
-    name: str
-    parent_joint: str | None
-    """Joint that moves it; None for the torso."""
-    mass: float
-    """In kg; 0 for the fingers, whose mass is included in the hand's."""
-    com: Vector
-    """Centre of mass in m."""
-    inertia: Inertia = Inertia()
-
-
-@dataclass(frozen=True, slots=True)
-class Coupling:
-    """Two joints that one motor drives: their angles are always equal, and the leader's command wins."""
-
-    leader: str
-    follower: str
-
-
-VOLTAGE: Final = 21.6
-"""Nominal voltage of the battery in V: six cells of 3.6 V."""
-
-
-class Body:
-    """A humanoid body, as described by a facts file."""
-
-    def __init__(self, name: str, facts: Mapping[str, Any]) -> None:
-        self.name: Final = name
-        """The manufacturer's name for it, such as `H25`."""
-        self.facts: Final = facts
-        """The whole file: also soles, pressure, inertial, sonar and touch sensors, collision shapes."""
-        self.joints: Final = convert(facts["joints"], tuple[Joint, ...])
-        """The joints in the order of every reading."""
-        self.fixed_joints: Final = convert(facts.get("fixed_joints", ()), tuple[Joint, ...])
-        """Places where a link is fixed to another, at the angle 0."""
-        self.joint_names: Final = tuple(joint.name for joint in self.joints)
-        self.links: Final = convert(facts["links"], tuple[Link, ...])
-        """The rigid parts, the torso first, each after the link that carries it."""
-        self.anticollision: Final = convert([*facts["anticollision"].values()], tuple[RangeTable, ...])
-        """The ranges that keep the head off the shoulders and the feet off each other."""
-        self.couplings: Final = (convert(facts["coupling"], Coupling),)
-        """The pairs of joints that one motor drives: the two HipYawPitch joints, the left one leading."""
-        self.postures: Final = convert(facts["postures"], dict[str, dict[str, float]])
-        """NAOqi's postures by name (`STAND`, `STAND_INIT`, `CROUCH`, ...): an angle in rad for each joint."""
-        self.cameras: Final = convert(facts["cameras"]["served"], tuple[CameraFacts, ...])
-        """The head's cameras, the top one first."""
-        self.touch_sensors: Final = tuple(facts["touch"])
-        """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
-        motors = [joint.get("motor") for joint in facts["joints"]]
-        self._currents = [motor["no_load_speed_out"] / VOLTAGE if motor else 0.0 for motor in motors]
+    @cached_property
+    def resting_angles(self) -> Mapping[str, float]:
+        """The angles of the posture of `rest`."""
+        if self.rest:
+            return self.postures[self.rest].angles
+        return {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in self.joints}
 
     def motor_currents(self, torques: Sequence[float]) -> list[float]:
         """Return the unsigned current in A with which each joint's motor gives a torque in N m.
@@ -161,38 +169,88 @@ class Body:
         """
         return [abs(torque) * ratio for torque, ratio in zip(torques, self._currents, strict=True)]
 
-    def without(self, name: str, joints: Collection[str], touch: Collection[str]) -> Body:
+    @cached_property
+    def _currents(self) -> tuple[float, ...]:
+        volts = self.battery.voltage if self.battery else math.inf
+        return tuple(joint.motor.no_load_speed / volts if joint.motor else 0.0 for joint in self.joints)
+
+    def without(self, name: str, title: str, joints: Collection[str], touch: Collection[str]) -> Body:
         """Return a copy called `name`: some joints are fixed at the angle 0, some touch sensors missing."""
-        facts = self.facts
         postures = {
-            posture: {joint: angle for joint, angle in angles.items() if joint not in joints}
-            for posture, angles in facts["postures"].items()
+            key: msgspec.structs.replace(
+                posture, angles={at: angle for at, angle in posture.angles.items() if at not in joints}
+            )
+            for key, posture in self.postures.items()
         }
-        return Body(
-            name,
-            {
-                **facts,
-                "joints": [joint for joint in facts["joints"] if joint["name"] not in joints],
-                "fixed_joints": [joint for joint in facts["joints"] if joint["name"] in joints],
-                "postures": postures,
-                "touch": {sensor: place for sensor, place in facts["touch"].items() if sensor not in touch},
+        rules = tuple(
+            msgspec.structs.replace(rule, slower=tuple(at for at in rule.slower if at not in joints))
+            for rule in self.speed_rules
+        )
+        groups = {
+            group: tuple(at for at in names if at not in joints)
+            for group, names in msgspec.structs.asdict(self.groups).items()
+            if isinstance(names, tuple)
+        }
+        return msgspec.structs.replace(
+            self,
+            name=name,
+            title=title,
+            joints=tuple(joint for joint in self.joints if joint.name not in joints),
+            fixed_joints=(*self.fixed_joints, *(joint for joint in self.joints if joint.name in joints)),
+            groups=msgspec.structs.replace(self.groups, **groups),
+            hinges={
+                hinge: axes
+                for hinge, axes in self.hinges.items()
+                if not any(axis.joint in joints for axis in axes.values())
             },
+            postures=postures,
+            speed_rules=rules,
+            touch={sensor: place for sensor, place in self.touch.items() if sensor not in touch},
         )
 
 
-H25: Final = Body("H25", json.loads(resources.files("naoserver").joinpath("nao_h25.json").read_bytes()))
-H21: Final = H25.without(
-    "H21",
-    ("LWristYaw", "RWristYaw", "LHand", "RHand"),
-    [name for name in H25.touch_sensors if name[1:].startswith("Hand")],
-)
-"""The H25 with hands that do not move and feel nothing."""
-BODIES: Final = {body.name: body for body in (H25, H21)}
-
-
-def find_body(name: str) -> Body:
-    """Return a body by its name. Raises RobotError when there is no such body."""
+def read_body(text: str | bytes, file: str) -> Body:
+    """Return the body that a facts file, in JSON, describes. Raises RobotError with file and entry."""
     try:
-        return BODIES[name]
-    except KeyError:
-        raise RobotError(f"there is no body {name[:40]!r}; there are {', '.join(BODIES)}") from None
+        described = json.loads(text, object_pairs_hook=_unique(file))
+    except (ValueError, RecursionError) as problem:
+        raise RobotError(f"{file}: not JSON: {problem}") from problem
+    try:
+        return convert(described, Body, file, RobotError)
+    except RobotError as error:
+        if str(error).startswith(file):
+            raise
+        raise RobotError(f"{file}: {error}") from None
+
+
+def write_body(body: Body) -> str:
+    """Return a body as the JSON that `read_body` reads; ranges without an end are left out."""
+    return json.dumps(_without_infinite(msgspec.to_builtins(body)), allow_nan=False)
+
+
+def _without_infinite(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, dict):
+        kept = ((key, item) for key, item in value.items() if not _is_infinite(item))
+        return {key: _without_infinite(item) for key, item in kept}
+    return [_without_infinite(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def _is_infinite(value: object) -> bool:
+    return isinstance(value, float) and math.isinf(value)
+
+
+def _unique(file: str) -> Callable[[list[tuple[str, Any]]], dict[str, Any]]:
+    """Return a hook that refuses an object with a doubled or unprintable key, which JSON would let pass."""
+
+    def collect(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            names = [name for name, _ in pairs]
+            doubled = next(name for name in names if names.count(name) > 1)
+            raise RobotError(f"{file}: {doubled!r} is there twice")
+        for name in found:
+            if not name.isprintable():
+                raise RobotError(f"{file}: the key {name[:60]!r} is not printable")
+        return found
+
+    return collect

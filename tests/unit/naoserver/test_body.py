@@ -6,37 +6,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver._servants.hinge import HINGES
-from naoserver.body import H25, RangeTable
+from naoserver.bodies.nao import H25
 from naoserver.errors import RobotError
+from naoserver.parts import RangeTable
+from tests.support.published import TOTAL_MASS
 
-HEAD = next(table for table in H25.anticollision if table.dependent == "HeadPitch")
+VERTICAL_VIEW = 43.7
+"""Of the cameras in degrees, from the data sheet."""
+HEAD = next(table for table in H25.tables if table.dependent == "HeadPitch")
 
 
 def test_the_body_is_whole():
     assert len(H25.joints) == 26
-    assert sum(link.mass for link in H25.links) == pytest.approx(H25.facts["checks"]["total_mass"], abs=1e-5)
+    assert H25.mass == pytest.approx(TOTAL_MASS, abs=1e-5)
     assert {joint.child for joint in H25.joints} == {link.name for link in H25.links} - {"torso"}
 
 
-def test_each_link_stands_after_the_one_that_carries_it():
-    joints = {joint.name: joint for joint in H25.joints}
-    seen = set()
-    for link in H25.links:
-        if link.parent_joint is not None:
-            assert joints[link.parent_joint].parent in seen
-        seen.add(link.name)
-
-
 def test_every_joint_belongs_to_one_hinge():
-    named = [joint for hinge in HINGES for _, joint in hinge.joints]
+    named = [axis.joint for axes in H25.hinges.values() for axis in axes.values()]
     assert sorted(named) == sorted(H25.joint_names)
 
 
 def test_postures_are_within_the_ranges():
     limits = {joint.name: joint for joint in H25.joints}
-    for name in ("STAND", "STAND_INIT", "CROUCH"):
-        for joint, angle in H25.postures[name].items():
+    for name in ("Stand", "StandInit", "Crouch"):
+        for joint, angle in H25.postures[name].angles.items():
             assert limits[joint].lower - 0.01 <= angle <= limits[joint].upper + 0.01, (name, joint)
 
 
@@ -45,18 +39,18 @@ def test_a_camera_has_a_rate_for_each_size():
         assert len(camera.sizes) == len(camera.rates)
         assert (320, 240) in camera.sizes
         vertical = 2 * math.atan(math.tan(camera.horizontal_fov / 2) * 0.75)
-        assert math.degrees(vertical) == pytest.approx(H25.facts["cameras"]["v6"]["vfov_deg"], abs=0.1)
+        assert math.degrees(vertical) == pytest.approx(VERTICAL_VIEW, abs=0.1)
 
 
 def test_a_body_without_some_joints_has_them_fixed_and_all_else_as_it_was():
-    less = H25.without("less", ("LHand", "RWristYaw"), ("LHandBack",))
+    less = H25.without("less", "Less", ("LHand", "RWristYaw"), ("LHandBack",))
     assert less.name == "less"
     assert [joint.name for joint in less.fixed_joints] == ["LHand", "RWristYaw"]
     assert less.joints == tuple(joint for joint in H25.joints if joint not in less.fixed_joints)
     assert less.links == H25.links
-    for name, angles in H25.postures.items():
-        assert less.postures[name] == {
-            joint: angle for joint, angle in angles.items() if joint in less.joint_names
+    for name, posture in H25.postures.items():
+        assert less.postures[name].angles == {
+            joint: angle for joint, angle in posture.angles.items() if joint in less.joint_names
         }
     assert less.touch_sensors == tuple(each for each in H25.touch_sensors if each != "LHandBack")
     assert H25.fixed_joints == ()

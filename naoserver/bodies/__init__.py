@@ -1,0 +1,73 @@
+"""The bodies that are known by name: a folder for each robot, with its facts and its motions.
+
+`bodies.toml` lists them, also for programs that choose among them without reading any. Besides these folders,
+no module spells the name of a joint or of a link.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from importlib.resources.abc import Traversable
+from typing import Final
+
+import msgspec
+from msgspec import Struct
+
+from naoserver.body import Body, read_body
+from naoserver.errors import RobotError
+
+
+class _Known(Struct, frozen=True, forbid_unknown_fields=True):
+    """An entry of `bodies.toml`: a body by its facts, or by another one without some of its parts."""
+
+    folder: str
+    title: str
+    facts: str = ""
+    of: str = ""
+    fixed: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+
+
+_HERE: Final = resources.files(__name__)
+_KNOWN: Final[Mapping[str, _Known]] = msgspec.convert(
+    tomllib.loads((_HERE / "bodies.toml").read_text(encoding="utf-8")), dict[str, _Known]
+)
+BODY_NAMES: Final = tuple(_KNOWN)
+"""The names of the bodies; the first is that of a server without `--body`."""
+DEFAULT_BODY: Final = BODY_NAMES[0]
+
+
+def find_body(name: str) -> Body:
+    """Return a body by its name, read when it is first used. Raises RobotError when there is no such body."""
+    if name not in _KNOWN:
+        raise RobotError(f"there is no body {name[:40]!r}; there are {', '.join(BODY_NAMES)}")
+    return _read(name)
+
+
+@cache
+def _read(name: str) -> Body:
+    known = _KNOWN[name]
+    if known.of:
+        return _read(known.of).without(name, known.title, known.fixed, known.missing)
+    path = _HERE / known.folder / known.facts
+    return read_body(path.read_bytes(), str(path))
+
+
+def folder_of(body: Body) -> str:
+    """Return the name of a body's folder; empty for a body that is not known by name."""
+    return _KNOWN[body.name].folder if body.name in _KNOWN else ""
+
+
+def family_of(body: Body) -> tuple[Traversable, Body] | None:
+    """Return a body's folder, and the first body in it; None for a body without a folder.
+
+    The first body has all joints that the others have: the motions of a folder are written for it.
+    """
+    folder = folder_of(body)
+    if not folder:
+        return None
+    first = find_body(next(name for name, known in _KNOWN.items() if known.folder == folder))
+    return (_HERE / folder, first) if first.joint.keys() >= body.joint.keys() else None

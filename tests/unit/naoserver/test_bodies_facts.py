@@ -1,0 +1,111 @@
+"""Facts files that make no sense are refused with the file and the entry."""
+
+import json
+import math
+
+import pytest
+
+from naoserver.body import read_body
+from naoserver.errors import RobotError
+
+FACTS = {
+    "name": "arm",
+    "links": [{"name": "base", "mass": 1.0}, {"name": "upper", "mass": 1.0}, {"name": "hand", "mass": 1.0}],
+    "joints": [
+        {
+            "name": name, "parent": parent, "child": child, "axis": [0, 1, 0], "origin": [0, 0, 0.1],
+            "lower": -1.0, "upper": 1.0, "max_velocity": 1.0, "max_torque": 1.0, "gear": "servo",
+        }
+        for name, parent, child in (("shoulder", "base", "upper"), ("elbow", "upper", "hand"))
+    ],
+    "gears": {"servo": {"stiffness": 10, "damping": 1}},
+    "tables": [{"independent": "shoulder", "dependent": "elbow", "rows": [[0, -1, 1]]}],
+    "groups": {"left_arm": ["shoulder", "elbow"]},
+    "hinges": {"LeftElbow": {"roll": {"joint": "elbow"}}},
+    "postures": {"Stand": {"stance": "standing", "angles": {"shoulder": 0.0, "elbow": 0.0}}},
+    "rest": "Stand",
+    "shapes": [{"link": "hand", "kind": "sphere", "size": [0.1]}],
+}  # fmt: skip
+
+
+def changed(path, value):
+    """Return the facts with the entry at a path of keys set to a value, or removed for `...`."""
+    facts = json.loads(json.dumps(FACTS))
+    *way, last = path
+    entry = facts
+    for key in way:
+        entry = entry[key]
+    if value is ...:
+        del entry[last]
+    elif isinstance(entry, list) and last == len(entry):
+        entry.append(value)
+    else:
+        entry[last] = value
+    return json.dumps(facts)
+
+
+def test_facts_that_make_sense_are_read():
+    assert read_body(json.dumps(FACTS), "arm.json").joint_names == ("shoulder", "elbow")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reported"),
+    [
+        (("name",), ..., "name"),
+        (("links",), ..., "links"),
+        (("joints", 0, "axis"), ..., "axis"),
+        (("colour",), "red", "colour"),
+        (("joints", 1, "speed"), 1.0, "speed"),
+        (("links", 3), {"name": "hand", "mass": 1.0}, "link hand: there are two"),
+        (("joints", 1, "name"), "shoulder", "joint shoulder: there are two"),
+        (("joints", 1, "child"), "upper", "joint elbow: upper is moved by shoulder, too"),
+        (("joints", 0, "parent"), "hand", "joint shoulder: upper must come after hand"),
+        (("joints", 0, "child"), "base", "joint shoulder: base must come after base"),
+        (("joints", 1, "parent"), "claw", "joint elbow: there is no link 'claw'"),
+        (("links", 3), {"name": "claw", "mass": 1.0}, "link claw: no joint carries it"),
+        (("joints", 0, "lower"), 1.5, "joint shoulder: its range from 1.5 to 1.0 is empty"),
+        (("joints", 0, "lower"), math.nan, "joint shoulder: its range from nan to 1.0 is empty"),
+        (("joints", 0, "axis"), [0, 1, 1], "joint shoulder: its axis"),
+        (("joints", 0, "axis"), [0, 1], "axis"),
+        (("joints", 0, "turn"), [1, 1, 0, 0], "joint shoulder: its turn"),
+        (("joints", 0, "gear"), "belt", "joint shoulder: there is no gear 'belt'"),
+        (("joints", 0, "origin"), [0, math.inf, 0], "arm.joints[0].origin[1] is inf"),
+        (("links", 1, "com"), [math.nan, 0, 0], "arm.links[1].com[0] is nan"),
+        (("links", 1, "mass"), -1.0, "mass"),
+        (("links", 1, "mass"), "heavy", "mass"),
+        (("gears", "servo", "stiffness"), 0, "stiffness"),
+        (("tables", 0, "rows"), [], "range table of elbow: no rows"),
+        (("tables", 0, "rows"), [[0, 1, -1]], "range table of elbow: empty range at 0"),
+        (("tables", 0, "independent"), "wrist", "table: there is no joint 'wrist'"),
+        (("groups", "left_arm"), ["wrist"], "group left_arm: there is no joint 'wrist'"),
+        (("groups", "tail"), ["elbow"], "tail"),
+        (("hinges", "LeftElbow", "roll", "joint"), "wrist", "hinge LeftElbow: there is no joint 'wrist'"),
+        (("hinges", "LeftElbow", "roll", "sign"), 2, "sign"),
+        (("hinges", "LeftElbow", "bend"), {"joint": "elbow"}, "bend"),
+        (("postures", "Stand", "angles", "elbow"), ..., "posture Stand: no angle of elbow"),
+        (("postures", "Stand", "angles", "wrist"), 0.0, "posture Stand: there is no joint 'wrist'"),
+        (("postures", "Stand", "stance"), "hanging", "stance"),
+        (("rest",), "Sit", "rest: there is no posture 'Sit'"),
+        (("shapes", 0, "link"), "claw", "shape: there is no link 'claw'"),
+        (("shapes", 0, "kind"), "cone", "kind"),
+        (("soles",), [{"link": "hand", "outline": [], "height": 0.1}], "soles: 1 soles"),
+        (("walk",), {"kind": "hover"}, "walk"),
+    ],
+)  # fmt: skip
+def test_a_fault_is_refused_with_file_and_entry(path, value, reported):
+    with pytest.raises(RobotError) as refused:
+        read_body(changed(path, value), "arm.json")
+    assert str(refused.value).startswith("arm.json: ")
+    assert reported in str(refused.value)
+
+
+def test_a_doubled_key_is_refused():
+    text = json.dumps(FACTS).replace('"rest":', '"name": "leg", "rest":')
+    with pytest.raises(RobotError, match=r"arm\.json: 'name' is there twice"):
+        read_body(text, "arm.json")
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", "3", "[" * 100_000, b"\xff\xfe"])
+def test_a_file_that_is_no_description_is_refused(text):
+    with pytest.raises(RobotError, match=r"^arm\.json"):
+        read_body(text, "arm.json")
