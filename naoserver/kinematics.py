@@ -1,31 +1,31 @@
-"""Kinematics of the body: places of its parts at given angles of the joints, and angles that reach a place.
+"""Kinematics of a body: places of its parts at given angles of the joints, and angles that reach a place.
 
-Joints without a given angle are fixed at 0: the body lacks them, as an H21 lacks those of its hands.
+Angles are in rad; those of sliding joints are ways in m. A joint without a given angle is at 0.
 """
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Mapping, Sequence
-from typing import Final
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Joint
+from naoserver.body import Body
+from naoserver.capabilities import Vector
 from naoserver.errors import InvalidCommand
+from naoserver.parts import Joint, Quaternion, Shape
 
 Matrix = NDArray[np.float64]
 """A homogeneous transform, shape (4, 4)."""
+Goals = Mapping[str, tuple[Matrix, Sequence[bool]]]
+"""For each effector a place in the root's frame, and which of x, y, z and of the turns about them count."""
 
-_JOINTS: Final = {joint.name: joint for joint in H25.joints}
-_MOVED_BY: Final = {joint.child: joint.name for joint in H25.joints}
-_SIZES: Final = H25.facts["dimensions"]
-_HAND: Final = (_SIZES["hand_offset_x"], 0.0, -_SIZES["hand_offset_z"])
-_SOLE: Final = (0.0, 0.0, -_SIZES["foot_height"])
-_COUPLED: Final = (H25.couplings[0].leader, H25.couplings[0].follower)
 _HERE: Final[Matrix] = np.eye(4)
+_WHOLE: Final = "Body"
+"""The name of all links together."""
 _MOST_STEPS: Final = 60
 _NEAR_ENOUGH: Final = 1e-4  # rad
 _DAMPING: Final = 1e-4
@@ -33,87 +33,261 @@ _LARGEST_STEP: Final = 0.3  # rad
 _NO_TURN: Final = 1e-9
 
 
-def rotation(axis: tuple[float, float, float], angle: float) -> Matrix:
+@lru_cache(16)
+def kinematics_of(body: Body) -> Kinematics:
+    """Return the kinematics of a body, made when it is first used."""
+    return Kinematics(body)
+
+
+class Kinematics:
+    """The places of a body's parts, in the frame of its root link, such as the torso."""
+
+    def __init__(self, body: Body) -> None:
+        self.body: Final = body
+        ways: dict[str, tuple[_Segment, ...]] = {body.root.name: ()}
+        for link in body.links[1:]:
+            joint = body.moved_by[link.name]
+            ways[link.name] = (*ways[joint.parent], _segment(joint))
+        self._ways: Final = ways
+        self._offsets: Final = {
+            name: matrix_of((*effector.position, *effector.angles))
+            for name, effector in body.effectors.items()
+        }
+
+    def place_of(self, name: str, angles: Mapping[str, float]) -> Matrix:
+        """Return the place of an effector, or of a joint's frame, which is its link's, in the root's frame.
+
+        Raises InvalidCommand for an unknown name.
+        """
+        return self._frames(name, angles)[1]
+
+    def link_place(self, link: str, angles: Mapping[str, float]) -> Matrix:
+        """Return the place of a link in the root's frame."""
+        return self._link_frames(link, angles)[1]
+
+    def soles(self, angles: Mapping[str, float]) -> list[Matrix]:
+        """Return the places of the soles in the root's frame, the left one first."""
+        return [
+            self.link_place(sole.link, angles) @ _shift((0.0, 0.0, -sole.height)) for sole in self.body.soles
+        ]
+
+    def torso_place(self, angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0.0) -> Matrix:
+        """Return the place of the root in the robot's frame: on the floor below it, upright, in its heading.
+
+        `roll` and `pitch` are its angles to the vertical in rad. The lower sole stands on the floor; the
+        lowest shape of a body without soles.
+        """
+        torso = rotation((0.0, 1.0, 0.0), pitch) @ rotation((1.0, 0.0, 0.0), roll)
+        torso[2, 3] = -min(self._heights(torso, angles), default=0.0)
+        return torso
+
+    def _heights(self, torso: Matrix, angles: Mapping[str, float]) -> Iterable[float]:
+        """Yield the heights of what may stand on the floor."""
+        for sole in self.soles(angles):
+            yield float((torso @ sole)[2, 3])
+        if not self.body.soles:
+            for shape in self.body.shapes:
+                yield _lowest(shape, torso @ self.link_place(shape.link, angles))
+
+    def reach(self, goals: Goals, angles: Mapping[str, float]) -> dict[str, float]:
+        """Return angles of all joints with which effectors are as near to their goals as possible.
+
+        The search starts at `angles` and moves only the joints between root and effectors, and those coupled
+        to them, within their limits: damped least squares (Levenberg, Q. Appl. Math. 2, 1944; Marquardt, SIAM
+        J. Appl. Math. 11, 1963). Raises InvalidCommand for an unknown effector.
+        """
+        found = dict(angles)
+        moved = list(dict.fromkeys(joint for name in goals for joint, _ in self._frames(name, angles)[0]))
+        motors = [_Motor(self.body, leader, angles) for leader in dict.fromkeys(map(self._leader, moved))]
+        columns = {joint: column for column, motor in enumerate(motors) for joint in motor.joints}
+        error, jacobian = self._errors(goals, found, columns)
+        damping = _DAMPING
+        for _ in range(_MOST_STEPS):
+            damped = jacobian @ jacobian.T + damping * np.eye(len(error))
+            change = np.clip(jacobian.T @ np.linalg.solve(damped, error), -_LARGEST_STEP, _LARGEST_STEP)
+            tried = dict(found)
+            for motor, step in zip(motors, change.tolist(), strict=True):
+                for joint in motor.joints:
+                    tried[joint] = min(max(found[joint] + step, motor.lower), motor.upper)
+            error_then, jacobian_then = self._errors(goals, tried, columns)
+            if error_then @ error_then < error @ error:
+                found = tried
+                error = error_then
+                jacobian = jacobian_then
+                damping = max(damping / 3.0, _DAMPING)
+            else:
+                damping *= 10.0
+            if np.abs(change).max(initial=0.0) < _NEAR_ENOUGH:
+                break
+        return found
+
+    def center_of_mass(self, name: str, angles: Mapping[str, float]) -> tuple[float, NDArray[np.float64]]:
+        """Return the mass in kg of a part of the body and its center in m, in the root's frame.
+
+        The part is `Body`, a joint with the link that it moves, or the chain of an effector. Raises
+        InvalidCommand for another.
+        """
+        links = [link for link in self.body.links if link.name in self._links_of(name)]
+        mass = sum(link.mass for link in links)
+        weighted = sum(
+            (
+                link.mass * (self.link_place(link.name, angles) @ np.array([*link.com, 1.0]))[:3]
+                for link in links
+            ),
+            start=np.zeros(3),
+        )
+        return mass, weighted / mass if mass else weighted
+
+    def _links_of(self, name: str) -> frozenset[str]:
+        """Return the links of a part. Raises InvalidCommand for an unknown one."""
+        if name == _WHOLE:
+            return frozenset(self._ways)
+        if name in self.body.effectors:
+            link = self.body.effectors[name].link
+            return frozenset(segment.joint.child for segment in self._ways[link]) or frozenset({link})
+        return frozenset({self._link_of(name, _WHOLE)})
+
+    def _link_of(self, name: str, *others: str) -> str:
+        """Return the link of an effector or a joint. Raises InvalidCommand, which also lists other names."""
+        if name in self.body.effectors:
+            return self.body.effectors[name].link
+        if name in self.body.joint:
+            return self.body.joint[name].child
+        known = ", ".join((*others, *self.body.effectors, "the joints"))
+        raise InvalidCommand("name", f"there is no part {name[:60]!r}; there are {known}")
+
+    def _frames(self, name: str, angles: Mapping[str, float]) -> tuple[list[tuple[Joint, Matrix]], Matrix]:
+        """Return the joints that move an effector or a joint's link, with their places, and its own place."""
+        frames, place = self._link_frames(self._link_of(name), angles)
+        return frames, place @ self._offsets[name] if name in self._offsets else place
+
+    def _link_frames(
+        self, link: str, angles: Mapping[str, float]
+    ) -> tuple[list[tuple[Joint, Matrix]], Matrix]:
+        """Return the joints that move a link, from the root on, with their places, and its own place."""
+        place = _HERE
+        frames: list[tuple[Joint, Matrix]] = []
+        for segment in self._ways[link]:
+            joint = segment.joint
+            place = place @ segment.at(angles.get(joint.name, 0.0))
+            if joint.name in angles:
+                frames.append((joint, place))
+        return frames, place
+
+    def _leader(self, joint: Joint) -> str:
+        """Return the joint that leads the motor of a joint."""
+        return self.body.leaders.get(joint.name, joint.name)
+
+    def _errors(
+        self, goals: Goals, angles: Mapping[str, float], columns: Mapping[str, int]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return how far effectors are from their goals, and how each motor changes that."""
+        errors, rows = [], []
+        for name, (goal, counts) in goals.items():
+            frames, place = self._frames(name, angles)
+            effects = np.zeros((6, max(columns.values(), default=-1) + 1))
+            for joint, frame in frames:
+                axis = frame[:3, :3] @ np.array(joint.axis)
+                column = columns[joint.name]
+                if joint.sliding:
+                    effects[:3, column] += axis
+                else:
+                    effects[:3, column] += np.cross(axis, place[:3, 3] - frame[:3, 3])
+                    effects[3:, column] += axis
+            wanted = np.array(counts, bool)
+            errors.append(_difference(place, goal)[wanted])
+            rows.append(effects[wanted])
+        return np.concatenate(errors), np.concatenate(rows)
+
+
+class _Motor:
+    """The joints that one motor drives, and the range in which they all can be."""
+
+    def __init__(self, body: Body, leader: str, angles: Mapping[str, float]) -> None:
+        driven = [
+            body.joint[leader],
+            *(body.joint[joint] for joint, at in body.leaders.items() if at == leader),
+        ]
+        self.joints: Final = [joint.name for joint in driven if joint.name in angles]
+        self.lower: Final = max(joint.lower for joint in driven)
+        self.upper: Final = min(joint.upper for joint in driven)
+
+
+class _Segment(NamedTuple):
+    """A joint, and the parts of the transform from its parent's frame to its child's.
+
+    At an angle a, this is `still`, plus sin a times `sine`, plus (1 - cos a) times `versine`; of a sliding
+    joint, it is `still` plus a times `slide`.
+    """
+
+    joint: Joint
+    still: Matrix
+    sine: Matrix
+    versine: Matrix
+    slide: Matrix
+
+    def at(self, angle: float) -> Matrix:
+        """Return the transform at an angle."""
+        if self.joint.sliding:
+            return self.still + angle * self.slide
+        return self.still + math.sin(angle) * self.sine + (1.0 - math.cos(angle)) * self.versine
+
+
+def _segment(joint: Joint) -> _Segment:
+    still, cross = _shift(joint.origin) @ turned(joint.turn), _cross(joint.axis)
+    return _Segment(joint, still, still @ cross, still @ cross @ cross, still @ (_shift(joint.axis) - _HERE))
+
+
+def _lowest(shape: Shape, link: Matrix) -> float:
+    """Return the height of the lowest point of a shape whose link is at a place."""
+    size = shape.size
+    if shape.ends is not None:
+        return min(float((link @ [*end, 1.0])[2]) for end in shape.ends) - size[0]
+    place = link @ _shift(shape.position) @ turned(shape.turn)
+    up = np.abs(place[2, :3])
+    match shape.kind:
+        case "sphere":
+            depth = size[0]
+        case "box":
+            depth = float(up @ size)
+        case "ellipsoid":
+            depth = float(np.linalg.norm(up * size))
+        case "capsule":
+            depth = size[0] + size[1] * up[2]
+        case "cylinder":
+            depth = size[0] * math.hypot(up[0], up[1]) + size[1] * up[2]
+    return float(place[2, 3]) - depth
+
+
+def rotation(axis: Vector, angle: float) -> Matrix:
     """Return the rotation by an angle in rad, right-handed about a unit vector (Rodrigues)."""
     cross = _cross(axis)
     return _HERE + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
 
 
-def _cross(axis: tuple[float, float, float]) -> Matrix:
+def turned(quaternion: Quaternion) -> Matrix:
+    """Return the rotation of a unit quaternion (w, x, y, z)."""
+    w, *vector = quaternion
+    size = math.hypot(*vector)
+    if size == 0.0:
+        return _HERE
+    x, y, z = (part / size for part in vector)
+    return rotation((x, y, z), 2.0 * math.atan2(size, w))
+
+
+def _cross(axis: Vector) -> Matrix:
     """Return the matrix of the cross product of an axis with a vector; its last row and column are 0."""
     x, y, z = axis
     return np.array([[0.0, -z, y, 0.0], [z, 0.0, -x, 0.0], [-y, x, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
 
 
-def _shift(vector: tuple[float, float, float]) -> Matrix:
+def _shift(vector: Vector) -> Matrix:
     moved = np.eye(4)
     moved[:3, 3] = vector
     return moved
 
 
-PARTS: Final[Mapping[str, tuple[str, Matrix]]] = {
-    "Head": ("HeadPitch", _HERE),
-    "LArm": ("LWristYaw", _shift(_HAND)),
-    "RArm": ("RWristYaw", _shift(_HAND)),
-    "LLeg": ("LAnkleRoll", _shift(_SOLE)),
-    "RLeg": ("RAnkleRoll", _shift(_SOLE)),
-    **{
-        name: ("HeadPitch", _shift(camera.position) @ rotation((0.0, 1.0, 0.0), camera.tilt))
-        for camera, name in zip(H25.cameras, ("CameraTop", "CameraBottom"), strict=True)
-    },
-}
-"""NAOqi's effectors and cameras: the joint that moves each one's link, and its place in the link's frame."""
-
-
-def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
-    """Return the place of a joint, effector or camera, or of the torso itself, in the torso's frame.
-
-    A joint's frame is that of the link that it moves. Raises InvalidCommand for an unknown name.
-    """
-    if name not in ("Torso", *PARTS, *angles):
-        known = ", ".join(PARTS)
-        raise InvalidCommand("name", f"there is no part {name[:60]!r}; there are Torso, {known} and joints")
-    return _frames(name, angles)[1]
-
-
-def torso_place(angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0.0) -> Matrix:
-    """Return the place of the torso in the robot's frame: on the floor below it, upright, in its heading.
-
-    `roll` and `pitch` are its angles to the vertical in rad. The lower sole stands on the floor.
-    """
-    torso = rotation((0.0, 1.0, 0.0), pitch) @ rotation((1.0, 0.0, 0.0), roll)
-    torso[2, 3] = -min(float((torso @ place_of(leg, angles))[2, 3]) for leg in ("LLeg", "RLeg"))
-    return torso
-
-
-def _frames(name: str, angles: Mapping[str, float]) -> tuple[list[tuple[Joint, Matrix]], Matrix]:
-    """Return the joints that move a part, from the torso on, with their places, and the part's own place."""
-    joint, offset = PARTS.get(name, (name, _HERE))
-    place = _HERE
-    frames: list[tuple[Joint, Matrix]] = []
-    for link, fixed, sine, versine in _chain(joint):
-        angle = angles.get(link.name, 0.0)
-        place = place @ (fixed + math.sin(angle) * sine + (1.0 - math.cos(angle)) * versine)
-        if link.name in angles:
-            frames.append((link, place))
-    return frames, place @ offset
-
-
-@functools.lru_cache(64)
-def _chain(joint: str) -> list[tuple[Joint, Matrix, Matrix, Matrix]]:
-    """Return the joints from the torso to a joint, each with the parts of its transform at an angle a.
-
-    The transform is the first matrix, plus sin a times the second, plus (1 - cos a) times the third.
-    """
-    if joint not in _JOINTS:
-        return []
-    link = _JOINTS[joint]
-    origin, cross = _shift(link.origin), _cross(link.axis)
-    here = (link, origin, origin @ cross, origin @ cross @ cross)
-    return [*_chain(_MOVED_BY.get(link.parent, "")), here]
-
-
-def angles_of(matrix: Matrix) -> tuple[float, float, float]:
+def angles_of(matrix: Matrix) -> Vector:
     """Return the angles about x, y and z in rad of a transform that turns about x, then y, then z."""
     return (
         math.atan2(matrix[2, 1], matrix[2, 2]),
@@ -134,71 +308,6 @@ def numbers_of(place: Matrix) -> list[float]:
     return [*(float(part) for part in place[:3, 3]), *angles_of(place)]
 
 
-def reach(
-    goals: Mapping[str, tuple[Matrix, Sequence[bool]]], angles: Mapping[str, float]
-) -> dict[str, float]:
-    """Return angles of all joints with which effectors are as near to their goals as possible.
-
-    A goal is a place in the torso's frame, and which of x, y, z and of the rotations about them count. The
-    search starts at `angles` and moves only the joints between torso and effectors, within their limits:
-    damped least squares (Levenberg, Q. Appl. Math. 2, 1944; Marquardt, SIAM J. Appl. Math. 11, 1963).
-    """
-    found = dict(angles)
-    moved = list(dict.fromkeys(joint for name in goals for joint, _ in _frames(name, angles)[0]))
-    columns = {joint.name: i for i, joint in enumerate(moved)}
-    if columns.keys() >= set(_COUPLED):  # one motor
-        columns[_COUPLED[1]] = columns[_COUPLED[0]]
-    error, jacobian = _errors(goals, found, columns)
-    damping = _DAMPING
-    for _ in range(_MOST_STEPS):
-        damped = jacobian @ jacobian.T + damping * np.eye(len(error))
-        change = np.clip(jacobian.T @ np.linalg.solve(damped, error), -_LARGEST_STEP, _LARGEST_STEP)
-        tried = dict(found)
-        for joint in moved:
-            turned = found[joint.name] + float(change[columns[joint.name]])
-            tried[joint.name] = min(max(turned, joint.lower), joint.upper)
-        error_then, jacobian_then = _errors(goals, tried, columns)
-        if error_then @ error_then < error @ error:
-            found = tried
-            error = error_then
-            jacobian = jacobian_then
-            damping = max(damping / 3.0, _DAMPING)
-        else:
-            damping *= 10.0
-        if np.abs(change).max(initial=0.0) < _NEAR_ENOUGH:
-            break
-    return found
-
-
-def _errors(
-    goals: Mapping[str, tuple[Matrix, Sequence[bool]]],
-    angles: Mapping[str, float],
-    columns: Mapping[str, int],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far effectors are from their goals, and how each joint's angle changes that."""
-    errors, rows = [], []
-    for name, (goal, counts) in goals.items():
-        frames, place = _frames(name, angles)
-        effects = np.zeros((6, max(columns.values()) + 1))
-        for joint, frame in frames:
-            axis = frame[:3, :3] @ np.array(joint.axis)
-            effects[:3, columns[joint.name]] += np.cross(axis, place[:3, 3] - frame[:3, 3])
-            effects[3:, columns[joint.name]] += axis
-        wanted = np.array(counts, bool)
-        errors.append(_difference(place, goal)[wanted])
-        rows.append(effects[wanted])
-    return np.concatenate(errors), np.concatenate(rows)
-
-
-def _difference(place: Matrix, goal: Matrix) -> NDArray[np.float64]:
-    """Return the translation in m and the rotation in rad, as a vector along its axis, from place to goal."""
-    turn = goal[:3, :3] @ place[:3, :3].T
-    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
-    size = float(np.linalg.norm(axis))
-    angle = math.atan2(size, (float(np.trace(turn)) - 1.0) / 2.0)
-    return np.concatenate([goal[:3, 3] - place[:3, 3], axis * (angle / size if size > _NO_TURN else 1.0)])
-
-
 def between(start: Matrix, goal: Matrix, share: float) -> Matrix:
     """Return the place at a share of the straight line, and of the shortest rotation, between two places."""
     way = share * _difference(start, goal)
@@ -211,23 +320,10 @@ def between(start: Matrix, goal: Matrix, share: float) -> Matrix:
     return place
 
 
-def center_of_mass(name: str, angles: Mapping[str, float]) -> tuple[float, NDArray[np.float64]]:
-    """Return the mass in kg of a part of the body and its center in m, in the torso's frame.
-
-    The part is `Body`, a joint with the link that it moves, or the chain of an effector. Raises
-    InvalidCommand for another.
-    """
-    if name in ("Head", "LArm", "RArm", "LLeg", "RLeg"):
-        chain = {joint.name for joint, _ in _frames(name, dict.fromkeys(_JOINTS, 0.0))[0]}
-        links = [link for link in H25.links if link.parent_joint in chain]
-    else:
-        known = name in ("Body", "Torso", *angles)
-        links = [link for link in H25.links if known and name in ("Body", link.parent_joint or "Torso")]
-    mass = sum(link.mass for link in links)
-    if not links:
-        raise InvalidCommand(
-            "name", f"there is no part {name[:60]!r}; there are Body, Torso, chains and joints"
-        )
-    places = ((link, _frames(link.parent_joint or "Torso", angles)[1]) for link in links)
-    weighted = sum(link.mass * (place @ np.array([*link.com, 1.0]))[:3] for link, place in places)
-    return mass, np.asarray(weighted / mass if mass else np.zeros(3), np.float64)
+def _difference(place: Matrix, goal: Matrix) -> NDArray[np.float64]:
+    """Return the translation in m and the rotation in rad, as a vector along its axis, from place to goal."""
+    turn = goal[:3, :3] @ place[:3, :3].T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
+    size = float(np.linalg.norm(axis))
+    angle = math.atan2(size, (float(np.trace(turn)) - 1.0) / 2.0)
+    return np.concatenate([goal[:3, 3] - place[:3, 3], axis * (angle / size if size > _NO_TURN else 1.0)])

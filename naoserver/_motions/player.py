@@ -15,11 +15,12 @@ from msgspec.structs import replace
 from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver._guarded_device import GuardedDevice
 from naoserver._motions.keyframes import Motion
-from naoserver._motions.postures import STANCES, Situation, Stance, stance_of
-from naoserver._motions.routes import SLOWEST_PACE, UPRIGHT, Route, RouteError, changes_stance
-from naoserver.body import H25
+from naoserver._motions.motion_file import load_motions
+from naoserver._motions.postures import UPRIGHT, Situation, stance_of
+from naoserver._motions.routes import SLOWEST_PACE, Route, RouteError, changes_stance
+from naoserver.body import Body
 from naoserver.errors import CommandRefused, RobotError
-from naoserver.event_log import HOT
+from naoserver.parts import Stance
 from naoserver.robot import LIMP, JointReading
 
 PERIOD: Final = 0.02
@@ -29,7 +30,6 @@ _AHEAD: Final = 2 * PERIOD
 _STIFFENING: Final = 0.4
 """Seconds in which limp motors become stiff before a motion."""
 _STIFF: Final = 0.99
-_JOINT_SPEEDS: Final = {joint.name: joint.max_velocity for joint in H25.joints}
 _SETTLING_TIME: Final = 0.3
 """Seconds after a leg before the body's situation is checked."""
 
@@ -62,7 +62,7 @@ class _Action:
 
 
 class MotionPlayer:
-    """Move the joints of `body` along routes; `tick` is due every PERIOD of robot time while one is `busy`.
+    """Move the joints of a body along routes; `tick` is due every PERIOD of robot time while one is `busy`.
 
     `situation` returns the body's situation; `on_begin` is called when an action begins. A running action
     claims its joints: other commands to them are refused, and stopping one of them stops the action. If its
@@ -71,11 +71,16 @@ class MotionPlayer:
     """
 
     def __init__(
-        self, body: GuardedDevice, situation: Callable[[], Situation], on_begin: Callable[[], None]
+        self,
+        body: Body,
+        device: GuardedDevice,
+        situation: Callable[[], Situation],
+        on_begin: Callable[[], None],
     ) -> None:
-        self._body = body
-        self._names = [joint.name for joint in body.joints]
-        self.robot_time: Final = body.events.robot_time
+        self.body: Final = body
+        self._device = device
+        self._names = body.joint_names
+        self.robot_time: Final = device.events.robot_time
         self.situation: Final = situation
         """Return the body's situation. Raises RobotError when it is unknown."""
         self._on_begin = on_begin
@@ -83,6 +88,11 @@ class MotionPlayer:
         self._action: _Action | None = None
         self._progress: dict[str, ActionState] = {}
         self._closed = False
+
+    @property
+    def motions(self) -> Mapping[str, Motion]:
+        """The motions of the body by name. Raises MotionError when a file cannot be used."""
+        return load_motions(self.body)
 
     @property
     def busy(self) -> bool:
@@ -101,7 +111,7 @@ class MotionPlayer:
         is possible.
         """
         with self._lock:
-            self._body.gate.require(client)
+            self._device.gate.require(client)
             if self._closed:
                 return
             action = _Action(kind, name, route, max(pace, SLOWEST_PACE), client)
@@ -112,7 +122,7 @@ class MotionPlayer:
             try:
                 self._begin_leg(action, first)
             except RobotError:
-                self._body.claims.release(action.owner)
+                self._device.claims.release(action.owner)
                 raise
             status = ActionStatus.Moving if first else ActionStatus.Done
             count = self.progress(kind).count + 1
@@ -133,7 +143,7 @@ class MotionPlayer:
             if action is None or (kind and action.kind != kind):
                 return
             self._finish(ActionStatus.Stopped, message)
-        self._body.hold(_joints(action.leg))
+        self._device.hold(self._joints(action.leg))
 
     def drop_client(self, client: str) -> None:
         """End the action of a lost client: at once, or after its present leg in the safest posture."""
@@ -147,9 +157,9 @@ class MotionPlayer:
             else:
                 action.route, action.cut_short = ending, _GONE
         if ending is None:
-            self._body.hold(_joints(action.leg))
+            self._device.hold(self._joints(action.leg))
         how = "stopped" if ending is None else "will end in the safest posture that it reaches"
-        self._body.events.add(Severity.Warning, "Motions", f"{action.owner} {how}: {_GONE}", "lost")
+        self._device.events.add(Severity.Warning, "Motions", f"{action.owner} {how}: {_GONE}", "lost")
 
     def tick(self) -> None:
         """Command the joints for the robot's present time; continue with the next leg when one is done."""
@@ -165,8 +175,8 @@ class MotionPlayer:
                 message = f"{action.owner} ended: {error}"
             else:
                 return
-        self._body.hold(_joints(action.leg))
-        self._body.events.add(Severity.Warning, "Motions", message, "failed")
+        self._device.hold(self._joints(action.leg))
+        self._device.events.add(Severity.Warning, "Motions", message, "failed")
 
     def close(self) -> None:
         """Stop, and begin no further actions."""
@@ -180,7 +190,7 @@ class MotionPlayer:
         assert begin is not None
         time = self.robot_time() - action.since
         if time >= leg.duration / action.pace + _SETTLING_TIME:
-            self._check(leg, self._body.read())
+            self._check(leg, self._device.read())
             self._begin_leg(action, action.route.next_leg(self.situation(), self._commands()))
             if action.leg is None:
                 self._finish(
@@ -189,7 +199,7 @@ class MotionPlayer:
             return
         if time < 0.0:
             return  # the motors are still becoming stiff
-        reading = self._body.read()
+        reading = self._device.read()
         part = min(1.0, max(0.0, time * action.pace / leg.duration))
         self._progress[action.kind] = replace(self.progress(action.kind), progress=part)
         self._check(leg, reading)
@@ -197,10 +207,10 @@ class MotionPlayer:
         commands = dict(zip(self._names, reading.commands, strict=True))
         # After a late tick a joint may be too far behind to catch up at once.
         speeds = {
-            joint: min(abs(angle - commands[joint]) / _AHEAD, _JOINT_SPEEDS[joint])
+            joint: min(abs(angle - commands[joint]) / _AHEAD, self.body.joint[joint].max_velocity)
             for joint, angle in wanted.items()
         }
-        self._body.move(wanted, speeds, client=action.client, owner=action.owner)
+        self._device.move(wanted, speeds, client=action.client, owner=action.owner)
 
     def _begin_leg(self, action: _Action, leg: Motion | None) -> None:
         """Claim the joints of the next leg and make them stiff. Raises InvalidCommand or CommandRefused."""
@@ -210,14 +220,14 @@ class MotionPlayer:
         action.leg = leg
         if leg is None:
             return
-        joints = _joints(leg)
-        self._body.claims.claim(action.owner, joints, lambda: self._let_go(action))
+        joints = self._joints(leg)
+        self._device.claims.claim(action.owner, joints, lambda: self._let_go(action))
         action.begin, action.since = self._commands(), self.robot_time()
-        stiffnesses = zip(self._names, self._body.read().stiffnesses, strict=True)
+        stiffnesses = zip(self._names, self._device.read().stiffnesses, strict=True)
         limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
         if limp:
             full = dict.fromkeys(limp, 1.0)
-            self._body.stiffen(full, _STIFFENING, client=action.client, owner=action.owner)
+            self._device.stiffen(full, _STIFFENING, client=action.client, owner=action.owner)
             action.since += _STIFFENING
 
     def _let_go(self, action: _Action) -> None:
@@ -230,15 +240,15 @@ class MotionPlayer:
         action, self._action = self._action, None
         if action is None:
             return
-        self._body.claims.release(action.owner)
+        self._device.claims.release(action.owner)
         before = self.progress(action.kind)
         part = 1.0 if status is ActionStatus.Done else before.progress
         self._progress[action.kind] = replace(before, status=status, message=message, progress=part)
 
     def _check(self, leg: Motion, reading: JointReading) -> None:
         """Raise RobotError if a motor has gone limp, or the body lies during a leg from feet to feet."""
-        ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
-        if ends and ends <= UPRIGHT and stance_of(self.situation()) not in UPRIGHT:
+        ends = {self.body.postures[posture].stance for posture in (leg.start, leg.end) if posture}
+        if ends and ends <= set(UPRIGHT) and stance_of(self.body, self.situation()) not in UPRIGHT:
             raise RobotError("the robot has fallen")
         for joint, stiffness in zip(self._names, reading.stiffnesses, strict=True):
             if joint in leg.keys and stiffness <= LIMP:
@@ -246,19 +256,22 @@ class MotionPlayer:
 
     def _require_cool(self, leg: Motion) -> None:
         """Raise RouteError if a motor is too hot for a leg that lifts the body off the floor."""
-        if changes_stance(leg) and STANCES[leg.start] is not Stance.STANDING:
-            for joint, temperature in zip(self._names, self._body.read().temperatures, strict=True):
-                if joint in leg.keys and temperature >= HOT:
-                    raise RouteError(f"{joint} is at {temperature:.0f} degrees: let it cool below {HOT:.0f}")
+        heat = self.body.motor_heat
+        if heat is None or not changes_stance(self.body, leg):
+            return
+        if self.body.postures[leg.start].stance is not Stance.STANDING:
+            for joint, temperature in zip(self._names, self._device.read().temperatures, strict=True):
+                if joint in leg.keys and temperature >= heat.hot:
+                    message = f"{joint} is at {temperature:.0f} degrees: let it cool below {heat.hot:.0f}"
+                    raise RouteError(message)
 
     def _commands(self) -> dict[str, float]:
-        return dict(zip(self._names, self._body.read().commands, strict=True))
+        return dict(zip(self._names, self._device.read().commands, strict=True))
 
-
-def _joints(leg: Motion | None) -> frozenset[str]:
-    """Return the joints that a leg moves, including those that share a motor."""
-    joints = set(leg.keys) if leg else set()
-    for pair in H25.couplings:
-        if {pair.leader, pair.follower} & joints:
-            joints |= {pair.leader, pair.follower}
-    return frozenset(joints)
+    def _joints(self, leg: Motion | None) -> frozenset[str]:
+        """Return the joints that a leg moves, including those that share a motor."""
+        joints = set(leg.keys) if leg else set()
+        for pair in self.body.couplings:
+            if {pair.leader, pair.follower} & joints:
+                joints |= {pair.leader, pair.follower}
+        return frozenset(joints)

@@ -14,9 +14,10 @@ from types import MappingProxyType
 from typing import Final, Protocol
 
 from naoserver._motions.keyframes import Interpolation, Key, Motion
-from naoserver._motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
-from naoserver.body import H25
+from naoserver._motions.postures import UPRIGHT, Situation, nearest_posture, stance_of
+from naoserver.body import Body
 from naoserver.errors import InvalidCommand
+from naoserver.parts import Stance
 
 _FRACTION: Final = 0.3
 """Highest speed of a change of posture at full pace, as a fraction of the joints' full speed."""
@@ -50,45 +51,52 @@ class Route(Protocol):
 class PostureRoute:
     """The way to a posture: legs from stance to stance, and then within the posture's stance."""
 
-    def __init__(self, posture: str, motions: Iterable[Motion], fraction: float = 1.0) -> None:
+    def __init__(self, body: Body, posture: str, motions: Iterable[Motion], fraction: float = 1.0) -> None:
+        self._body = body
         self._posture = posture
         self._fraction = fraction
         self._motions = tuple(motions)
-        self._tries: Counter[Stance] = Counter()
+        self._tries: Counter[Stance | None] = Counter()
         self._arrived = False
 
     def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
         """Return the next leg; None once the body is in the posture. Raises RouteError."""
-        stance, wanted = stance_of(situation), STANCES[self._posture]
+        stance, wanted = stance_of(self._body, situation), self._body.postures[self._posture].stance
         if stance is wanted:
             if self._arrived:
                 return None
             self._arrived = True
-            return within_stance(self._posture, self._motions, situation, commands, self._fraction)
+            return within_stance(
+                self._body, self._posture, self._motions, situation, commands, fraction=self._fraction
+            )
         self._arrived = False
         if self._tries[stance] == _MOST_TRIES:
             raise RouteError(f"it is still {stance} after {_MOST_TRIES} motions")
-        if stance in _SIDES:
+        if stance in _SIDES and self._body.postures.keys() >= set(_OFF_THE_SIDE):
             self._tries[stance] += 1
             # The arms in that posture tip the body onto its belly or its back: either will do.
-            leg = change_posture(_OFF_THE_SIDE[self._tries[stance] % 2], commands, self._fraction)
+            tip = _OFF_THE_SIDE[self._tries[stance] % 2]
+            leg = change_posture(self._body, tip, commands, self._fraction)
             return dataclasses.replace(leg, end="")
         bridge = self._first_bridge(stance, wanted)
         if bridge is None:
             raise RouteError(f"it is {stance}, and no motions lead from there to {self._posture}")
-        if stance in UPRIGHT and not _is_near(commands, bridge.start):
-            return within_stance(bridge.start, self._motions, situation, commands, self._fraction)
+        if stance in UPRIGHT and not _is_near(self._body, commands, bridge.start):
+            return within_stance(
+                self._body, bridge.start, self._motions, situation, commands, fraction=self._fraction
+            )
         self._tries[stance] += 1
         return bridge
 
     def abandoned(self) -> Route:
         """Return the route to the safest posture: half way, the body may fall."""
-        return SafestPostureRoute(self._motions)
+        return SafestPostureRoute(self._body, self._motions)
 
-    def _first_bridge(self, begin: Stance, end: Stance) -> Motion | None:
+    def _first_bridge(self, begin: Stance | None, end: Stance) -> Motion | None:
         """Return the first of the motions that lead from a stance to another in the least time."""
-        paths: list[tuple[float, Stance, Motion | None]] = [(0.0, begin, None)]
-        seen: set[Stance] = set()
+        postures = self._body.postures
+        paths: list[tuple[float, Stance | None, Motion | None]] = [(0.0, begin, None)]
+        seen: set[Stance | None] = set()
         while paths:
             paths.sort(key=itemgetter(0), reverse=True)
             seconds, stance, first = paths.pop()
@@ -97,9 +105,9 @@ class PostureRoute:
             if stance not in seen:
                 seen.add(stance)
                 paths += (
-                    (seconds + motion.duration, STANCES[motion.end], first or motion)
+                    (seconds + motion.duration, postures[motion.end].stance, first or motion)
                     for motion in self._motions
-                    if motion.start and motion.end and STANCES[motion.start] is stance
+                    if motion.start and motion.end and postures[motion.start].stance is stance
                 )
         return None
 
@@ -107,7 +115,8 @@ class PostureRoute:
 class MotionRoute:
     """A motion, after the way into the posture in which it begins."""
 
-    def __init__(self, motion: Motion, motions: Iterable[Motion] = ()) -> None:
+    def __init__(self, body: Body, motion: Motion, motions: Iterable[Motion] = ()) -> None:
+        self._body = body
         self._motion = motion
         self._motions = tuple(motions)
         self._legs = [motion]
@@ -118,79 +127,90 @@ class MotionRoute:
         start = self._motion.start
         if not self._prepared:
             self._prepared = True
-            stance = stance_of(situation)
-            if stance is not STANCES[start]:
+            stance, needed = stance_of(self._body, situation), self._body.postures[start].stance
+            if stance is not needed:
                 name = self._motion.name
-                raise RouteError(f"{name} begins {STANCES[start]}, in {start}, but the robot is {stance} now")
-            if stance in UPRIGHT and not _is_near(commands, start):
-                return within_stance(start, self._motions, situation, commands, 1.0)
+                raise RouteError(f"{name} begins {needed}, in {start}, but the robot is {stance} now")
+            if stance in UPRIGHT and not _is_near(self._body, commands, start):
+                return within_stance(self._body, start, self._motions, situation, commands, fraction=1.0)
         return self._legs.pop() if self._legs else None
 
     def abandoned(self) -> Route | None:
         """Return the route to the safest posture while the motion changes the stance, None for a gesture."""
-        return SafestPostureRoute(self._motions) if changes_stance(self._motion) else None
+        if not changes_stance(self._body, self._motion):
+            return None
+        return SafestPostureRoute(self._body, self._motions)
 
 
 class SafestPostureRoute:
     """The way into the safest posture of the stance that the body is in: it crouches, or stays as it is."""
 
-    def __init__(self, motions: Iterable[Motion]) -> None:
+    def __init__(self, body: Body, motions: Iterable[Motion]) -> None:
+        self._body = body
         self._motions = tuple(motions)
         self._crouched = False
 
     def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
         """Return the leg into the crouch of a body that stands; None otherwise, and after it."""
-        if self._crouched or stance_of(situation) is not Stance.STANDING:
+        stands = stance_of(self._body, situation) is Stance.STANDING
+        if self._crouched or not stands or _SAFEST not in self._body.postures:
             return None
         self._crouched = True
-        return within_stance("Crouch", self._motions, situation, commands, 1.0)
+        return within_stance(self._body, _SAFEST, self._motions, situation, commands, fraction=1.0)
 
     def abandoned(self) -> Route:
         """Return this route: nobody waits for its end."""
         return self
 
 
-def changes_stance(motion: Motion) -> bool:
+def changes_stance(body: Body, motion: Motion) -> bool:
     """Return whether a motion leads from one stance to another."""
-    return bool(motion.start and motion.end) and STANCES[motion.start] is not STANCES[motion.end]
+    if not (motion.start and motion.end):
+        return False
+    return body.postures[motion.start].stance is not body.postures[motion.end].stance
 
 
 def within_stance(
+    body: Body,
     posture: str,
     motions: Iterable[Motion],
     situation: Situation,
     commands: Mapping[str, float],
+    *,
     fraction: float,
 ) -> Motion:
     """Return the leg into a posture of the same stance: a motion made for it, or else the straight way."""
-    begin = nearest_posture(situation)
+    begin = nearest_posture(body, situation)
     for motion in motions:
         if begin != posture and (motion.start, motion.end) == (begin, posture):
             return motion
-    return change_posture(posture, commands, fraction)
+    return change_posture(body, posture, commands, fraction)
 
 
-def change_posture(posture: str, commands: Mapping[str, float], fraction: float) -> Motion:
+def change_posture(body: Body, posture: str, commands: Mapping[str, float], fraction: float) -> Motion:
     """Return the motion from where the joints are into a posture at a fraction of the full pace."""
+    angles = body.postures[posture].angles
     seconds = max(
-        abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity
-        for joint in H25.joints
+        abs(angles[joint.name] - commands[joint.name]) / joint.max_velocity
+        for joint in body.joints
         if joint.name in commands
     )
     seconds = max(
         seconds * Interpolation.SMOOTH.peak / (_FRACTION * max(fraction, SLOWEST_PACE)), _SHORTEST_CHANGE
     )
-    keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items() if joint in commands}
-    for pair in H25.couplings:
-        del keys[pair.follower]
+    keys = {
+        joint: (Key(seconds, angle),)
+        for joint, angle in angles.items()
+        if joint in commands and joint not in body.leaders
+    }
     return Motion(f"to {posture}", MappingProxyType(keys), end=posture)
 
 
 _SIDES: Final = (Stance.LEFT_SIDE, Stance.RIGHT_SIDE)
 _OFF_THE_SIDE: Final = ("LyingBack", "StandZero")
-UPRIGHT: Final = {Stance.STANDING, Stance.SITTING}
+_SAFEST: Final = "Crouch"
 
 
-def _is_near(commands: Mapping[str, float], posture: str) -> bool:
-    angles = POSTURES[posture]
+def _is_near(body: Body, commands: Mapping[str, float], posture: str) -> bool:
+    angles = body.postures[posture].angles
     return all(abs(command - angles[joint]) <= _SAME for joint, command in commands.items())

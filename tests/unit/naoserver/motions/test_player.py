@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.postures import POSTURES
 from naoserver._motions.routes import PostureRoute, RouteError
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
@@ -55,7 +54,7 @@ def test_the_slowest_pace_is_a_hundredth(rig, slow):
     rig.begin("wave", pace=slow)
     rig.let_go(MOTIONS["wave"].duration)
     assert rig.player.progress("motion").progress == pytest.approx(0.01, rel=0.1)
-    rig.player.begin("posture", "Crouch", PostureRoute("Crouch", MOTIONS.values(), slow))
+    rig.player.begin("posture", "Crouch", PostureRoute(rig.robot.body, "Crouch", MOTIONS.values(), slow))
     rig.let_go(1.0)
     assert 0.0 < rig.player.progress("posture").progress < 0.1
 
@@ -82,7 +81,7 @@ def test_a_stop_holds_the_joints_where_they_are(rig):
 
 def test_a_motion_that_is_refused_at_its_very_beginning_leaves_its_joints_free(rig, monkeypatch):
     body = rig.assembly.body
-    body.stiffen(dict.fromkeys(POSTURES["Stand"], 0.0), 0.0)
+    body.stiffen(dict.fromkeys(rig.robot.body.postures["Stand"].angles, 0.0), 0.0)
     rig.let_go(0.02)
     rig.assembly.gate.stop("a test")
     answers = iter([lambda _client, **_: None])
@@ -166,7 +165,7 @@ def test_a_fall_ends_what_is_danced(rig):
 def test_a_standing_robot_goes_straight_to_a_standing_posture(rig, posture):
     assert rig.go(posture).status is ActionStatus.Done
     assert rig.posture == posture
-    assert rig.commands() == pytest.approx(dict(POSTURES[posture]), abs=1e-6)
+    assert rig.commands() == pytest.approx(dict(rig.robot.body.postures[posture].angles), abs=1e-6)
 
 
 def test_a_slower_way_takes_longer(rig):
@@ -231,7 +230,9 @@ def test_who_lies_when_its_client_is_lost_ends_its_leg_and_stays_where_it_lies(r
     rig.finish()
     assert rig.player.progress("motion" if begin == "begin" else "posture").message == GONE
     assert rig.posture != "Crouch"
-    assert rig.commands()["LKneePitch"] == pytest.approx(POSTURES["StandInit"]["LKneePitch"], abs=1e-6)
+    assert rig.commands()["LKneePitch"] == pytest.approx(
+        rig.robot.body.postures["StandInit"].angles["LKneePitch"], abs=1e-6
+    )
 
 
 def test_an_emergency_stop_ends_also_what_has_lost_its_client(rig):

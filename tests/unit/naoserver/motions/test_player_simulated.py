@@ -5,8 +5,9 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.postures import STANCES, Stance, situation_of
-from naoserver.event_log import HOT
+from naoserver._motions.postures import situation_of
+from naoserver.bodies import find_body
+from naoserver.parts import Stance
 from naoserver.robot import FALLEN_TILT
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -36,11 +37,28 @@ def test_it_stands_up_where_it_has_fallen_on_its_back(rig):
     assert min(rig.robot.read().stiffnesses) == 1.0
 
 
+@pytest.mark.parametrize("body", ["T1", "G1"])
+def test_another_humanoid_waves_crouches_and_stands_up(body):
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, skin=False, world=load_world("empty"), body=find_body(body))
+    rig = MotionRig(robot, clock)
+    rig.let_go(0.5)
+    rig.begin("wave")
+    while rig.player.busy:
+        rig.let_go(0.1)
+        assert situation_of(rig.robot).up[2] > math.cos(math.radians(10))
+    assert rig.player.progress("motion").status is ActionStatus.Done
+    for posture in ("Crouch", "Stand"):
+        progress = rig.go(posture)
+        assert (progress.status, progress.message) == (ActionStatus.Done, "")
+        assert rig.posture == posture
+
+
 def test_it_goes_into_every_posture_and_is_in_it(rig):
     for posture in ("StandZero", "Crouch", "Sit", "SitRelax", "LyingBack", "LyingBelly"):
         progress = rig.go(posture)
         assert (progress.status, progress.message) == (ActionStatus.Done, "")
-        assert rig.stance is STANCES[posture]
+        assert rig.stance is rig.robot.body.postures[posture].stance
         assert rig.posture == posture
 
 
@@ -54,7 +72,7 @@ def test_it_sits_down_and_stands_up_twenty_times_in_a_row(rig):
                 assert situation_of(rig.robot).up[2] > math.cos(FALLEN_TILT), "it rolls over to get up"
             assert rig.player.progress("posture").status is ActionStatus.Done
             assert rig.posture == posture
-    assert max(rig.robot.read().temperatures) < HOT
+    assert max(rig.robot.read().temperatures) < rig.robot.body.motor_heat.hot
 
 
 @pytest.mark.parametrize("posture", ["Sit", "SitRelax"])

@@ -4,11 +4,15 @@ import math
 
 import pytest
 
-from naoserver._motions.postures import POSTURES, STANCES, Situation, Stance, nearest_posture, stance_of
+from naoserver._motions.postures import Situation, nearest_posture, stance_of
 from naoserver._motions.routes import MotionRoute, PostureRoute, RouteError, SafestPostureRoute
-from naoserver.body import H25
+from naoserver.bodies import find_body
+from naoserver.parts import Stance
 from tests.support.motion_rig import MOTIONS
 
+H25 = find_body("H25")
+POSTURES = {name: posture.angles for name, posture in H25.postures.items()}
+STANCES = {name: posture.stance for name, posture in H25.postures.items()}
 UP = {
     Stance.STANDING: (0.0, 0.0, 1.0), Stance.SITTING: (0.0, 0.0, 1.0), Stance.BELLY: (-1.0, 0.0, 0.0),
     Stance.BACK: (1.0, 0.0, 0.0), Stance.LEFT_SIDE: (0.0, -1.0, 0.0), Stance.RIGHT_SIDE: (0.0, 1.0, 0.0),
@@ -22,7 +26,7 @@ def situation(posture, up=None):
 
 def legs(begin, end):
     """Return the names of the legs when each ends as it should."""
-    route, here, names = PostureRoute(end, MOTIONS.values()), begin, []
+    route, here, names = PostureRoute(H25, end, MOTIONS.values()), begin, []
     while (leg := route.next_leg(situation(here), POSTURES[here])) is not None:
         names.append(leg.name)
         here = leg.end
@@ -32,27 +36,27 @@ def legs(begin, end):
 
 @pytest.mark.parametrize("posture", POSTURES)
 def test_each_posture_is_known_when_the_body_is_in_it(posture):
-    assert nearest_posture(situation(posture)) == posture
-    assert stance_of(situation(posture)) is STANCES[posture]
+    assert nearest_posture(H25, situation(posture)) == posture
+    assert stance_of(H25, situation(posture)) is STANCES[posture]
 
 
 def test_a_head_that_looks_around_makes_no_other_posture():
     here = situation("Crouch")
     turned = Situation({**here.joints, "HeadYaw": 1.5, "RHand": 1.0}, here.up)
-    assert nearest_posture(turned) == "Crouch"
+    assert nearest_posture(H25, turned) == "Crouch"
 
 
 def test_raised_arms_are_no_posture_but_the_body_still_stands():
     here = situation("StandInit")
     raised = Situation({**here.joints, "LShoulderPitch": -1.5}, here.up)
-    assert (nearest_posture(raised), stance_of(raised)) == ("", Stance.STANDING)
+    assert (nearest_posture(H25, raised), stance_of(H25, raised)) == ("", Stance.STANDING)
 
 
 @pytest.mark.parametrize("degrees", [-55, 0, 55])
 def test_a_body_that_leans_does_not_lie(degrees):
     lean = math.radians(degrees)
     here = situation("StandInit", (math.sin(lean), 0.0, math.cos(lean)))
-    assert stance_of(here) is Stance.STANDING
+    assert stance_of(H25, here) is Stance.STANDING
 
 
 @pytest.mark.parametrize("begin", POSTURES)
@@ -79,7 +83,7 @@ def test_a_way_takes_few_motions(begin, end, names):
 
 @pytest.mark.parametrize("side", [Stance.LEFT_SIDE, Stance.RIGHT_SIDE])
 def test_from_its_side_the_body_first_turns(side):
-    leg = PostureRoute("Stand", MOTIONS.values()).next_leg(
+    leg = PostureRoute(H25, "Stand", MOTIONS.values()).next_leg(
         situation("StandInit", UP[side]), POSTURES["StandInit"]
     )
     assert leg is not None
@@ -87,7 +91,7 @@ def test_from_its_side_the_body_first_turns(side):
 
 
 def test_what_fails_again_and_again_is_given_up():
-    route, here = PostureRoute("Stand", MOTIONS.values()), situation("LyingBelly")
+    route, here = PostureRoute(H25, "Stand", MOTIONS.values()), situation("LyingBelly")
     for _ in range(3):
         leg = route.next_leg(here, POSTURES["LyingBelly"])
         assert leg is not None
@@ -98,7 +102,7 @@ def test_what_fails_again_and_again_is_given_up():
 
 @pytest.mark.parametrize("posture", [name for name, stance in STANCES.items() if stance is Stance.STANDING])
 def test_the_safest_posture_of_a_body_that_stands_is_a_crouch(posture):
-    route = SafestPostureRoute(MOTIONS.values())
+    route = SafestPostureRoute(H25, MOTIONS.values())
     leg = route.next_leg(situation(posture), POSTURES[posture])
     assert leg is not None
     assert leg.end == "Crouch"
@@ -110,18 +114,18 @@ def test_the_safest_posture_of_a_body_that_stands_is_a_crouch(posture):
     "posture", [name for name, stance in STANCES.items() if stance is not Stance.STANDING]
 )
 def test_a_body_that_does_not_stand_is_safe_as_it_is(posture):
-    assert SafestPostureRoute(MOTIONS.values()).next_leg(situation(posture), POSTURES[posture]) is None
+    assert SafestPostureRoute(H25, MOTIONS.values()).next_leg(situation(posture), POSTURES[posture]) is None
 
 
 def test_without_its_client_only_what_changes_the_stance_goes_on():
-    going_on = {name for name, motion in MOTIONS.items() if MotionRoute(motion).abandoned() is not None}
+    going_on = {name for name, motion in MOTIONS.items() if MotionRoute(H25, motion).abandoned() is not None}
     gestures = {"dance", "kick", "kick_left", "lean_back", "sit_upright", "wave"}
     assert going_on == MOTIONS.keys() - gestures
-    assert PostureRoute("StandZero", MOTIONS.values()).abandoned() is not None
+    assert PostureRoute(H25, "StandZero", MOTIONS.values()).abandoned() is not None
 
 
 def test_a_motion_that_begins_elsewhere_is_refused():
-    route = MotionRoute(MOTIONS["kick"])
+    route = MotionRoute(H25, MOTIONS["kick"])
     with pytest.raises(
         RouteError, match="kick begins standing, in StandInit, but the robot is lying on its back"
     ):

@@ -1,0 +1,201 @@
+"""The file of a motion: TOML with a table for each frame.
+
+    description = "Wave with the right hand"
+    start = "Stand"           # the posture in which it begins; by default any
+    end = "Stand"             # the posture in which it ends; by default the one in which it began
+
+    [[frame]]
+    time = 0.8                # seconds after the beginning; or `after`: seconds after the previous frame
+    posture = "StandInit"     # every joint that is not given is as in this posture
+    interpolation = "linear"  # how the joints get here; by default "smooth" (from rest to rest)
+    hold = ["HeadPitch"]      # joints that do not move until this time
+    RShoulderPitch = -1.2     # angles in rad; of a hand from 0, closed, to 1, open
+    ElbowRoll = -0.5          # a name without its side means both: the left angle and its mirror image
+
+Postures and joints are those of a body, whose description says which joints are on either side and which have
+one motor, such as the Nao's `LHipYawPitch` and `RHipYawPitch`: `HipYawPitch` commands both. A joint that a
+frame does not give is on its way to the next frame that gives it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from importlib import resources
+from itertools import pairwise
+from types import MappingProxyType
+from typing import Annotated, Any, Final, cast
+
+import msgspec
+from msgspec import Meta, Struct
+
+from naoserver._motions.keyframes import Interpolation, Key, Motion
+from naoserver._motions.sides import Sides, names_of
+from naoserver.bodies import family_of
+from naoserver.body import Body
+from naoserver.errors import RobotError
+from zenoh_ice.toml_file import parse_toml, place, read_text
+
+_LONGEST_MOTION: Final = 600.0  # s
+
+Seconds = Annotated[
+    float, Meta(gt=0.0, le=_LONGEST_MOTION, description=f"write s above 0, at most {_LONGEST_MOTION:g}")
+]
+
+
+class MotionError(RobotError):
+    """A motion's file cannot be used; the message names file, line and joint."""
+
+
+class _Frame(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A frame of any body; that of a certain one has a field for each name of joints."""
+
+    time: Seconds | None = None
+    after: Seconds | None = None
+    posture: str | None = None
+    interpolation: Interpolation = Interpolation.SMOOTH
+    hold: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if (self.time is None) == (self.after is None):
+            raise ValueError("a frame has either `time` or `after`")
+
+
+class _File(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The file of a motion of any body."""
+
+    description: str = ""
+    start: str = ""
+    end: str = ""
+    frame: tuple[_Frame, ...]
+
+
+class _Format:
+    """What a file may say for a body."""
+
+    def __init__(self, body: Body) -> None:
+        self.body: Final = body
+        self.names: Final = names_of(body)
+        posture = _one_of(body.postures)
+        joint: Any = _one_of(self.names)
+        frame: Any = _struct(
+            _Frame,
+            posture=(posture | None, None),
+            hold=(tuple[joint, ...], ()),
+            **{name: (self._angle(sides) | None, None) for name, sides in self.names.items()},
+        )
+        frames = Meta(min_length=1, max_length=2000, description="write 1 to 2000 [[frame]]")
+        file = _struct(
+            _File, start=(posture, ""), end=(posture, ""), frame=(Annotated[tuple[frame, ...], frames],)
+        )
+        self.file: Final = cast("type[_File]", file)
+
+    def given(self, frame: _Frame) -> Iterator[tuple[str, float]]:
+        """Yield the angles that a frame gives by name, as in the file."""
+        for name in self.names:
+            angle = getattr(frame, name)
+            if angle is not None:
+                yield name, angle
+
+    def _angle(self, sides: Sides) -> Any:  # noqa: ANN401 - a type made at run time
+        """Return the type of an angle that is in the range of all joints that it commands."""
+        joints = self.body.joint
+        ends = [(sign * joints[name].lower, sign * joints[name].upper) for name, sign in sides.items()]
+        lower, upper = max(map(min, ends)), min(map(max, ends))
+        return Annotated[
+            float, Meta(ge=lower, le=upper, description=f"write a number from {lower:g} to {upper:g}")
+        ]
+
+
+def _one_of(names: Iterable[str]) -> Any:  # noqa: ANN401
+    """Return the type of a text that is one of some names."""
+    pattern = "|".join(map(re.escape, names))
+    return Annotated[str, Meta(pattern=rf"^({pattern})\Z", description=f"write one of {', '.join(names)}")]
+
+
+def _struct(base: type[Struct], **fields: tuple[Any, ...]) -> type[Struct]:
+    """Return a kind of struct with further fields, or with narrower types of known ones: types, defaults."""
+    described = [(name, *of) for name, of in fields.items()]
+    return msgspec.defstruct(
+        base.__name__, described, bases=(base,), frozen=True, forbid_unknown_fields=True, kw_only=True
+    )
+
+
+_format: Final = lru_cache(16)(_Format)
+
+
+def parse_motion(text: str, name: str, file: str, body: Body) -> Motion:
+    """Return the motion of a body that a text describes; `file` is named in errors. Raises MotionError."""
+    form = _format(body)
+    document = parse_toml(text, form.file, file, MotionError)
+
+    def error(number: int, key: str, message: str) -> MotionError:
+        return MotionError(f"{place(file, text, 'frame', number, key)}: {message}")
+
+    keys: dict[str, list[Key]] = {}
+    numbers: dict[float, int] = {}  # of the frames, by their times
+    last = 0.0
+    for number, frame in enumerate(document.frame):
+        time = round(last + frame.after if frame.after else frame.time or 0.0, 6)
+        if not last < time <= _LONGEST_MOTION:
+            message = f"its time {time:g} s must be above {last:g} s, and at most {_LONGEST_MOTION:g} s"
+            raise error(number, "after" if frame.after else "time", message)
+        last = time
+        numbers[time] = number
+        held = [joint for each in frame.hold for joint in form.names[each]]
+        for joint in held:
+            of = keys.setdefault(joint, [])
+            of.append(Key(time, of[-1].angle if of else None))
+        posture = body.postures[frame.posture].angles if frame.posture else {}
+        angles = {joint: angle for joint, angle in posture.items() if joint not in body.leaders}
+        given: dict[str, str] = {}
+        for key, angle in form.given(frame):
+            for joint, sign in form.names[key].items():
+                if joint in given:
+                    raise error(number, key, f"{joint} is given by {given[joint]}, too")
+                given[joint], angles[joint] = key, sign * angle
+        for joint in angles.keys() - set(held):
+            keys.setdefault(joint, []).append(Key(time, angles[joint], frame.interpolation))
+    if not keys:
+        raise MotionError(f"{file}: no frame names a joint")
+    start = body.postures[document.start].angles if document.start else {}
+    for joint, of in keys.items():
+        fault = _too_fast(body, joint, [Key(0.0, start[joint]), *of] if joint in start else of)
+        if fault is not None:
+            number = numbers[fault[0]]
+            names = (key for key, _ in form.given(document.frame[number]) if joint in form.names[key])
+            raise error(number, next(names, "posture"), fault[1])
+    joints = MappingProxyType({joint: tuple(of) for joint, of in keys.items()})
+    return Motion(name, joints, document.description, document.start, document.end)
+
+
+def _too_fast(body: Body, joint: str, keys: Sequence[Key]) -> tuple[float, str] | None:
+    """Return the time of the first key that no motor can follow, and the problem."""
+    fastest = body.joint[joint].max_velocity
+    for before, after in pairwise(keys):
+        if before.angle is None or after.angle is None:
+            continue
+        mean = abs(after.angle - before.angle) / (after.time - before.time)
+        if (speed := mean * after.interpolation.peak) > fastest:
+            message = f"{joint} would have to move at {speed:.3g} rad/s to be here at {after.time:g} s"
+            return after.time, f"{message}; its motor does {fastest:.3g}"
+    return None
+
+
+@lru_cache(16)
+def load_motions(body: Body) -> Mapping[str, Motion]:
+    """Return the motions in the folder of a body by name: read when they are first used. Raises MotionError.
+
+    They may move joints that the body lacks and others of its folder have. A body without a folder has none.
+    """
+    family = family_of(body)
+    if family is None:
+        return MappingProxyType({})
+    own, whole = family
+    with resources.as_file(own / "motions") as folder:
+        motions = [
+            parse_motion(read_text(path, MotionError), path.stem, str(path), whole)
+            for path in sorted(folder.glob("*.toml"))
+        ]
+    return MappingProxyType({motion.name: motion for motion in motions})

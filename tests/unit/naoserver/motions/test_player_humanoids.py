@@ -1,0 +1,121 @@
+"""The motions of the Booster T1 and the Unitree G1 in the simulation, with imperfect senses and gears."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import pytest
+from msgspec.structs import replace
+
+from interfaces.nao import ActionStatus
+from naoserver._motions.postures import situation_of
+from naoserver._motions.routes import RouteError
+from naoserver.bodies import find_body
+from naoserver.parts import Stance
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import Start, World, load_world
+from tests.support.motion_rig import MotionRig
+from zenoh_ice import VirtualClock
+
+pytestmark = pytest.mark.sim
+
+BODIES = ("T1", "G1")
+WAY = ("Crouch", "Stand", "StandInit", "StandZero", "Crouch", "StandZero", "Stand", "Crouch", "StandInit")
+"""Each posture before and after others."""
+LEAN = {"Crouch": 30.0}
+"""The tilt of the trunk in a posture in degrees, at most."""
+BALL = {"T1": (0.23, 0.11), "G1": (0.25, 0.105)}
+"""Where the ball lies, ahead of the robot's start and to the side of the foot that kicks, in m."""
+
+MakeRig = Callable[..., MotionRig]
+
+
+@pytest.fixture
+def rigs() -> Iterator[MakeRig]:
+    """Make robots that stand at the origin."""
+    made = []
+
+    def make(body: str, world: World | None = None, seed: int = 1) -> MotionRig:
+        clock = VirtualClock()
+        world = world or load_world("empty")
+        robot = SimulatedRobot(
+            clock=clock, skin=False, world=world, body=find_body(body), seed=seed, noise=True
+        )
+        made.append(robot)
+        rig = MotionRig(robot, clock)
+        rig.let_go(0.5)
+        return rig
+
+    yield make
+    for robot in made:
+        robot.close()
+
+
+def tilt(rig: MotionRig) -> float:
+    """Return the tilt of the trunk in degrees."""
+    return math.degrees(math.acos(min(1.0, situation_of(rig.robot).up[2])))
+
+
+def largest_tilt(rig: MotionRig) -> float:
+    """Let the motion end; return the largest tilt meanwhile in degrees."""
+    largest = 0.0
+    while rig.player.busy:
+        rig.let_go(0.04)
+        largest = max(largest, tilt(rig))
+    assert rig.player.progress("motion").status is ActionStatus.Done
+    return largest
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_it_goes_from_posture_to_posture_and_stays_there(rigs: MakeRig, body: str) -> None:
+    rig = rigs(body)
+    for posture in WAY:
+        progress = rig.go(posture)
+        assert (progress.status, progress.message) == (ActionStatus.Done, "")
+        rig.let_go(1.0)
+        assert rig.posture == posture
+        assert tilt(rig) < LEAN.get(posture, 5.0)
+
+
+@pytest.mark.parametrize(("body", "motion"), [("T1", "wave"), ("T1", "nod"), ("G1", "wave"), ("G1", "bow")])
+@pytest.mark.parametrize("push", [(40.0, 0.0), (-30.0, 30.0)])
+def test_a_light_push_does_not_throw_it_over_in_a_gesture(
+    rigs: MakeRig, body: str, motion: str, push: tuple[float, float]
+) -> None:
+    rig = rigs(body)
+    rig.begin(motion)
+    rig.let_go(1.0)
+    rig.robot.stage.push((*push, 0.0), 0.15)
+    assert largest_tilt(rig) < (20.0 if motion == "bow" else 8.0)
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_one_that_lies_says_that_it_cannot_get_up(rigs: MakeRig, body: str) -> None:
+    rig = rigs(body)
+    rig.robot.stage.push((-200.0, 0.0, 0.0), 0.4)
+    rig.let_go(3.0)
+    assert rig.stance in (Stance.BACK, Stance.BELLY)
+    for posture in ("Stand", "Crouch"):
+        message = f"it is {rig.stance}, and no motions lead from there to {posture}"
+        with pytest.raises(RouteError, match=message):
+            rig.begin_posture(posture)
+    with pytest.raises(
+        RouteError, match=f"kick begins standing, in StandInit, but the robot is {rig.stance}"
+    ):
+        rig.begin("kick")
+
+
+@pytest.mark.parametrize(("motion", "side"), [("kick", -1.0), ("kick_left", 1.0)])
+@pytest.mark.parametrize("body", BODIES)
+def test_it_kicks_the_ball_and_stays_on_its_feet(rigs: MakeRig, body: str, motion: str, side: float) -> None:
+    ahead, beside = BALL[body]
+    soccer = load_world("soccer")
+    ball = replace(soccer.balls[0], position=(ahead, side * beside))
+    rig = rigs(body, replace(soccer, balls=(ball,), robot=Start()))
+    rig.begin(motion)
+    assert largest_tilt(rig) < 10.0
+    x, y, _ = rig.robot.stage.truth().objects["Ball"].position
+    assert x - ahead > 0.5
+    assert abs(y - side * beside) < 0.2 * (x - ahead)
+    assert rig.posture == "StandInit"
