@@ -7,19 +7,20 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
+from msgspec import structs
 
 from naoserver._naoqi_names import IMAGE_SIZES
-from naoserver.body import H25
 from naoserver.errors import HardwareFailure
 from naoserver.naoqi._connection import Connection
 from naoserver.naoqi._link import NAME, CallFailed, Link, call, is_nao6
-from naoserver.robot import CameraFacts, Frame
+from naoserver.parts import CameraFacts
+from naoserver.robot import Frame
 
 _logger = logging.getLogger(__name__)
 
@@ -76,8 +77,11 @@ class _Camera:
 class NaoqiCameras:
     """Take pictures with the cameras of a robot."""
 
-    def __init__(self, connection: Connection, now: Callable[[], float]) -> None:
+    def __init__(
+        self, connection: Connection, now: Callable[[], float], cameras: Sequence[CameraFacts]
+    ) -> None:
         self._connection = connection
+        self._known = cameras
         self._now = now
         self._cameras: dict[str, _Camera] = {}
         self._closed = False
@@ -94,7 +98,7 @@ class NaoqiCameras:
         except CallFailed as error:
             _logger.debug("nothing to release: %s", error)
         large = is_nao6(link)
-        for index, facts in enumerate(H25.cameras):
+        for index, facts in enumerate(self._known):
             if not _has_camera(link, index):
                 _logger.warning("the robot has no camera %s", facts.name)
                 self._cameras.pop(facts.name, None)
@@ -214,4 +218,4 @@ def _facts(link: Link, index: int, facts: CameraFacts, *, large: bool) -> Camera
         for size, rate in zip(facts.sizes, facts.rates, strict=True)
         if size in RESOLUTIONS and (large or size <= _BEFORE_NAO6)
     }
-    return replace(facts, horizontal_fov=fov, sizes=tuple(modes), rates=tuple(modes.values()))
+    return structs.replace(facts, horizontal_fov=fov, sizes=tuple(modes), rates=tuple(modes.values()))

@@ -8,7 +8,8 @@ from typing import Annotated, Final
 
 import typer
 
-from naoserver.body import H25, find_body
+from naoserver.bodies import find_body
+from naoserver.bodies.nao import H25, require_nao
 from naoserver.latch import latch_of
 from naoserver.naoqi._dead_man import DeadMansSwitch
 from naoserver.naoqi._libqi import connect
@@ -67,6 +68,7 @@ def naoserver_naoqi(
     """
     address = parse_address(robot, user, password)
     lifecycle, facts = LifecycleOptions(start, end, life), find_body(body)
+    require_nao(facts, "naoserver-naoqi drives NAOqi")
     with (
         stop_on_signals() as stop,
         initialize(settings) as communicator,

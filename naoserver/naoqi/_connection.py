@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import Final
 
 from interfaces.nao import Severity
+from naoserver._event_log import EventLog
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.event_log import EventLog
 from naoserver.naoqi._link import CallFailed, CallTimeout, Link, LinkLost
 from zenoh_ice import Clock
 

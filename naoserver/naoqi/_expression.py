@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from naoserver._naoqi_names import LIGHT_GROUPS
 from naoserver.capabilities import Color, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
-from naoserver.expression import MOST_WAITING, SINGLE_COLORED, FadingLights
+from naoserver.expression import MOST_WAITING, FadingLights
 from naoserver.naoqi._background_calls import BackgroundCalls
 from naoserver.naoqi._connection import Connection, Reporter
 from naoserver.naoqi._link import Link, LinkLost, Reply
+from naoserver.parts import Lamp
 
 
 class NaoqiLights(FadingLights):
@@ -22,12 +23,12 @@ class NaoqiLights(FadingLights):
     NAOqi does not report the state of lights: their state is the last command sent here.
     """
 
-    def __init__(self, calls: BackgroundCalls, now: Callable[[], float]) -> None:
-        super().__init__(now)
+    def __init__(self, calls: BackgroundCalls, now: Callable[[], float], lamps: Mapping[str, Lamp]) -> None:
+        super().__init__(now, lamps)
         self._calls = calls
 
     def set(self, name: str, color: Color, seconds: float) -> None:
-        if name in SINGLE_COLORED:
+        if self._lamps[name].single_colored:
             self._run("ALLeds.fade", LIGHT_GROUPS[name], max(color), seconds)
         else:
             red, green, blue = (round(255 * part) for part in color)

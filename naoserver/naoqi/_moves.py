@@ -28,7 +28,6 @@ _ENDED: Final = 0.3
 _STUBBORN: Final = 1.0
 """Seconds after a stop, more than a step takes, after which it is repeated."""
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
-_LEGS: Final = ("Hip", "Knee", "Ankle")
 _POSITION: Final = "ALMotion.getRobotPosition"
 
 
@@ -39,6 +38,8 @@ class NaoqiWalker:
     the walk ends only when the robot is found again.
     """
 
+    lag = 0.0
+
     def __init__(self, connection: Connection, state: NaoqiState, clock: Clock, reporter: Reporter) -> None:
         self._connection = connection
         self._state = state
@@ -48,6 +49,7 @@ class NaoqiWalker:
         self._velocities: CoalescingQueue[WalkVelocity] = CoalescingQueue(
             "walk", connection, reporter, self._send, lambda velocity: velocity == _STILL
         )
+        self.joints: Final = state.facts.groups.legs
         self.limits = gait_limits(_USUAL)
         self._commanded = _STILL
         self.walking = False  # according to NAOqi
@@ -117,7 +119,7 @@ class NaoqiWalker:
         if self._state.body().fallen:
             raise InvalidCommand("velocity", "the robot has fallen: make it stand up first")
         stiffnesses = zip(self._state.facts.joint_names, self._state.joints().stiffnesses, strict=True)
-        limp = [joint for joint, value in stiffnesses if joint[1:].startswith(_LEGS) and value < LIMP]
+        limp = [joint for joint, value in stiffnesses if joint in self.joints and value < LIMP]
         if limp:
             message = f"{limp[0]} is limp: make the legs stiff, and let the robot stand, first"
             raise InvalidCommand("velocity", message)

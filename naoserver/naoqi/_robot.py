@@ -11,8 +11,10 @@ from typing import Final
 
 from interfaces.nao import Severity
 from naoserver.assembly import Assembly
-from naoserver.body import H25, Body
+from naoserver.bodies.nao import H25
+from naoserver.body import Body
 from naoserver.errors import HardwareFailure
+from naoserver.looks.description import write_looks
 from naoserver.naoqi._background_calls import BackgroundCalls
 from naoserver.naoqi._cameras import NaoqiCameras
 from naoserver.naoqi._connection import Connection, Reporter
@@ -21,7 +23,7 @@ from naoserver.naoqi._joints import NaoqiJoints
 from naoserver.naoqi._link import CallFailed, Link, call
 from naoserver.naoqi._moves import NaoqiPostures, NaoqiWalker
 from naoserver.naoqi._state import NaoqiSenses, NaoqiState
-from naoserver.robot import CameraFacts
+from naoserver.parts import CameraFacts
 from zenoh_ice import WallClock
 
 _logger = logging.getLogger(__name__)
@@ -143,7 +145,7 @@ class NaoqiRobot:
         *,
         stopped: bool = False,
     ) -> None:
-        self.name: Final = "Nao"
+        self.name: Final = body.title or body.name
         self.body: Final = body
         self.joints: Final = body.joints
         self.mechanisms: Final = ()
@@ -165,10 +167,10 @@ class NaoqiRobot:
         self.command_velocities: Final = self._commands.command_velocities
         self.command_stiffnesses: Final = self._commands.command_stiffnesses
         self.walker: Final = NaoqiWalker(connection, self._state, self.clock, reporter)
-        self._cameras = NaoqiCameras(connection, now)
+        self._cameras = NaoqiCameras(connection, now, body.cameras)
         self.capture: Final = self._cameras.capture
         self.senses: Final = NaoqiSenses(self._state)
-        self.lights: Final = NaoqiLights(self._calls, now)
+        self.lights: Final = NaoqiLights(self._calls, now, body.lights)
         self.voice: Final = NaoqiVoice(connection, self._calls, reporter)
         self.postures: Final = NaoqiPostures(connection, self._calls, reporter, now)
         self._closed = False
@@ -178,6 +180,9 @@ class NaoqiRobot:
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:
         return self._cameras.facts
+
+    def looks(self) -> str:
+        return write_looks(self.body)
 
     def report_to(self, assembly: Assembly) -> None:
         """Notify clients of the robot's events, at once of its loss, during which commands are refused."""

@@ -16,7 +16,8 @@ from naoserver.errors import HardwareFailure
 from naoserver.naoqi._connection import SILENCE
 from naoserver.naoqi._link import NAME, CallFailed, Link, call, is_nao6
 from naoserver.naoqi._memory_keys import FARTHEST_ECHO, Measurements, MemoryLayout
-from naoserver.robot import FALLEN_TILT, BodyState, JointFacts, JointReading
+from naoserver.parts import JointFacts
+from naoserver.robot import FALLEN_TILT, BodyState, JointReading
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)

@@ -14,11 +14,12 @@ import qi
 
 from interfaces.nao import ActionStatus
 from naoserver._servants.motions import PosturesI
-from naoserver._walk import WalkGuard, Way
+from naoserver._walk import WalkGuard
+from naoserver._way import way_to
 from naoserver.assembly import Assembly
 from naoserver.capabilities import Odometry, Support, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
-from naoserver.kinematics import Matrix, place_of, rotation, torso_place
+from naoserver.kinematics import Matrix, kinematics_of, rotation
 from naoserver.qi._arguments import JointNames, text
 from naoserver.qi._calls import Faults, failed
 from naoserver.qi._clients import MOTION, SERVER, Belongings, Call, CallTable, Client, begins_any
@@ -60,7 +61,9 @@ class Access:
         """The calls of all clients."""
         self.body: Final = assembly.body
         """Its joints."""
-        self.joints: Final = JointNames(robot.body.joint_names)
+        self.kinematics: Final = kinematics_of(robot.body)
+        """The places of its parts."""
+        self.joints: Final = JointNames(robot.body)
         """Their names, and those of the chains."""
         self.walk: Final = next((guard for guard in assembly.watched if isinstance(guard, WalkGuard)), None)
         """Its walk; None when it has none."""
@@ -138,11 +141,14 @@ class Access:
         if frame not in (_TORSO, _WORLD, _ROBOT):
             raise InvalidCommand("frame", f"there is no frame {str(frame)[:60]!r}; 0 torso, 1 world, 2 robot")
         angles = self.angles(measured=measured)
-        place = place_of(text(name, "name"), angles)
+        place = self.kinematics.place_of(text(name, "name"), angles)
         if frame == _TORSO:
             return place
         inertial = self.robot.senses.inertial() if self.robot.senses else None
-        place = torso_place(angles, *((inertial.roll, inertial.pitch) if inertial else ())) @ place
+        place = (
+            self.kinematics.torso_place(angles, *((inertial.roll, inertial.pitch) if inertial else ()))
+            @ place
+        )
         if frame == _WORLD and self.walk is not None:
             at = self.walk.read()
             floor = rotation((0.0, 0.0, 1.0), at.heading)
@@ -238,7 +244,7 @@ class Walking:
             if not may:
                 return False
             self._client, self._wanted = call.client, _STILL
-            walk_to.begin(Way(place, start, highest), call.client.name)
+            walk_to.begin(way_to(place, start, highest), call.client.name)
             count = walk_to.state().count
         while walk_to.busy and walk_to.state().count == count:
             if call.wait(PERIOD):

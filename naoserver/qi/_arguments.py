@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
+from naoserver.body import Body
 from naoserver.errors import InvalidCommand
 
 _logger = logging.getLogger(__name__)
@@ -126,21 +127,18 @@ def keepable(value: object, what: str) -> object:
 class JointNames:
     """The names by which clients call the joints of a body: their own, and those of chains."""
 
-    def __init__(self, joints: Sequence[str]) -> None:
-        chains: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in joints}
-        chains |= dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), tuple(joints))
-        chains["Head"] = ("HeadYaw", "HeadPitch")
-        for limb, parts in (
-            ("Arm", ("Shoulder", "Elbow", "Wrist", "Hand")),
-            ("Leg", ("Hip", "Knee", "Ankle")),
-        ):
-            left, right = (
-                tuple(name for name in joints if name[0] == side and name[1:].startswith(parts))
-                for side in "LR"
-            )
-            chains |= {f"L{limb}": left, f"R{limb}": right, f"{limb}s": left + right}
+    def __init__(self, body: Body) -> None:
+        groups = body.groups
+        chains: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in body.joint_names}
+        chains |= dict.fromkeys(("Body", "Joints", "Actuators", "JointActuators"), body.joint_names)
+        chains |= {"Head": groups.head, "Arms": groups.arms, "Legs": groups.legs}
+        chains |= {"LArm": groups.left_arm, "RArm": groups.right_arm}
+        chains |= {"LLeg": groups.left_leg, "RLeg": groups.right_leg}
         self.chains: Final[Mapping[str, Sequence[str]]] = chains
         """The joints of each name, those of a chain in NAOqi's order."""
+        hands = (body.hinge(name) for name in ("LeftHand", "RightHand"))
+        self.hands: Final = frozenset(joint for hand in hands if hand for joint in hand.joints)
+        """The joints that open and close the hands."""
 
     def of(self, names: object) -> tuple[str, ...]:
         """Return the joints of one or more names of joints and chains. Raises InvalidCommand."""

@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 from typing import Final
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.keyframes import Motion, load_motions
+from naoserver._motions.keyframes import Motion
 from naoserver._motions.routes import MotionRoute, Route
 from naoserver._servants.motions import MOTION
 from naoserver.errors import InvalidCommand
@@ -75,7 +75,7 @@ class ALBehaviorManager(Service):
 
     def getInstalledBehaviors(self) -> list[str]:
         """Return the names of the behaviors."""
-        return [*load_motions(), *load_animations()]
+        return [*self._player.motions, *load_animations()]
 
     def getRunningBehaviors(self) -> list[str]:
         """Return the name of the behavior that runs; one at most does."""
@@ -104,9 +104,9 @@ class ALBehaviorManager(Service):
 
     def _start(self, call: Call, motion: Motion) -> int:
         """Start a behavior for a call; return the count of the player, 0 if the call was stopped."""
-        route: Route = MotionRoute(motion, load_motions().values())
+        route: Route = MotionRoute(self._player.body, motion, self._player.motions.values())
         if motion.name in load_animations():
-            route = AnimationRoute(motion)
+            route = AnimationRoute(self._player.body, motion)
         with self._access.calls.beginning(call) as may:
             if not may:
                 return 0
@@ -127,10 +127,10 @@ class ALBehaviorManager(Service):
         """Return a behavior. Raises InvalidCommand, which lists them."""
         if isinstance(name, str) and (motion := self._find(name)) is not None:
             return motion
-        return load_motions()[chosen(name, "behavior", self.getInstalledBehaviors())]
+        return self._player.motions[chosen(name, "behavior", self.getInstalledBehaviors())]
 
     def _find(self, name: str) -> Motion | None:
-        return load_motions().get(name) or find_animation(name)
+        return self._player.motions.get(name) or find_animation(name)
 
 
 class ALAnimationPlayer(Service):

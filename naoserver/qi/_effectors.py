@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import Matrix, between, matrix_of, place_of, reach
+from naoserver.kinematics import Kinematics, Matrix, between, matrix_of
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import (
     Check,
@@ -97,16 +97,16 @@ def _interpolation(read: _Read) -> Operation:
 
         def angles(start: dict[str, float]) -> dict[str, Trajectory]:
             base = self._access.place("Torso", frame, measured=False)
-            ways = {}
+            ways, kinematics = {}, self._access.kinematics
             for name, (places, mask, own) in moved.items():
-                here = base @ place_of(name, start)
+                here = base @ kinematics.place_of(name, start)
                 goals = places if isAbsolute else [_moved(here, place) for place in places]
                 ways[name] = partial(_at, [0.0, *own], [here, *goals]), mask
             moments = [end * (i + 1) / count for i in range(count)]
             found, keys = start, []
             for moment in moments:
                 wanted = {name: (way(moment), mask) for name, (way, mask) in ways.items()}
-                found = reach_places(wanted, base, start, found)
+                found = reach_places(kinematics, wanted, base, start, near=found)
                 keys.append(found)
             return {
                 joint: smooth_trajectory(joint, start[joint], moments, [key[joint] for key in keys])
@@ -135,10 +135,11 @@ def _targets(read: _Read, *, absolute: bool) -> Operation:
         goals = listed([places] if isinstance(effectorNames, str) else _places(places), "places", len(names))
         start, mask = self._access.angles(measured=False), _mask(axisMask)
         base = self._access.place("Torso", frame, measured=False)
-        wanted = {}
+        wanted, kinematics = {}, self._access.kinematics
         for name, goal in zip(names, map(read, goals), strict=True):
-            wanted[name] = (goal if absolute else _moved(base @ place_of(name, start), goal), mask)
-        found, joints = reach_places(wanted, base, start, start), _moving(names, self._access.joints)
+            wanted[name] = (goal if absolute else _moved(base @ kinematics.place_of(name, start), goal), mask)
+        found = reach_places(kinematics, wanted, base, start, near=start)
+        joints = _moving(names, self._access.joints)
         self._motion._send(joints, [found[joint] for joint in joints], fractionMaxSpeed)
 
     return send
@@ -209,7 +210,7 @@ def _mask(value: object) -> int:
 def _moving(effectors: Iterable[str], joints: JointNames) -> list[str]:
     """Return the joints that move effectors."""
     chains = (joints.chains["Legs" if name == "Torso" else name] for name in effectors)
-    return [joint for chain in chains for joint in chain if joint[1:] != "Hand"]
+    return [joint for chain in chains for joint in chain if joint not in joints.hands]
 
 
 def _moved(place: Matrix, change: Matrix) -> Matrix:
@@ -230,9 +231,11 @@ def _at(times: Sequence[float], places: Sequence[Matrix], moment: float) -> Matr
 
 
 def reach_places(
+    kinematics: Kinematics,
     wanted: Mapping[str, tuple[Matrix, int]],
     base: Matrix,
     start: Mapping[str, float],
+    *,
     near: Mapping[str, float],
 ) -> dict[str, float]:
     """Return angles near `near` that bring effectors to places, in the frame in which the torso is at `base`.
@@ -248,13 +251,13 @@ def reach_places(
         for axis in range(3):
             if mask >> axis & 1:
                 torso[axis, 3] = goal[axis, 3]
-        feet = {leg: (base @ place_of(leg, start), _ALL_AXES) for leg in _LEGS}
+        feet = {leg: (base @ kinematics.place_of(leg, start), _ALL_AXES) for leg in _LEGS}
         wanted = {**feet, **{name: goal for name, goal in wanted.items() if name != "Torso"}}
     inverse, bits = np.linalg.inv(torso), range(6)
     goals = {
         name: (inverse @ place, [bool(mask >> i & 1) for i in bits]) for name, (place, mask) in wanted.items()
     }
-    return reach(goals, near)
+    return kinematics.reach(goals, near)
 
 
 def _legs_and_steps(legs: object, steps: object) -> tuple[list[str], list[list[float]]]:

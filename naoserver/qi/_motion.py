@@ -10,7 +10,7 @@ from typing import Final
 from naoserver._naoqi_names import gait_limits
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import PARTS, center_of_mass, numbers_of
+from naoserver.kinematics import numbers_of
 from naoserver.qi._access import PERIOD, Access, Service
 from naoserver.qi._arguments import (
     Check,
@@ -346,15 +346,12 @@ class ALMotion(Service):
         return [[joint.lower, joint.upper, joint.max_velocity, joint.max_torque] for joint in facts]
 
     getMotionCycleTime = constant("Return the period of the setpoints in ms.", round(PERIOD * 1000))
-    getSensorNames = constant(
-        "Return the names of the cameras.", [name for name in PARTS if name.startswith("Camera")]
-    )
+    getSensorNames = constant("Return the names of the cameras.", ["CameraTop", "CameraBottom"])
 
     def getRobotConfig(self) -> list[list[object]]:
         """Return names and values of facts about the body."""
-        body = self._robot.body
-        hands = sum(name.endswith("Hand") for name in body.joint_names)
-        config = {"Model Type": f"nao{body.name}", **_ROBOT_CONFIG}
+        hands = len(self._joints.hands)
+        config = {"Model Type": f"nao{self._robot.body.name}", **_ROBOT_CONFIG}
         config |= {"Extended Hand": hands > 0, "Number of Hands": hands}
         return [list(config), list(config.values())]
 
@@ -378,12 +375,15 @@ class ALMotion(Service):
 
     def getMass(self, name: object) -> float:
         """Return the mass in kg of a joint with its link, of a chain or of the `Body`."""
-        return center_of_mass(text(name, "name"), self._access.angles(measured=False))[0]
+        return self._access.kinematics.center_of_mass(
+            text(name, "name"), self._access.angles(measured=False)
+        )[0]
 
     def getCOM(self, name: object, frame: object, useSensorValues: object) -> list[float]:
         """Return the center of mass in m of a joint with its link, of a chain or of the `Body`."""
         measured = bool(useSensorValues)
-        _, center = center_of_mass(text(name, "name"), self._access.angles(measured=measured))
+        angles = self._access.angles(measured=measured)
+        _, center = self._access.kinematics.center_of_mass(text(name, "name"), angles)
         place = self._access.place("Torso", frame, measured=measured)
         return [float(part) for part in (place @ [*center, 1.0])[:3]]
 

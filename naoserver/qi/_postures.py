@@ -80,7 +80,7 @@ class ALRobotPosture(Service):
         """Return the current posture, or `Unknown`."""
         if self._robot.postures is not None:
             return self._robot.postures.current() or UNKNOWN
-        return nearest_posture(self._access.player.situation()) or UNKNOWN
+        return nearest_posture(self._robot.body, self._access.player.situation()) or UNKNOWN
 
     def _pose(self) -> str:
         """Return what NAOqi 1 calls the current posture."""

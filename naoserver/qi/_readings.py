@@ -9,7 +9,7 @@ from typing import Any, Final
 from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.body import Body
 from naoserver.capabilities import FootReading, SenseReading
-from naoserver.event_log import HOT, TOO_HOT
+from naoserver.parts import MotorHeat
 from naoserver.qi._access import Access
 from naoserver.qi._lamps import LAMPS, brightness
 from naoserver.qi._postures import ALRobotPosture
@@ -34,10 +34,8 @@ _CONFIG: Final = {
     "Device/DeviceList/ChestBoard/BodyId": "00000ALDR1008E000000",
 }
 """Facts of the body. Source: what NAOqi 2.1 logs in its own simulator when it starts."""
-_WARM: Final = HOT + 0.3 * (TOO_HOT - HOT)
-"""Temperature above which a motor gives less than 70 % of its torque."""
-_STEPS: Final = (HOT, _WARM, TOO_HOT)
-"""Temperatures in degrees Celsius from which the status of a motor is 1, 2 and 3."""
+_WARM: Final = 0.3
+"""Part of the way from a hot to a too hot motor at which it gives less than 70 % of its torque."""
 _FOOT_KEYS: Final = {
     "FrontLeft": "front_left",
     "FrontRight": "front_right",
@@ -74,6 +72,7 @@ class _JointKeys:
 
     def __init__(self, body: Body) -> None:
         self._body = body
+        self._steps = _steps(body.motor_heat)
         names = body.joint_names
         self._keys = {part: [key.format(name) for name in names] for part, key in JOINT_KEYS.items()}
         sensor = f"{DEVICES}{{}}/{{}}/Sensor/{{}}"
@@ -87,7 +86,7 @@ class _JointKeys:
         for part, names in self._keys.items():
             yield from zip(names, getattr(reading, part), strict=True)
         yield from zip(self._currents, self._body.motor_currents(reading.torques), strict=True)
-        statuses = (bisect_right(_STEPS, temperature) for temperature in reading.temperatures)
+        statuses = (bisect_right(self._steps, temperature) for temperature in reading.temperatures)
         yield from zip(self._statuses, statuses, strict=True)
         yield "DCM/Time", round(reading.time * 1000)
         yield "robotIsWakeUp", min(reading.stiffnesses) > 0.0
@@ -99,11 +98,18 @@ def _of_lights(shown: Mapping[str, tuple[float, float, float]]) -> Iterator[tupl
         yield f"{DEVICES}{name}", brightness(lamp, shown)
 
 
+def _steps(heat: MotorHeat | None) -> tuple[float, ...]:
+    """Return the temperatures in degrees Celsius from which the status of a motor is 1, 2 and 3."""
+    if heat is None:
+        return ()
+    return heat.hot, heat.hot + _WARM * (heat.too_hot - heat.hot), heat.too_hot
+
+
 class _FootKeys:
     """The keys of the feet of a body."""
 
     def __init__(self, body: Body) -> None:
-        self._sensors = body.facts["fsr"]
+        self._soles = dict(zip(("Left", "Right"), body.soles, strict=True))
 
     def read(self, side: str, foot: FootReading) -> Iterator[tuple[str, object]]:
         """Yield keys and values of the foot on a side, `Left` or `Right`."""
@@ -120,7 +126,7 @@ class _FootKeys:
         """Return x and y in m, in the frame of the foot, of the center of pressure; 0 for a free foot."""
         if foot.total <= 0.0:
             return 0.0, 0.0
-        places = self._sensors[side.lower()]
+        places = self._soles[side].pressure
         moments = [(getattr(foot, _FOOT_KEYS[name]), place) for name, place in places.items()]
         x, y = (sum(force * place[axis] for force, place in moments) / foot.total for axis in (0, 1))
         return x, y

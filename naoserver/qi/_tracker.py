@@ -45,7 +45,6 @@ _NEAR: Final = 0.3
 """Default distance in m at which the walk stops."""
 _LOST: Final = 5
 """Detections without the target after which it is lost."""
-_HEAD: Final = ("HeadYaw", "HeadPitch")
 _EFFECTOR: Final = one_of("effector", ("None", "Arms", "LArm", "RArm"))
 
 
@@ -56,6 +55,7 @@ class ALTracker(Service):
         super().__init__(access)
         self._motion = access.service(ALMotion)
         self._walking = access.walking
+        self._head = access.joints.chains["Head"]
         self._sizes: dict[str, float] = {}  # of the registered targets, in m
         self._target = ""
         self._mode = _MODES[0]
@@ -86,7 +86,7 @@ class ALTracker(Service):
         if self._mode == "Move":
             activities.add(Activity.WALK)
         client = calls.current.client
-        tracking = Call(self._robot.clock, client, frozenset(activities), (list(_HEAD),))
+        tracking = Call(self._robot.clock, client, frozenset(activities), (list(self._head),))
         calls.add(tracking, math.inf)
         with self._lock:
             self._tracking = tracking
@@ -178,7 +178,7 @@ class ALTracker(Service):
         ahead, left, up = turn @ at
         if math.hypot(ahead, left, up) < 0.01:
             raise InvalidCommand("position", "the point is within the robot")
-        neck = self._access.place("HeadPitch", 0, measured=True)[:3, 3]
+        neck = self._access.place("Head", 0, measured=True)[:3, 3]
         ahead, left, up = (part - own for part, own in zip((ahead, left, up), neck, strict=True))
         self._aim(math.atan2(left, ahead), -math.atan2(up, math.hypot(ahead, left)), share)
 
@@ -215,7 +215,8 @@ class ALTracker(Service):
         self._at = self._sizes[target] / 2.0 / math.tan(max(width, 0.01) / 2.0), left, down
         angles = self._access.angles(measured=True)
         try:
-            self._aim(angles["HeadYaw"] + _GAIN * left, angles["HeadPitch"] + _GAIN * down, _SHARE)
+            yaw, pitch = (angles[joint] for joint in self._head)
+            self._aim(yaw + _GAIN * left, pitch + _GAIN * down, _SHARE)
             if self._mode == "Move":
                 self._approach()
         except RobotError as error:
@@ -236,9 +237,9 @@ class ALTracker(Service):
 
     def _aim(self, yaw: float, pitch: float, share: float) -> None:
         """Send the head to angles, within its range."""
-        facts = [self._access.body.facts(joint) for joint in _HEAD]
+        facts = [self._access.body.facts(joint) for joint in self._head]
         aims = [min(max(at, joint.lower), joint.upper) for at, joint in zip((yaw, pitch), facts, strict=True)]
-        self._motion._send(_HEAD, aims, share)
+        self._motion._send(self._head, aims, share)
 
 
 class _FormerTracker(Service):

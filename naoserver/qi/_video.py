@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver._pixel_formats import PIXEL_FORMATS
 from naoserver.errors import InvalidCommand
+from naoserver.parts import CameraFacts
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import kept, number, number_within, text, within
 from naoserver.qi._clients import Belongings, Call
-from naoserver.robot import CameraFacts, Frame
+from naoserver.robot import Frame
 
 _logger = logging.getLogger(__name__)
 

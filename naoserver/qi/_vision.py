@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.kinematics import numbers_of
+from naoserver.parts import CameraFacts
 from naoserver.qi._access import Access
 from naoserver.qi._arguments import (
     constant,
@@ -26,7 +27,6 @@ from naoserver.qi._arguments import (
 )
 from naoserver.qi._memory import ALMemory
 from naoserver.qi._sensors import Extractor
-from naoserver.robot import CameraFacts
 from zenoh_ice.application import missing_package
 
 _logger = logging.getLogger(__name__)

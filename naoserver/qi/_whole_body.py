@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from naoserver.capabilities import Support
-from naoserver.kinematics import Matrix, center_of_mass, place_of
+from naoserver.kinematics import Matrix
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import chosen, constant, number, one_of, switch, vector
 from naoserver.qi._clients import SERVER, Activity, Call, Client, begins
@@ -115,7 +115,8 @@ class WholeBody(Service):
             if not (self._enabled and name in self._controlled):
                 return
         if name == "Head":
-            self._motion.setAngles(["HeadPitch", "HeadYaw"], target[1:], _PACE)
+            _, pitch, yaw = target
+            self._motion.setAngles("Head", [yaw, pitch], _PACE)
         else:
             self._effectors.setPosition(name, _ROBOT, [*target, 0.0, 0.0, 0.0], _PACE, _POSITION)
 
@@ -145,15 +146,15 @@ class WholeBody(Service):
 
     def _shift(self, support: Support) -> tuple[float, float]:
         """Return how far forward and left in m the torso has to move, on both feet, to bring it there."""
-        start = self._access.angles(measured=False)
+        kinematics, start = self._access.kinematics, self._access.angles(measured=False)
         base = self._access.place("Torso", _ROBOT, measured=False)
         feet = _LEGS if support is Support.LEGS else (support.value,)
         ahead = np.array([_AHEAD, 0.0, 0.0, 1.0])
-        goal = sum((base @ place_of(foot, start) @ ahead)[:2] for foot in feet) / len(feet)
+        goal = sum((base @ kinematics.place_of(foot, start) @ ahead)[:2] for foot in feet) / len(feet)
         torso: Matrix = base.copy()
         for _ in range(_ROUNDS):
-            found = reach_places({"Torso": (torso, _ALL_AXES)}, base, start, start)
-            _, center = center_of_mass("Body", found)
+            found = reach_places(kinematics, {"Torso": (torso, _ALL_AXES)}, base, start, near=start)
+            _, center = kinematics.center_of_mass("Body", found)
             torso[:2, 3] += goal - (torso @ [*center, 1.0])[:2]
         forward, left = (torso - base)[:2, 3].tolist()
         return forward, left

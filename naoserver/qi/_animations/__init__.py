@@ -1,7 +1,7 @@
 """Our own animations under names of NAOqi's: gestures of arms and head for a robot that stands.
 
-Each is a file of key frames below this folder, as `naoserver._motions.keyframes` reads it, and ends with the
-way back to where its joints were. NAOqi numbers the variants of an animation; those without a file here are
+Each is a file of key frames below this folder, as `naoserver._motions.motion_file` reads it, and ends with
+the way back to where its joints were. NAOqi numbers the variants of an animation; those without a file are
 played as one that has.
 """
 
@@ -15,9 +15,13 @@ from importlib import resources
 from types import MappingProxyType
 from typing import Final
 
-from naoserver._motions.keyframes import Key, Motion, MotionError, parse_motion
-from naoserver._motions.postures import Situation, Stance, stance_of
+from naoserver._motions.keyframes import Key, Motion
+from naoserver._motions.motion_file import MotionError, parse_motion
+from naoserver._motions.postures import Situation, stance_of
 from naoserver._motions.routes import Route, RouteError
+from naoserver.bodies.nao import H25
+from naoserver.body import Body
+from naoserver.parts import Stance
 from zenoh_ice.toml_file import read_text
 
 _BACK: Final = 1.5
@@ -56,7 +60,7 @@ def load_animations() -> Mapping[str, Motion]:
     with resources.as_file(resources.files("naoserver.qi._animations")) as folder:
         for path in sorted(folder.glob("*/**/*.toml")):
             name = f"animations/{path.relative_to(folder).with_suffix('').as_posix()}"
-            found[name] = _returning(parse_motion(read_text(path, MotionError), name, str(path)))
+            found[name] = _returning(parse_motion(read_text(path, MotionError), name, str(path), H25))
     return MappingProxyType(found)
 
 
@@ -78,12 +82,13 @@ def _returning(motion: Motion) -> Motion:
 class AnimationRoute:
     """An animation of a robot that stands, in whichever posture. Implements Route."""
 
-    def __init__(self, animation: Motion) -> None:
+    def __init__(self, body: Body, animation: Motion) -> None:
+        self._body = body
         self._legs = [animation]
 
     def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:  # noqa: ARG002
         """Return the animation, then None. Raises RouteError unless the robot stands."""
-        stance = stance_of(situation)
+        stance = stance_of(self._body, situation)
         if self._legs and stance is not Stance.STANDING:
             raise RouteError(f"{self._legs[0].name} needs a robot that stands, and it is {stance}")
         return self._legs.pop() if self._legs else None

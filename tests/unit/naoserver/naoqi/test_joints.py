@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.naoqi._joints import Order, calls_of
 from naoserver.naoqi._link import CallFailed
 from tests.support.limits import CALL_LIMIT

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.naoqi._memory_keys import MemoryLayout
 from tests.support.any_text import any_text
 from tests.support.scripted_naoqi import DEVICES, nao_memory
@@ -40,7 +40,9 @@ def test_the_signs_of_the_inertial_unit_are_those_of_the_generation(nao6, force,
 
 def test_joints_come_in_the_order_of_the_body():
     measured = read(nao_memory())
-    assert measured.joints.positions == tuple(H25.postures["STAND_INIT"][name] for name in H25.joint_names)
+    assert measured.joints.positions == tuple(
+        H25.postures["StandInit"].angles[name] for name in H25.joint_names
+    )
     assert measured.joints.commands == measured.joints.positions
     assert set(measured.joints.stiffnesses) == {1.0}
     assert set(measured.joints.temperatures) == {40.0}

@@ -4,7 +4,7 @@ import pytest
 
 from interfaces.nao import ActionStatus
 from naoserver._naoqi_names import gait_limits
-from naoserver._walk import Way
+from naoserver._way import way_to
 from naoserver.assembly import Assembly
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
@@ -70,7 +70,7 @@ def walking(naoqi):
             assembly = Assembly(robot, ServerOptions(), WallClock())
             walk_to = assembly.walk_to
             assert walk_to is not None
-            way = Way((1.0, 0.0, 0.0), robot.walker.odometry(), robot.walker.limits)
+            way = way_to((1.0, 0.0, 0.0), robot.walker.odometry(), robot.walker.limits)
             walk_to.begin(way, "anna")
             change()
 

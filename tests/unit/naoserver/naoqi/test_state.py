@@ -2,7 +2,7 @@
 
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.naoqi._state import Setpoints
 
 YAW = H25.joint_names.index("HeadYaw")

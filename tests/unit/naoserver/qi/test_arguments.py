@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.errors import InvalidCommand
 from naoserver.qi._arguments import JointNames, fraction, keepable, number, number_lists, numbers, text
 from tests.support.any_text import any_text
 from tests.support.examples import examples
 
-NAMES = JointNames(H25.joint_names)
+NAMES = JointNames(H25)
 
 foreign = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | any_text(max_size=5) | st.binary(max_size=5),

@@ -43,7 +43,7 @@ def test_every_animation_ends_where_it_began_and_the_robot_stands():
     assert len(load_animations()) >= 20
     for name, animation in load_animations().items():
         before = robot.read().commands
-        rig.player.begin("motion", name, AnimationRoute(animation))
+        rig.player.begin("motion", name, AnimationRoute(rig.player.body, animation))
         rig.finish()
         assert robot.read().commands == pytest.approx(before, abs=0.01), name
         assert robot.state().torso_tilt < math.radians(10), name

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.qi._behaviors import ALBehaviorManager
@@ -54,7 +54,7 @@ def test_an_interpolation_from_where_it_is(rig):
 
 def test_an_interpolation_that_is_too_fast_takes_longer(rig):
     seconds = rig.complete(rig.motion.angleInterpolation, "LShoulderPitch", 0.2, 0.1, True)
-    way = H25.postures["STAND_INIT"]["LShoulderPitch"] - 0.2
+    way = H25.postures["StandInit"].angles["LShoulderPitch"] - 0.2
     assert seconds == pytest.approx(way / rig.access.body.speed_cap("LShoulderPitch"), abs=0.1)
     assert rig.motion.getAngles("LShoulderPitch", False) == pytest.approx([0.2], abs=1e-3)
 

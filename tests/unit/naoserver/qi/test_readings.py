@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.body import H25, VOLTAGE
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import FootReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeRobot
@@ -15,6 +15,7 @@ from naoserver.qi._leds import ALLeds
 from naoserver.qi._memory import ALMemory
 from naoserver.qi._sensors import ALSonar
 from naoserver.qi._speech import ALTextToSpeech
+from tests.support.present import present
 from tests.support.qi_service import Rig
 
 DEVICES = "Device/SubDeviceList/"
@@ -40,10 +41,10 @@ def labouring():
 
 
 def test_the_current_of_a_motor_is_that_of_its_torque(labouring):
-    motor = next(joint["motor"] for joint in H25.facts["joints"] if joint["name"] == "LKneePitch")
+    motor, battery = present(H25.joint["LKneePitch"].motor), present(H25.battery)
     # The winding takes the same power as the battery's model: the loss of a motor that stands.
-    resistance = VOLTAGE**2 / (motor["no_load_speed_out"] * motor["stall_torque_out_no_loss"])
-    loss = motor["no_load_speed_out"] / motor["stall_torque_out_no_loss"] * 2.0**2
+    resistance = battery.voltage**2 / (motor.no_load_speed * motor.stall_torque)
+    loss = motor.no_load_speed / motor.stall_torque * 2.0**2
     current = labouring.getData(f"{DEVICES}LKneePitch/ElectricCurrent/Sensor/Value")
     assert resistance * current**2 == pytest.approx(loss)
     assert labouring.getData(f"{DEVICES}RKneePitch/ElectricCurrent/Sensor/Value") == 0.0

@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver._naoqi_names import IMAGE_SIZES
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.qi._video import COLOR_SPACES, LAYERS, shrunk, source_size
 from naoserver.robot import Frame
 
