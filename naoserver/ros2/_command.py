@@ -18,9 +18,10 @@ from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settin
 from zenoh_ros2 import DEFAULT_SETTINGS, Node, RosError, RosoutHandler, Service
 
 from ._commands import Commands
+from ._description import DescribedRobot, GatewayError
 from ._messages import Stamps
 from ._parameters import declare_parameters
-from ._telemetry import GatewayError, Telemetry, require
+from ._telemetry import Telemetry
 
 __all__ = ["EXPECTED", "app", "serve"]
 
@@ -117,10 +118,10 @@ def serve(
 
     `settings.connect` has the endpoint of the router of ROS, or of another node; `options` are those of
     `ros2.Node`. Yields the telemetry, whose `look` is due several times a second. Raises AbsentError when
-    nothing answers there.
+    nothing answers there, GatewayError for a robot whose description has a fault.
     """
-    clock = require(communicator, ClockPrx, "Clock")
-    reading = clock.getTime()
+    described = DescribedRobot(communicator)
+    reading = described.require(ClockPrx, "Clock").getTime()
     stamps = Stamps(simulated=reading.simulated)
     stamps.adjust(reading.time, time.time())
     robot = communicator.clock
@@ -137,9 +138,9 @@ def serve(
         for package in (__package__, "zenoh_ros2"):
             logging.getLogger(package).addHandler(handler)
             steps.callback(logging.getLogger(package).removeHandler, handler)
-        telemetry = steps.enter_context(closing(Telemetry(node, communicator, stamps)))
-        speeds = declare_parameters(node, communicator, stamps)
-        commands = Commands(node, communicator, stamps, speeds)
+        telemetry = steps.enter_context(closing(Telemetry(node, described, stamps)))
+        speeds = declare_parameters(node, described, stamps)
+        commands = Commands(node, described, stamps, speeds)
         if own.connect:
             where = ", ".join(own.connect)
             steps.enter_context(_reported_if_shut_out(commands.emergency_stop, where))

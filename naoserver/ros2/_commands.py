@@ -10,7 +10,7 @@ import logging
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
@@ -25,15 +25,16 @@ from interfaces.nao import (
     SpeechPrx,
     WalkPrx,
 )
-from zenoh_ice import Communicator, SystemException, UserException
+from naoserver.body import Body
+from zenoh_ice import SystemException, UserException
 from zenoh_ros2 import LARGEST_COMMAND, Aborted, ActionServer, Canceled, Node, QoS, Sender, ServerGoal
 
 from . import _trajectory as trajectory
 from . import _trajectory_topic as trajectory_topic
-from ._description import FOOTPRINT, ODOM, ROOT
+from ._description import DescribedRobot
+from ._frames import FOOTPRINT, ODOM, ROOT
 from ._messages import Stamps
 from ._parameters import Speeds
-from ._telemetry import find, require
 from ._trajectory_topic import TrajectoryTopic
 from ._vigil import JointMotion, Vigil, WalkMotion
 
@@ -67,21 +68,20 @@ _REFUSALS: Final = (RefusedError, trajectory.TrajectoryError, UserException, Sys
 class Commands:
     """Serves a node's commands to a robot, as far as the robot supports them."""
 
-    def __init__(
-        self, node: Node, communicator: Communicator, stamps: Stamps, speeds: Speeds | None = None
-    ) -> None:
+    def __init__(self, node: Node, robot: DescribedRobot, stamps: Stamps, speeds: Speeds) -> None:
         """Serve the commands of a node; `speeds` limits those of /cmd_vel."""
         self._node: Final = node
-        self._speeds: Final = speeds or Speeds()
+        self._speeds: Final = speeds
         self._refusals: deque[tuple[str, float]] = deque(maxlen=_MOST_REFUSALS)
-        self._body = require(communicator, JointsPrx, "Body")
-        self._names: Final = self._body.getJointNames()
-        self._safety = require(communicator, SafetyPrx, "Safety")
-        motors = find(communicator, MotorsPrx, "Motors")
-        walk, encoders = find(communicator, WalkPrx, "Walk"), find(communicator, EncodersPrx, "Encoders")
-        speech = find(communicator, SpeechPrx, "Speech")
-        postures = find(communicator, PosturesPrx, "Postures")
-        motions = find(communicator, MotionsPrx, "Motions")
+        self._body = robot.require(JointsPrx, "Body")
+        self._names: Final = robot.body.joint_names
+        self._chains: Final = _chains(robot.body)
+        self._safety = robot.require(SafetyPrx, "Safety")
+        motors = robot.find(MotorsPrx, "Motors")
+        walk, encoders = robot.find(WalkPrx, "Walk"), robot.find(EncodersPrx, "Encoders")
+        speech = robot.find(SpeechPrx, "Speech")
+        postures = robot.find(PosturesPrx, "Postures")
+        motions = robot.find(MotionsPrx, "Motions")
 
         self.emergency_stop: Final = node.create_service(
             "std_srvs/srv/Trigger", "~/emergency_stop", self._stop, urgent=True
@@ -89,7 +89,7 @@ class Commands:
         node.create_service("std_srvs/srv/Trigger", "~/reset", self._reset, urgent=True)
         self._vigil: Final = Vigil()
         node.on_close(self._vigil, self._vigil.close)
-        self._joint_motion: Final = JointMotion(self._body, tuple(self._names))
+        self._joint_motion: Final = JointMotion(self._body, self._names)
         self._listen("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "joint_angles", self._move)
         follower = trajectory.TrajectoryFollower(self._body, stamps.robot_time)
         ActionServer(
@@ -209,7 +209,7 @@ class Commands:
         given = message.joint_names
         if len(given) > len(self._names):
             raise RefusedError(f"{len(given)} joints; there are {len(self._names)}")
-        names = self._chain(given[0]) if len(given) == 1 else given
+        names = self._chains.get(given[0], given) if len(given) == 1 else given
         if len(names) != len(message.joint_angles) or len(set(names)) != len(names):
             raise RefusedError(f"{len(message.joint_angles)} angles for {len(names)} joints, each once")
         targets = dict(zip(names, message.joint_angles.tolist(), strict=True))
@@ -224,19 +224,6 @@ class Commands:
         limited = self._body.setJointPositions(targets, message.speed)
         self._joint_motion.add(limited, sender)
         self._vigil.watch(self._joint_motion)
-
-    def _chain(self, name: str) -> Sequence[str]:
-        """Return the joints of one of NAOqi's chains; a joint is a chain of one."""
-        parts = {
-            "Head": ("Head",),
-            "Arm": ("Shoulder", "Elbow", "Wrist", "Hand"),
-            "Leg": ("Hip", "Knee", "Ankle"),
-        }
-        if name == "Body":
-            return self._names
-        side, part = (name[:1], name[1:]) if name[:1] in ("L", "R") else ("", name)
-        starts = tuple(side + start for start in parts.get(part, ()))
-        return [joint for joint in self._names if starts and joint.startswith(starts)] or [name]
 
     # -- actions -----------------------------------------------------------------------------------------
 
@@ -298,6 +285,20 @@ class Commands:
             _logger.error("%s", error)
             return {"success": False, "message": str(error)}
         return {"success": True, "message": done}
+
+
+def _chains(body: Body) -> Mapping[str, Sequence[str]]:
+    """Return the joints of NAOqi's chains, as far as the body has them."""
+    groups = body.groups
+    chains = {
+        "Body": body.joint_names,
+        "Head": groups.head,
+        "LArm": groups.left_arm,
+        "RArm": groups.right_arm,
+        "LLeg": groups.left_leg,
+        "RLeg": groups.right_leg,
+    }
+    return {name: joints for name, joints in chains.items() if joints}
 
 
 def _begin(name: str, state: Callable[[], ActionState], begin: Callable[[], None]) -> int:

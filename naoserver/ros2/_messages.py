@@ -28,10 +28,11 @@ from interfaces.nao import (
 )
 from naoserver.body import Body
 from naoserver.capabilities import Vector
-from naoserver.kinematics import Matrix, angles_of, matrix_of, place_of
+from naoserver.kinematics import Matrix, angles_of, kinematics_of, matrix_of, turned
+from naoserver.parts import NO_TURN, Joint, Quaternion
 from zenoh_ros2 import Types
 
-from ._description import CAMERA_FRAMES, FOOTPRINT, LINKS, ODOM, ROOT, Frame, fixed_frames
+from ._frames import FOOTPRINT, ODOM, ROOT, Frame, fixed_frames, link_frames
 
 Fields = dict[str, object]
 
@@ -160,9 +161,13 @@ def foot(header: Fields, reading: FootReading) -> Fields:
     }
 
 
-BUMPER: Final = "bumper"
-HAND: Final = "hand_touch"
-HEAD: Final = "head_touch"
+_BUMPER: Final = "bumper"
+_HAND: Final = "hand_touch"
+_HEAD: Final = "head_touch"
+_BUMPERS: Final = {
+    1: ("LFootBumperLeft", "LFootBumperRight"),
+    0: ("RFootBumperLeft", "RFootBumperRight"),
+}
 _BUTTONS: Final = {"HeadFront": 1, "HeadMiddle": 2, "HeadRear": 3}
 _HANDS: Final = {
     "RHandBack": 0,
@@ -174,22 +179,23 @@ _HANDS: Final = {
 }
 
 
+def touch_kinds(sensors: Sequence[str]) -> dict[str, str]:
+    """Return naoqi_driver2's topics, with their types, of some touch sensors: it has no others."""
+    bumpers = [name for pair in _BUMPERS.values() for name in pair]
+    kinds = {_BUMPER: ("Bumper", bumpers), _HAND: ("HandTouch", _HANDS), _HEAD: ("HeadTouch", _BUTTONS)}
+    return {topic: kind for topic, (kind, names) in kinds.items() if not set(sensors).isdisjoint(names)}
+
+
 def touch_events(before: Collection[str], after: Collection[str]) -> Iterator[tuple[str, Fields]]:
     """Yield naoqi_driver2's topic and fields of each sensor that was pressed or released."""
-    for side, number in (("R", 0), ("L", 1)):
-        bumpers = (f"{side}FootBumperLeft", f"{side}FootBumperRight")
+    for number, bumpers in _BUMPERS.items():
         was, is_ = (any(bumper in touched for bumper in bumpers) for touched in (before, after))
         if was != is_:
-            yield BUMPER, {"bumper": number, "state": int(is_)}
-    for topic, field, numbers in ((HAND, "hand", _HANDS), (HEAD, "button", _BUTTONS)):
+            yield _BUMPER, {"bumper": number, "state": int(is_)}
+    for topic, field, numbers in ((_HAND, "hand", _HANDS), (_HEAD, "button", _BUTTONS)):
         for name, number in numbers.items():
             if (name in before) != (name in after):
                 yield topic, {field: number, "state": int(name in after)}
-
-
-def optical_frame(camera: str) -> str:
-    """Return the frame of a camera's images."""
-    return f"{CAMERA_FRAMES.get(camera, camera)}_optical_frame"
 
 
 def raw_image(header: Fields, data: ImageData) -> Fields:
@@ -299,6 +305,8 @@ class BodyFrames:
 
     def __init__(self, types: Types, body: Body) -> None:
         self._joints: Final = body.joints
+        self._links: Final = link_frames(body)
+        self._kinematics: Final = kinematics_of(body)
         self._fixed: Final = fixed_frames(body)
         self._time: Final = types["builtin_interfaces/msg/Time"]
         self._header: Final = types["std_msgs/msg/Header"]
@@ -319,7 +327,7 @@ class BodyFrames:
     def moving(self, ns: int, angles: Sequence[float]) -> list[Any]:
         """Return the transforms of the joints at their angles in rad."""
         return [
-            self._placed(LINKS[joint.parent], LINKS[joint.child], joint.origin, _about(joint.axis, angle), ns)
+            self._placed(self._links[joint.parent], self._links[joint.child], *_moved(joint, angle), ns)
             for joint, angle in zip(self._joints, angles, strict=True)
         ]
 
@@ -331,10 +339,9 @@ class BodyFrames:
         `tilt` is roll and pitch of the torso in rad; without odometry there is no odom, only the floor below.
         """
         by_name = {joint.name: angle for joint, angle in zip(self._joints, angles, strict=True)}
-        torso = matrix_of((0.0, 0.0, 0.0, *tilt, 0.0))
-        soles = [torso @ place_of(leg, by_name) for leg in ("LLeg", "RLeg")]
-        torso[2, 3] = -min(sole[2, 3] for sole in soles)  # the lower sole is on the floor
-        x, y = (soles[0][:2, 3] + soles[1][:2, 3]) / 2
+        torso = self._kinematics.torso_place(by_name, *tilt)
+        feet = [(torso @ sole)[:2, 3] for sole in self._kinematics.soles(by_name)] or [torso[:2, 3]]
+        x, y = np.mean(feet, axis=0)
         footprint = np.linalg.inv(torso) @ matrix_of((float(x), float(y), 0.0, 0.0, 0.0, 0.0))
         found = [self._of_matrix(ROOT, FOOTPRINT, footprint, ns)]
         if odometry is None:
@@ -394,6 +401,28 @@ class BodyFrames:
     ) -> Any:  # noqa: ANN401
         header = self._header(self._time(*divmod(ns, _NS)), parent)
         return self._stamped(header, child, self._transform(self._vector(*position), self._quaternion(*turn)))
+
+
+def _moved(joint: Joint, angle: float) -> tuple[Vector, tuple[float, float, float, float]]:
+    """Return the place of a joint's frame in its parent's, and its quaternion (x, y, z, w)."""
+    if joint.sliding:
+        x, y, z = turned(joint.turn)[:3, :3] @ joint.axis * angle + joint.origin
+        return (float(x), float(y), float(z)), _product(joint.turn, (0.0, 0.0, 0.0, 1.0))
+    about = _about(joint.axis, angle)
+    return joint.origin, about if joint.turn == NO_TURN else _product(joint.turn, about)
+
+
+def _product(turn: Quaternion, then: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Return the quaternion (x, y, z, w) of `turn` (w, x, y, z), then of `then` (x, y, z, w)."""
+    length = math.hypot(*turn)  # figures are rounded
+    w, x, y, z = (part / length for part in turn)
+    a, b, c, d = then
+    return (
+        w * a + x * d + y * c - z * b,
+        w * b - x * c + y * d + z * a,
+        w * c + x * b - y * a + z * d,
+        w * d - x * a - y * b - z * c,
+    )
 
 
 def _about(axis: Vector, angle: float) -> tuple[float, float, float, float]:

@@ -8,11 +8,12 @@ import threading
 from typing import Final
 
 from interfaces.jderobot import CameraDescription, CameraPrx
-from zenoh_ice import Communicator, SystemException, UserException
+from zenoh_ice import SystemException, UserException
 from zenoh_ros2 import Node, Parameters
 
+from ._description import DescribedRobot
 from ._messages import Stamps
-from ._telemetry import CAMERAS, find
+from ._telemetry import camera_topics
 
 _LINEAR: Final = 1.0
 _TURNING: Final = 2.0
@@ -35,7 +36,7 @@ class Speeds:
         return forward / excess, left / excess, turn / excess
 
 
-def declare_parameters(node: Node, communicator: Communicator, stamps: Stamps) -> Speeds:
+def declare_parameters(node: Node, robot: DescribedRobot, stamps: Stamps) -> Speeds:
     """Serve the node's parameters; return the speeds, which they set."""
     parameters, speeds = Parameters(node), Speeds()
     simulated = "Whether stamps are those of /clock, as the robot server decides."
@@ -55,8 +56,8 @@ def declare_parameters(node: Node, communicator: Communicator, stamps: Stamps) -
         "walk.max_turning_speed", _TURNING, f"Highest turning speed of /cmd_vel in rad/s, {own}",
         on_change=set_turning,
     )  # fmt: skip
-    for identity, topic in CAMERAS.items():
-        camera = find(communicator, CameraPrx, identity)
+    for identity, topic in camera_topics(robot.body).items():
+        camera = robot.find(CameraPrx, identity)
         if camera is not None:
             _CameraParameters(camera).declare(parameters, topic.replace("/", "."))
     return speeds

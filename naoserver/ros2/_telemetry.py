@@ -20,44 +20,22 @@ from interfaces.nao import (
     TouchPrx,
     TouchReading,
 )
-from zenoh_ice import Communicator, ObjectNotExistException, ObjectPrx, Sample, Subscription
+from naoserver.body import Body
+from zenoh_ice import Sample, Subscription
 from zenoh_ice.proxy import StreamedCall
 from zenoh_ros2 import LATCHED, Node, Publisher, QoS
 
 from . import _messages as messages
-from ._description import ODOM, ROOT, body_of, outside_frames, urdf
+from ._description import DescribedRobot
+from ._frames import ODOM, OUTSIDE, ROOT, SOLES, camera_frame, optical_frame, outside_frames
 from ._messages import BodyFrames, Fields, Stamps
-
-CAMERAS: Final = {
-    "Camera": "camera/front",
-    "CameraBottom": "camera/bottom",
-    "CameraOutside": "camera/outside",
-}
-"""The beginning of the topics of each camera."""
+from ._urdf import urdf
 
 _ONCE_A_SECOND: Final = 1.0
 _EVENTS: Final = 64
 """Maximum changes of the touch sensors that wait."""
 
-P = TypeVar("P", bound=ObjectPrx)
 V = TypeVar("V")
-
-
-class GatewayError(Exception):
-    """The robot cannot be shown to ROS."""
-
-
-def require(communicator: Communicator, interface: type[P], identity: str) -> P:
-    """Return a checked proxy of a servant of every robot server; raises SystemException without it."""
-    return interface.checkedCast(communicator.stringToProxy(identity))
-
-
-def find(communicator: Communicator, interface: type[P], identity: str) -> P | None:
-    """Return a checked proxy; None if the robot has no such servant."""
-    try:
-        return require(communicator, interface, identity)
-    except ObjectNotExistException:
-        return None
 
 
 class Output(NamedTuple):
@@ -107,20 +85,18 @@ class _Relay:
 class Telemetry:
     """Publishes the streams of a robot server; `look` is to be called several times a second."""
 
-    def __init__(self, node: Node, communicator: Communicator, stamps: Stamps) -> None:
-        """Announce topics for the robot's servants.
-
-        Raises GatewayError for an unknown body, SystemException when the server is gone.
-        """
+    def __init__(self, node: Node, robot: DescribedRobot, stamps: Stamps) -> None:
+        """Announce topics for the robot's servants. Raises SystemException when the server is gone."""
         self._node: Final = node
-        self._communicator: Final = communicator
+        self._robot: Final = robot
         self._stamps: Final = stamps
         self._relays: Final[list[_Relay]] = []
-        self._inertial = find(communicator, InertialUnitPrx, "InertialUnit")
-        self._encoders = find(communicator, EncodersPrx, "Encoders")
-        self._joints = require(communicator, JointsPrx, "Body")
-        self._names = self._joints.getJointNames()
-        clock = require(communicator, ClockPrx, "Clock")
+        self._inertial = robot.find(InertialUnitPrx, "InertialUnit")
+        self._encoders = robot.find(EncodersPrx, "Encoders")
+        self._joints = robot.require(JointsPrx, "Body")
+        self._body: Final = robot.body
+        self._names: Final = robot.body.joint_names
+        clock = robot.require(ClockPrx, "Clock")
         if stamps.simulated:
             time = Output(
                 "rosgraph_msgs/msg/Clock", "/clock", "", lambda header, _: {"clock": header["stamp"]}
@@ -129,7 +105,7 @@ class Telemetry:
         self._add_body()
         self._add_senses()
         self._add_touch()
-        for identity, topic in CAMERAS.items():
+        for identity, topic in camera_topics(robot.body).items():
             self._add_camera(identity, topic)
         self._adjusting = clock.getTime.subscribe(
             lambda sample: stamps.adjust(sample.time, sample.wall_time), rate=_ONCE_A_SECOND
@@ -161,14 +137,11 @@ class Telemetry:
         self._relays.append(_Relay([topic for topic, _ in topics], lambda: stream.subscribe(publish)))
 
     def _add_body(self) -> None:
-        body = body_of(self._names)
-        if body is None:
-            raise GatewayError(f"these are not the joints of an H25 or an H21: {', '.join(self._names)}")
-        frames, stamps = BodyFrames(self._node.types, body), self._stamps
+        frames, stamps = BodyFrames(self._node.types, self._body), self._stamps
         description = self._node.create_publisher("std_msgs/msg/String", "robot_description", LATCHED)
-        description.publish(data=urdf(body))
+        description.publish(data=urdf(self._body))
         fixed = self._node.create_publisher("tf2_msgs/msg/TFMessage", "/tf_static", LATCHED)
-        outside = find(self._communicator, CameraPrx, "CameraOutside")
+        outside = self._robot.find(CameraPrx, OUTSIDE)
         beside = outside_frames(outside.getCameraDescription()) if outside else ()
         fixed.publish(frames.fixed(stamps.ns(self._joints.getJointState().time), beside))
         states = self._topic("sensor_msgs/msg/JointState", "joint_states")
@@ -199,7 +172,7 @@ class Telemetry:
         if self._inertial is not None:
             imu = Output("sensor_msgs/msg/Imu", "imu/torso", ROOT, messages.imu)
             self._show(self._inertial.getInertialReading, imu)
-        if (sonar := find(self._communicator, SonarPrx, "Sonar")) is not None:
+        if (sonar := self._robot.find(SonarPrx, "Sonar")) is not None:
             kind, limits = "sensor_msgs/msg/Range", sonar.getSonarLimits()
             self._show(
                 sonar.getSonarReading,
@@ -210,18 +183,18 @@ class Telemetry:
                     kind, "sonar/right", "RSonar_frame", lambda to, at: messages.sonar(to, at.right, limits)
                 ),
             )
-        if (feet := find(self._communicator, FootPressurePrx, "FootPressure")) is not None:
+        if (feet := self._robot.find(FootPressurePrx, "FootPressure")) is not None:
             kind = "naoqi_bridge_msgs/msg/FloatArrayStamped"
             self._show(
                 feet.getFeetReading,
-                Output(kind, "fsr/left", "l_sole", lambda to, felt: messages.foot(to, felt.left)),
-                Output(kind, "fsr/right", "r_sole", lambda to, felt: messages.foot(to, felt.right)),
+                Output(kind, "fsr/left", SOLES[0], lambda to, felt: messages.foot(to, felt.left)),
+                Output(kind, "fsr/right", SOLES[1], lambda to, felt: messages.foot(to, felt.right)),
             )
-        if (battery := find(self._communicator, BatteryPrx, "Battery")) is not None:
+        if (battery := self._robot.find(BatteryPrx, "Battery")) is not None:
             power = Output("sensor_msgs/msg/BatteryState", "battery_state", "", messages.battery)
             self._show(battery.getBatteryReading, power)
-        if (health := find(self._communicator, HealthPrx, "Health")) is not None:
-            safety = require(self._communicator, SafetyPrx, "Safety")
+        if (health := self._robot.find(HealthPrx, "Health")) is not None:
+            safety = self._robot.require(SafetyPrx, "Safety")
 
             def diagnose(header: Fields, report: HealthReport) -> Fields:
                 power = battery.getBatteryReading() if battery else None
@@ -233,12 +206,10 @@ class Telemetry:
             )
 
     def _add_touch(self) -> None:
-        touch = find(self._communicator, TouchPrx, "Touch")
+        touch = self._robot.find(TouchPrx, "Touch")
         if touch is None:
             return
-        kinds = {messages.BUMPER: "Bumper", messages.HEAD: "HeadTouch"}
-        if any(name[1:].startswith("Hand") for name in touch.getTouchNames()):
-            kinds[messages.HAND] = "HandTouch"
+        kinds = messages.touch_kinds(touch.getTouchNames())
         topics = {name: self._topic(f"naoqi_bridge_msgs/msg/{kind}", name) for name, kind in kinds.items()}
         before: frozenset[str] = frozenset()
 
@@ -253,10 +224,11 @@ class Telemetry:
         self._relays.append(_Relay([*topics.values()], lambda: follow(publish, queue=_EVENTS)))
 
     def _add_camera(self, identity: str, topic: str) -> None:
-        camera = find(self._communicator, CameraPrx, identity)
+        camera = self._robot.find(CameraPrx, identity)
         if camera is None:
             return
-        frame, described = messages.optical_frame(identity), camera.getCameraDescription()
+        own = next((each for each in self._body.cameras if each.name == identity), None)
+        frame, described = optical_frame(camera_frame(own, identity)), camera.getCameraDescription()
 
         def info(header: Fields, image: ImageData) -> Fields:
             nonlocal described
@@ -271,6 +243,12 @@ class Telemetry:
             Output("sensor_msgs/msg/CameraInfo", f"{topic}/camera_info", frame, info),
             Output(compressed, f"{raw}/compressed", frame, messages.compressed_image),
         )
+
+
+def camera_topics(body: Body) -> dict[str, str]:
+    """Return the beginning of the topics of each camera: `camera/bottom` for `CameraBottom`."""
+    names = [camera.name for camera in body.cameras] + [OUTSIDE]
+    return {name: f"camera/{name.removeprefix('Camera').lower() or 'front'}" for name in names}
 
 
 def _newest(stream: StreamedCall[[], V]) -> V:

@@ -14,6 +14,7 @@ from interfaces.nao import Joints, Motions, PoseHead, Postures, Speech, Walk
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from tests.support.present import present
 from zenoh_ice import Object, VirtualClock
 from zenoh_ice.interface import Interface, Operation
 
@@ -93,7 +94,7 @@ class Rig:
         before = [device.read().commands for device in devices]
         self.live(0.2)
         moved = [device.read().commands for device in devices] != before
-        return moved or self.robot.walker.walking or self.robot.voice.utterance().speaking
+        return moved or present(self.robot.walker).walking or present(self.robot.voice).utterance().speaking
 
 
 def _move_hinge(servant: Pose3DMotors, current: Any) -> None:

@@ -21,13 +21,17 @@ from interfaces.nao import (
     SonarLimits,
     Vector3,
 )
-from naoserver.body import H21, H25
-from naoserver.kinematics import angles_of, matrix_of, place_of, torso_place
+from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.body import Body
+from naoserver.kinematics import angles_of, kinematics_of, matrix_of
+from naoserver.parts import Joint, Link
 from naoserver.ros2 import _messages as messages
-from naoserver.ros2._description import LINKS
+from naoserver.ros2._frames import link_frames
 from naoserver.ros2._messages import BodyFrames, Stamps
+from tests.support.bodies import ARM, CART, GIANT
 from zenoh_ros2 import Types
 
+H25 = find_body("H25")
 HEADER = Stamps(simulated=True).header(1.5, "base_link")
 
 
@@ -169,27 +173,54 @@ def place_of_frame(messages_, frame, root):
     return place
 
 
-@pytest.mark.parametrize("body", [H25, H21], ids=lambda body: body.name)
+@pytest.mark.parametrize("body", [*map(find_body, BODY_NAMES), ARM, CART, GIANT], ids=lambda body: body.name)
 def test_the_tree_of_transforms_has_every_part_where_the_kinematics_do(types, body):
-    drawn, frames = random.Random(3), BodyFrames(types, body)
+    drawn, frames, kinematics = random.Random(3), BodyFrames(types, body), kinematics_of(body)
     for _ in range(5):
-        angles = {joint.name: drawn.uniform(joint.lower, joint.upper) for joint in body.joints}
+        angles = {
+            joint.name: drawn.uniform(max(joint.lower, -9), min(joint.upper, 9)) for joint in body.joints
+        }
         tilt = drawn.uniform(-1, 1), drawn.uniform(-1, 1)
         x, y, heading = drawn.uniform(-3, 3), drawn.uniform(-3, 3), drawn.uniform(-3, 3)
         odometry = EncodersData(x, y, heading, math.cos(heading), math.sin(heading))
         floor, place = frames.floor(5, [*angles.values()], tilt, odometry)
         tree = [frames.fixed(5), frames.message([*frames.moving(5, [*angles.values()]), *floor])]
-        for joint in body.joints:
-            expected = place_of(joint.name, angles)
-            assert place_of_frame(tree, LINKS[joint.child], "base_link") == pytest.approx(expected, abs=1e-9)
-        torso = matrix_of((x, y, 0.0, 0.0, 0.0, heading)) @ torso_place(angles, *tilt)
-        assert place_of_frame(tree, "torso", "odom") == pytest.approx(torso, abs=1e-9)
+        links = link_frames(body)
+        for link, frame in links.items():
+            expected = kinematics.link_place(link, angles)
+            assert place_of_frame(tree, frame, "base_link") == pytest.approx(expected, abs=1e-9)
+        torso = matrix_of((x, y, 0.0, 0.0, 0.0, heading)) @ kinematics.torso_place(angles, *tilt)
+        assert place_of_frame(tree, links[body.root.name], "odom") == pytest.approx(torso, abs=1e-9)
         assert place == pytest.approx(torso)
-        soles = [place_of_frame(tree, sole, "odom") for sole in ("l_sole", "r_sole")]
         foot = place_of_frame(tree, "base_footprint", "odom")
-        assert foot[:2, 3] == pytest.approx((soles[0][:2, 3] + soles[1][:2, 3]) / 2)
-        assert foot[2, 3] == pytest.approx(min(sole[2, 3] for sole in soles), abs=1e-9)
+        soles = [place_of_frame(tree, sole, "odom") for sole in ("l_sole", "r_sole")] if body.soles else []
+        feet = [sole[:2, 3] for sole in soles] or [torso[:2, 3]]
+        assert foot[:2, 3] == pytest.approx(np.mean(feet, axis=0))
+        assert foot[2, 3] == pytest.approx(min((sole[2, 3] for sole in soles), default=0.0), abs=1e-9)
         assert angles_of(foot) == pytest.approx((0.0, 0.0, heading), abs=1e-9)
+
+
+def test_a_joint_that_slides_moves_its_link_along_its_axis(types):
+    links = tuple(Link(name=name, mass=1.0) for name in ("root", "lift"))
+    rise = Joint(
+        name="rise", parent="root", child="lift", axis=(0, 0, 1), origin=(0.1, 0, 0.2), sliding=True,
+        turn=(math.sqrt(0.5), math.sqrt(0.5), 0, 0), max_velocity=1, max_torque=1,
+    )  # fmt: skip
+    body = Body(name="lift", links=links, joints=(rise,))
+    frames = BodyFrames(types, body)
+    tree = [frames.message(frames.moving(5, [0.3])), frames.fixed(5)]
+    lift = place_of_frame(tree, "lift", "base_link")
+    assert lift == pytest.approx(kinematics_of(body).link_place("lift", {"rise": 0.3}), abs=1e-9)
+    assert lift[:3, 3] == pytest.approx((0.1, -0.3, 0.2))
+
+
+def test_only_the_touch_topics_of_sensors_that_are_there():
+    assert messages.touch_kinds(find_body("H21").touch_sensors) == {
+        "bumper": "Bumper",
+        "head_touch": "HeadTouch",
+    }
+    assert "hand_touch" in messages.touch_kinds(H25.touch_sensors)
+    assert messages.touch_kinds(CART.touch_sensors) == {}
 
 
 def test_without_odometry_there_is_no_odom(types):
