@@ -1,1 +1,1 @@
-"""Shared by all robot servers: the robot protocol, the servants, the safety layer, the facts of the H25."""
+"""Shared by all robot servers: the robot protocol, the servants, the safety layer, the bodies of robots."""

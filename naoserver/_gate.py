@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from interfaces.nao import SafetyState, Severity
+from naoserver._event_log import EventLog
 from naoserver.errors import CommandRefused, InvalidCommand
-from naoserver.event_log import EventLog
 from naoserver.latch import Latch
 from zenoh_ice.application.kept_stop import KeptLease
 

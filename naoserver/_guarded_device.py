@@ -11,7 +11,8 @@ from interfaces.nao import Severity
 from naoserver._gate import Gate
 from naoserver._safety import Goal, JointSafety, Outcome
 from naoserver.errors import InvalidCommand
-from naoserver.robot import JointDevice, JointFacts, JointReading
+from naoserver.parts import JointFacts
+from naoserver.robot import JointDevice, JointReading
 from zenoh_ice.text import few
 
 _logger = logging.getLogger(__name__)

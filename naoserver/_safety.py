@@ -5,8 +5,8 @@ It treats commands as follows:
 - a value that is not finite, a joint that the device does not have: refused with InvalidCommand;
 - a target outside the joint's range, or outside the range that the angle of another joint leaves (the
   anti-collision tables of `naoserver.body`): clamped, also on the way there while both joints move;
-- a position speed above the cap (a fraction of the joint's full speed, less of the arms on straight legs), or
-  at which another joint could not get out of the way in time: capped;
+- a position speed above the cap (a fraction of the joint's full speed, less while a speed rule of the body
+  applies), or at which another joint could not get out of the way in time: capped;
 - a velocity: capped, reached and left by a ramp, ended at the joint's limit;
 - a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
   robot time: if a client hangs, the joint stops as soon, however fast a simulation runs;
@@ -23,18 +23,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
-from naoserver.body import Coupling, RangeTable
 from naoserver.errors import InvalidCommand
 from naoserver.options import SafetyOptions
-from naoserver.robot import JointFacts, JointReading
+from naoserver.parts import Coupling, JointFacts, RangeTable, SpeedRule
+from naoserver.robot import JointReading
 
 _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
 _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a load may hold a joint; beyond it, the joint lags behind."""
-
-_STRAIGHT: Final = 0.3
-"""Angle of the knees in rad below which legs are straight."""
 
 _LONGEST_NAME: Final = 64
 """Maximum characters of a client's text in an error."""
@@ -69,11 +66,19 @@ class JointRules:
     """The rules for the joints of one device; an Outcome reports what they change."""
 
     def __init__(
-        self, joints: Sequence[JointFacts], options: SafetyOptions, couplings: Iterable[Coupling]
+        self,
+        joints: Sequence[JointFacts],
+        options: SafetyOptions,
+        couplings: Iterable[Coupling],
+        speed_rules: Iterable[SpeedRule],
     ) -> None:
         self.facts: Final = {joint.name: joint for joint in joints}
         self._options = options
-        self._knees = [index for index, joint in enumerate(joints) if joint.name.endswith("KneePitch")]
+        self._index = {joint.name: index for index, joint in enumerate(joints)}
+        self._speed_rules: dict[str, list[SpeedRule]] = {}  # of each joint that has any
+        for rule in speed_rules if options.speed_rules else ():
+            for joint in rule.slower:
+                self._speed_rules.setdefault(joint, []).append(rule)
         self.couplings: Final = tuple(couplings)
 
     def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
@@ -103,9 +108,11 @@ class JointRules:
     def speed_cap(self, joint: str, reading: JointReading) -> float:
         """Return the highest speed that a command gets at a reading, in rad/s or m/s."""
         fraction = self._options.speed_fraction
-        straight = self._knees and all(reading.positions[knee] < _STRAIGHT for knee in self._knees)
-        if straight and ("Shoulder" in joint or "Elbow" in joint):
-            fraction = min(fraction, self._options.straight_legs_fraction)
+        for rule in self._speed_rules.get(joint, ()):
+            if all(
+                reading.positions[self._index[other]] < below for other, below in rule.while_below.items()
+            ):
+                fraction = min(fraction, rule.fraction)
         return fraction * self.facts[joint].max_velocity
 
     def default_speed(self, joint: str) -> float:
@@ -162,9 +169,10 @@ class JointSafety:
         options: SafetyOptions,
         tables: Iterable[RangeTable] = (),
         couplings: Iterable[Coupling] = (),
+        speed_rules: Iterable[SpeedRule] = (),
     ) -> None:
         self.options: Final = options
-        self._rules = JointRules(joints, options, couplings)
+        self._rules = JointRules(joints, options, couplings, speed_rules)
         self.speed_cap: Final = self._rules.speed_cap
         self._index = {joint.name: index for index, joint in enumerate(joints)}
         self._tables = tuple(tables)

@@ -1,32 +1,31 @@
-"""The walk behind its safety layer, the only way to command it; and walks to a place.
+"""The walk, on legs or on wheels, behind its safety layer, the only way to command it; and walks to a place.
 
 On the way to a place, the velocity is renewed through the guard until the robot arrives.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import asdict, dataclass
 from typing import Final
 
 from msgspec.structs import replace
 
 from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver._guarded_device import GuardedDevice
-from naoserver.capabilities import Odometry, Walker, WalkVelocity
+from naoserver._way import STILL, Way
+from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.options import SafetyOptions
 
 WALK: Final = "the walk"
-"""Owner of the legs while it walks."""
+"""Owner of the legs, or of the wheels, while it walks."""
 _SOURCE: Final = "Walk"
-_STILL: Final = WalkVelocity()
-_LEG: Final = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
-_LEGS: Final = [side + joint for side in "LR" for joint in _LEG]
+_CANNOT: Final = {"forward": "go forwards or backwards", "left": "go sideways", "turn": "turn"}
+"""What a robot cannot that has the limit 0 of a kind of velocity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +41,14 @@ class WalkGuard:
     """Pass velocities to `walker`: limited, and each for as long as its client renews it.
 
     The velocities forwards, to the left and of the turn are commanded, and stop, independently. During the
-    walk, the legs of `body` belong to it. The gate of `body` accepts or refuses each command, but never
+    walk, the joints of `walker` belong to it. The gate of `body` accepts or refuses each command, but never
     refuses a stop.
     """
 
     def __init__(self, walker: Walker, body: GuardedDevice, options: SafetyOptions) -> None:
         self.name: Final = WALK
+        self.lag: Final = walker.lag
+        """By how many s its velocity lags behind a command."""
         self.limits: Final = walker.limits
         """The highest velocity of each kind."""
         self.read: Final = walker.odometry
@@ -79,7 +80,7 @@ class WalkGuard:
         limitations = []
         with self._lock:
             if after is not None and (commanded := self._walker.commanded()) != after:
-                if commanded == _STILL and self._walker.ended:
+                if commanded == STILL and self._walker.ended:
                     raise InvalidCommand("walk", f"the robot ended the walk: {self._walker.ended}")
                 raise InvalidCommand("walk", "the walk was stopped, or walks by another command now")
             if any(velocities.values()):  # everybody may stop it
@@ -92,9 +93,11 @@ class WalkGuard:
                 if not math.isfinite(velocity):
                     raise InvalidCommand(kind, f"{kind} is {velocity}: it must be a finite number")
                 highest = min(self._highest[kind], getattr(limits or self.limits, kind))
-                safe = max(-highest, min(highest, velocity))
+                safe = max(-highest, min(highest, velocity)) if highest else 0.0
                 if safe != velocity:
-                    reason = f"{kind} velocity {velocity:.4g} is too high, limited to {safe:.4g}"
+                    able = self._highest[kind] > 0.0
+                    problem = "is too high" if able else f"is of no use: the robot cannot {_CANNOT[kind]}"
+                    reason = f"{kind} velocity {velocity:.4g} {problem}, limited to {safe:.4g}"
                     limitations.append((_SOURCE, reason))
                 drives.pop(kind, None)
                 if safe:
@@ -106,7 +109,7 @@ class WalkGuard:
         return bool(limitations)
 
     def stop(self) -> None:
-        """End the walk, on both feet."""
+        """End the walk; on both feet, if it has feet."""
         with self._lock:
             self._command({})
 
@@ -137,9 +140,9 @@ class WalkGuard:
             if given_up:
                 self._drives = {}
             if not walking:
-                self._body.free(WALK)  # the legs are to stay where they are now
+                self._body.free(WALK)  # its joints are to stay where they are now
         if given_up:
-            reason = self._walker.ended or "it fell, its legs became limp, or it was moved"
+            reason = self._walker.ended or "it fell, its motors became limp, or it was moved"
             message = f"the robot ended the walk: {reason}"
             self._events.add(Severity.Error, _SOURCE, message, "ended")
         return self._options.period if walking else None
@@ -165,9 +168,9 @@ class WalkGuard:
         """Command the walker. Raises InvalidCommand, and then commands nothing."""
         if not drives:
             self._drives = {}
-            self._walker.command(_STILL)
+            self._walker.command(STILL)
             return
-        self._body.claims.claim(WALK, _LEGS, self.stop)
+        self._body.claims.claim(WALK, self._walker.joints, self.stop)
         try:
             self._walker.command(WalkVelocity(**{kind: drive.value for kind, drive in drives.items()}))
         except InvalidCommand:
@@ -180,47 +183,7 @@ class WalkGuard:
 
 PERIOD: Final = 0.05
 """Robot seconds between two corrections of the velocity."""
-_GAIN: Final = 1.5
-"""Ratio of the velocity to the rest of the way, in 1/s."""
-_PLACE_TOLERANCE: Final = 0.02
-"""Distance in m, and in rad / 2, within which a place counts as reached."""
-_SPARE_TIME: Final = 10.0
-"""Robot seconds that a way may take in addition to three times its duration at full speed."""
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
-
-
-class Way:
-    """The straight way to x and y in m and a heading in rad, relative to the robot's place at `start`."""
-
-    def __init__(self, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity) -> None:
-        x, y, heading = place
-        # In the plane, x + iy.
-        self._goal = complex(start.x, start.y) + cmath.rect(1.0, start.heading) * complex(x, y)
-        self._heading = start.heading + heading
-        self._highest = highest
-        self._length = abs(complex(x, y)) + abs(heading)
-        self.patience: Final = _SPARE_TIME + 3.0 * (
-            math.hypot(x / highest.forward, y / highest.left) + abs(heading) / highest.turn
-        )
-        """Robot seconds that it may take."""
-
-    def velocity(self, now: Odometry) -> WalkVelocity:
-        """Return the velocity for the rest of the way, within the limits of each; all 0 at its end."""
-        way, turn = self._rest(now)
-        if abs(way) < _PLACE_TOLERANCE and abs(turn) < 2 * _PLACE_TOLERANCE:
-            return _STILL
-        parts = list(zip((way.real, way.imag, turn), astuple(self._highest), strict=True))
-        gain = min(_GAIN, *(limit / abs(part) for part, limit in parts if part))
-        return WalkVelocity(*(min(max(gain * part, -limit), limit) for part, limit in parts))
-
-    def progress(self, now: Odometry) -> float:
-        """Return the completed fraction of the way."""
-        way, turn = self._rest(now)
-        return min(max(1.0 - (abs(way) + abs(turn)) / max(self._length, _PLACE_TOLERANCE), 0.0), 1.0)
-
-    def _rest(self, now: Odometry) -> tuple[complex, float]:
-        way = (self._goal - complex(now.x, now.y)) * cmath.rect(1.0, -now.heading)
-        return way, math.remainder(self._heading - now.heading, math.tau)
 
 
 class WalkTo:
@@ -238,7 +201,7 @@ class WalkTo:
         self._lock = threading.Lock()
         self._way: Way | None = None
         self._client = ""
-        self._commanded = _STILL
+        self._commanded = STILL
         self._end = math.inf
         self._state = _IDLE
 
@@ -265,11 +228,11 @@ class WalkTo:
         self._on_begin()
 
     def stop(self) -> None:
-        """End the walk on both feet."""
+        """End the walk; on both feet, if it has feet."""
         with self._lock:
             self._guard.stop()
             if self._way is not None:
-                self._commanded = _STILL
+                self._commanded = STILL
                 self._state = replace(self._state, message="stopped")
 
     def tick(self) -> None:
@@ -279,14 +242,14 @@ class WalkTo:
             if way is None:
                 return
             try:
-                if self._commanded != _STILL:
+                if self._commanded != STILL:
                     self._go_on(way)
             except RobotError as error:
                 self._finish(ActionStatus.Stopped, str(error))
                 with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
-                    self._guard.drive(asdict(_STILL), self._client, after=self._commanded)
-            # The legs are free when the guard has nothing more to watch.
-            if self._commanded == _STILL and self._guard.watch() is None:
+                    self._guard.drive(asdict(STILL), self._client, after=self._commanded)
+            # The joints are free when the guard has nothing more to watch.
+            if self._commanded == STILL and self._guard.watch() is None:
                 self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)
 
     def _go_on(self, way: Way) -> None:

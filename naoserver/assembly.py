@@ -1,4 +1,7 @@
-"""The servants of a robot, the safety layer below them and their periodic jobs: no threads, no network."""
+"""The servants of a robot, the safety layer below them and their periodic jobs: no threads, no network.
+
+What the robot's body lacks has no servant.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any, Final
 
+from naoserver._event_log import EventLog
 from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
 from naoserver._hearing import Hearing
@@ -14,12 +18,13 @@ from naoserver._motions.player import PERIOD, MotionPlayer
 from naoserver._motions.postures import situation_of
 from naoserver._safety import JointSafety
 from naoserver._servants.body import JointsI, PoseHeadI
+from naoserver._servants.body_history import BodyHistory
 from naoserver._servants.camera import CameraI
+from naoserver._servants.description import DescriptionI
 from naoserver._servants.expression import LedsI, SpeechI
-from naoserver._servants.head_history import HeadHistory
 from naoserver._servants.health import ClockI, HealthI, SafetyI
-from naoserver._servants.hinge import BALL_AXES, HINGES, Hinge, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
-from naoserver._servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI, PosturesI
+from naoserver._servants.hinge import NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
+from naoserver._servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI
 from naoserver._servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
 from naoserver._servants.shared import StateStream
 from naoserver._servants.simulation import GroundTruthI, SceneI
@@ -28,10 +33,10 @@ from naoserver._walk import PERIOD as WALK_PERIOD
 from naoserver._walk import WalkGuard, WalkTo
 from naoserver.capabilities import Senses, Walker
 from naoserver.errors import RobotError
-from naoserver.event_log import EventLog
 from naoserver.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.latch import Latch
 from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
+from naoserver.parts import Axis, Hinge, HingeAxis
 from naoserver.robot import JointDevice, Robot
 from zenoh_ice import Clock, Object
 
@@ -39,6 +44,8 @@ _STATE_PERIOD: Final = 0.02
 """Robot seconds between two samples of state."""
 _STATE_GAP: Final = 0.005
 """Minimum wall seconds between two samples of state, however fast a simulation runs."""
+_BALL_AXES: Final = (Axis.PAN, Axis.X, Axis.Z)
+"""The axes of a ball's three joints in their order: round the robot in rad, distance in m, height in m."""
 _CLOCK_PERIOD: Final = 0.02  # wall s
 _HEALTH_PERIOD: Final = 0.5  # wall s
 
@@ -47,7 +54,8 @@ class Assembly:
     """The server's parts between a robot and its clients: a servant for each device.
 
     `wall` is the steady clock of the safety deadlines and the reports; `latch`, which is open, keeps the
-    emergency stop. Raises RobotError for options that the robot does not support.
+    emergency stop. Raises RobotError for options that the robot does not support, and for parts of the same
+    name.
     """
 
     def __init__(self, robot: Robot, options: ServerOptions, wall: Clock, latch: Latch | None = None) -> None:
@@ -75,6 +83,7 @@ class Assembly:
         self._clock = ClockI(robot.clock)
         self._safety = SafetyI(self.gate, self.moves_for)
         self._add(Clock=self._clock, Safety=self._safety)
+        self._add(Description=DescriptionI(robot.body, robot.looks))
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
         self.walk_to: WalkTo | None = None
@@ -88,9 +97,9 @@ class Assembly:
             self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
-        self._head = HeadHistory(robot, self._wake)
+        self._history = BodyHistory(robot, self._wake)
         self._cameras = self._add_cameras()
-        if robot.lights is not None:
+        if robot.lights is not None and robot.lights.names:
             self._add(Leds=LedsI(robot.lights, time))
         if robot.voice is not None:
             self._add(Speech=SpeechI(robot.voice, time))
@@ -135,7 +144,15 @@ class Assembly:
     # -- the servants of each part -----------------------------------------------------------------------
 
     def _add(self, **servants: Object) -> None:
-        """Serve servants by their identities, and publish their streams."""
+        """Serve servants by their identities, and publish their streams.
+
+        Raises RobotError when a part is called like another one: no camera takes the place of `Safety`.
+        """
+        for identity in servants.keys() & self.servants.keys():
+            name = self._robot.name
+            raise RobotError(
+                f"two parts of the robot {name} would be served as {identity}: rename one of them"
+            )
         self.servants.update(servants)
         streams = (getattr(servant, "stream", None) for servant in servants.values())
         self._streams.extend(stream for stream in streams if isinstance(stream, StateStream))
@@ -143,11 +160,12 @@ class Assembly:
     def _add_body(self) -> GuardedDevice:
         body = self._guard(self._robot, self._options.safety, self.gate)
         self.gate.on_stop(body.hold)
-        own = {joint.name for joint in self._robot.joints}
-        for hinge in HINGES:
-            if own.issuperset(joint for _, joint in hinge.joints):
-                self._add_hinge(body, hinge)
-        self._add(NeckSpeed=NeckSpeedI(body), Head=PoseHeadI(body), Body=JointsI(body))
+        facts = self._robot.body
+        for name, axes in facts.hinges.items():
+            self._add_hinge(body, Hinge(name, axes))
+        if (neck := facts.neck) is not None:
+            self._add(NeckSpeed=NeckSpeedI(body, neck), Head=PoseHeadI(body, neck))
+        self._add(Body=JointsI(body))
         return body
 
     def _add_walk(self, walker: Walker) -> None:
@@ -158,20 +176,23 @@ class Assembly:
         self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk), Walk=WalkI(walk, self.walk_to))
 
     def _add_senses(self, senses: Senses) -> None:
-        self._add(
-            InertialUnit=InertialUnitI(senses),
-            FootPressure=FootPressureI(senses),
-            Touch=TouchI(senses),
-            Battery=BatteryI(senses),
-        )
+        body = self._robot.body
+        if body.inertial_unit is not None:
+            self._add(InertialUnit=InertialUnitI(senses))
+        if any(sole.pressure for sole in body.soles):
+            self._add(FootPressure=FootPressureI(senses, body))
+        if senses.touch_names:
+            self._add(Touch=TouchI(senses))
+        if body.battery is not None:
+            self._add(Battery=BatteryI(senses))
         if senses.sonar_range is not None:
             self._add(Sonar=SonarI(senses))
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # Its gate is never shut: the mechanism of a ball is not part of the robot.
         device = self._guard(mechanism, self._options.mechanism_safety, Gate(self.events))
-        joints = (joint.name for joint in mechanism.joints)
-        self._add_hinge(device, Hinge(mechanism.name, tuple(zip(BALL_AXES, joints, strict=True))))
+        axes = (HingeAxis(joint.name) for joint in mechanism.joints)
+        self._add_hinge(device, Hinge(mechanism.name, dict(zip(_BALL_AXES, axes, strict=True))))
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
         motors, encoders = Pose3DMotorsI(device, hinge), Pose3DEncodersI(device, hinge)
@@ -183,7 +204,7 @@ class Assembly:
             names = ", ".join(facts.name for facts in robot.cameras)
             raise RobotError(f"there is no camera {sorted(unknown)[0]!r}; there are {names}")
         cameras = [
-            CameraI(robot, facts, given.get(facts.name, CameraOptions()), self.events, self._head)
+            CameraI(robot, facts, given.get(facts.name, CameraOptions()), self.events, self._history)
             for facts in robot.cameras
         ]
         self._add(**{camera.facts.name: camera for camera in cameras})
@@ -191,15 +212,16 @@ class Assembly:
 
     def _add_motions(self) -> MotionPlayer:
         robot = self._robot
-        player = MotionPlayer(self.body, lambda: situation_of(robot), self._begin_motion)
-        postures: PosturesI
-        if robot.postures is None:
-            postures = KeyFramePosturesI(player)
-        else:
+        player = MotionPlayer(robot.body, self.body, lambda: situation_of(robot), self._begin_motion)
+        if player.motions:
+            self._add(Motions=MotionsI(player))
+        if robot.postures is not None:
             postures = OwnPosturesI(robot.postures, self.body)
             self.gate.on_stop(robot.postures.stop)
             self.watched.append(postures)
-        self._add(Motions=MotionsI(player), Postures=postures)
+            self._add(Postures=postures)
+        elif robot.body.postures:
+            self._add(Postures=KeyFramePosturesI(player))
         return player
 
     def _begin_motion(self) -> None:
@@ -234,7 +256,7 @@ class Assembly:
             ),
             Periodic("reports", self._wall, lambda: _HEALTH_PERIOD, report),
             *(self._camera_job(camera) for camera in self._cameras),
-            self._head.job,
+            self._history.job,
         ]
 
     def _move_jobs(self) -> list[Job]:
@@ -278,10 +300,15 @@ class Assembly:
         )
 
     def _guard(self, device: JointDevice, options: SafetyOptions, gate: Gate) -> GuardedDevice:
-        body, own = self._robot.body, {joint.name for joint in device.joints}
-        tables = [table for table in body.anticollision if {table.independent, table.dependent} <= own]
-        couplings = [pair for pair in body.couplings if {pair.leader, pair.follower} <= own]
-        safety = JointSafety(device.joints, options, tables, couplings)
+        # The body's own rules apply to its joints only, not to those of a mechanism.
+        body = self._robot.body if device is self._robot else None
+        safety = JointSafety(
+            device.joints,
+            options,
+            body.tables if body else (),
+            body.couplings if body else (),
+            body.speed_rules if body else (),
+        )
         guarded = GuardedDevice(device, safety, gate, self._watchdog.look_within)
         self.watched.append(guarded)
         return guarded

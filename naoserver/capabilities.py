@@ -40,16 +40,24 @@ class Odometry:
 
 @runtime_checkable
 class Walker(Protocol):
-    """The walk of a robot."""
+    """The walk of a robot, on legs or on wheels."""
+
+    @property
+    def lag(self) -> float:
+        """By how many s its velocity lags behind a command."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that belong to it while it walks: those of the legs, or the wheels."""
 
     @property
     def limits(self) -> WalkVelocity:
-        """The highest velocity of each kind without the others."""
+        """The highest velocity of each kind without the others; 0 if it cannot, as sideways on wheels."""
 
     def command(self, velocity: WalkVelocity) -> None:
-        """Walk at a velocity until the next command; all 0 ends the walk on both feet.
+        """Walk at a velocity until the next command; all 0 ends the walk, on both feet if it has feet.
 
-        Raises InvalidCommand when it cannot walk now: it is not on its feet, or its legs are limp.
+        Raises InvalidCommand when it cannot walk now: it is not on its feet, or its joints are limp.
         """
 
     def commanded(self) -> WalkVelocity:
@@ -61,7 +69,7 @@ class Walker(Protocol):
 
     @property
     def walking(self) -> bool:
-        """Whether it moves the legs: from a command until it stands on both feet again."""
+        """Whether it moves its joints: from a command until it stands again."""
 
     def odometry(self) -> Odometry:
         """Return where the robot believes it is, according to its joints and its inertial unit."""
@@ -89,15 +97,15 @@ class Balancer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class InertialReading:
-    """A reading of the inertial unit in the torso, in the torso's frame."""
+    """A reading of the inertial unit in the torso, in the torso's frame: by default upright at rest."""
 
-    acceleration: Vector
+    acceleration: Vector = (0.0, 0.0, 9.81)
     """Specific force in m/s2: (0, 0, 9.81) while it stands upright at rest."""
-    angular_velocity: Vector
+    angular_velocity: Vector = (0.0, 0.0, 0.0)
     """In rad/s."""
-    roll: float
+    roll: float = 0.0
     """Angle of the torso to the vertical in rad, positive to the right side."""
-    pitch: float
+    pitch: float = 0.0
     """Angle of the torso to the vertical in rad, positive forwards."""
 
     @property
@@ -116,10 +124,10 @@ class InertialReading:
 class FootReading:
     """Forces on the sensors of a sole in N, none below 0."""
 
-    front_left: float
-    front_right: float
-    rear_left: float
-    rear_right: float
+    front_left: float = 0.0
+    front_right: float = 0.0
+    rear_left: float = 0.0
+    rear_right: float = 0.0
 
     @property
     def total(self) -> float:
@@ -139,28 +147,31 @@ class SonarReading:
 class BatteryReading:
     """The state of the battery."""
 
-    charge: float
+    charge: float = math.nan
     """From 0 to 1; nan when the robot reports none."""
-    current: float
+    current: float = 0.0
     """In A, negative while it discharges."""
-    temperature: float
+    temperature: float = math.nan
     """In degrees Celsius."""
-    plugged: bool
+    plugged: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class SenseReading:
-    """Readings of all senses except joints and cameras at one moment."""
+    """Readings of all senses except joints and cameras at one moment.
+
+    What the body lacks keeps its default: `Body` says which senses it has.
+    """
 
     time: float
     """Robot time in s."""
-    inertial: InertialReading
-    left_foot: FootReading
-    right_foot: FootReading
-    sonar: SonarReading
-    touched: frozenset[str]
+    inertial: InertialReading = InertialReading()
+    left_foot: FootReading = FootReading()
+    right_foot: FootReading = FootReading()
+    sonar: SonarReading = SonarReading()
+    touched: frozenset[str] = frozenset()
     """Names of the pressed touch sensors, out of `Senses.touch_names`."""
-    battery: BatteryReading
+    battery: BatteryReading = BatteryReading()
 
 
 class Senses(Protocol):
@@ -168,7 +179,7 @@ class Senses(Protocol):
 
     @property
     def touch_names(self) -> tuple[str, ...]:
-        """The touch sensors: ChestButton, HeadFront, HeadMiddle, HeadRear, LHandBack, LFootBumperLeft, ..."""
+        """The names of the touch sensors: those of the body, such as a button or a bumper."""
 
     @property
     def sonar_range(self) -> tuple[float, float] | None:
@@ -194,7 +205,7 @@ class Lights(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """LeftEye, RightEye, LeftEar, RightEar, Head, Chest, LeftFoot, RightFoot."""
+        """The names of the groups: those of the body."""
 
     def set(self, name: str, color: Color, seconds: float) -> None:
         """Fade a group to a colour within some seconds of robot time."""

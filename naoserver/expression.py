@@ -10,15 +10,7 @@ from typing import Final
 
 from naoserver.capabilities import Color, Utterance
 from naoserver.errors import InvalidCommand
-
-SINGLE_COLORED: Final[Mapping[str, Color]] = dict.fromkeys(("LeftEar", "RightEar", "Head"), (0.0, 0.0, 1.0))
-"""The groups that have a single color, and that color."""
-START: Final[Mapping[str, Color]] = {
-    **dict.fromkeys(("LeftEye", "RightEye"), (1.0, 1.0, 1.0)),
-    **SINGLE_COLORED,
-    **dict.fromkeys(("Chest", "LeftFoot", "RightFoot"), (0.0, 0.0, 0.0)),
-}
-"""Color of each group of an H25 after the start."""
+from naoserver.parts import Lamp
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,26 +30,24 @@ class Ramp:
         return self.after + (self.before - self.after) * min(1.0, left / self.seconds)
 
 
-def _start_fades() -> dict[str, list[Ramp]]:
-    return {name: [Ramp(part, part) for part in color] for name, color in START.items()}
-
-
 class FadingLights:
-    """The lights of an H25 on a clock, `now` in s of robot time. Implements Lights; thread-safe."""
+    """The lights of a body on a clock, `now` in s of robot time. Implements Lights; thread-safe."""
 
-    def __init__(self, now: Callable[[], float]) -> None:
+    def __init__(self, now: Callable[[], float], lamps: Mapping[str, Lamp]) -> None:
         self._now = now
+        self._lamps = lamps
         self._lock = threading.Lock()
-        self._fades = _start_fades()
+        self._fades = self._start_fades()
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(START)
+        return tuple(self._lamps)
 
     def set(self, name: str, color: Color, seconds: float) -> None:
         """Fade a group to a color within some seconds of robot time. Raises KeyError for an unknown group."""
-        if (only := SINGLE_COLORED.get(name)) is not None:
-            brightness = max(color)
+        lamp = self._lamps[name]
+        if lamp.single_colored:
+            only, brightness = lamp.start, max(color)
             color = (only[0] * brightness, only[1] * brightness, only[2] * brightness)
         with self._lock:
             now = self._now()
@@ -66,12 +56,15 @@ class FadingLights:
 
     def reset(self) -> None:
         with self._lock:
-            self._fades = _start_fades()
+            self._fades = self._start_fades()
 
     def colors(self) -> Mapping[str, Color]:
         with self._lock:
             now = self._now()
             return {name: (r.at(now), g.at(now), b.at(now)) for name, (r, g, b) in self._fades.items()}
+
+    def _start_fades(self) -> dict[str, list[Ramp]]:
+        return {name: [Ramp(part, part) for part in lamp.start] for name, lamp in self._lamps.items()}
 
 
 _RATE: Final = 14.0

@@ -12,10 +12,8 @@ class SafetyOptions:
 
     speed_fraction: float = 1.0
     """Limit of every speed, as a fraction of the joint's full speed."""
-    straight_legs_fraction: float = 0.5
-    """The same for the arms while both legs are straight. In simulation, a robot on straight legs tilts by 8
-    degrees, but stands, while both arms swing in phase from end to end at 0.5; it falls at 0.6, and in other
-    gestures at 0.9. On bent knees it tilts by 10 degrees, but stands, in these at full speed."""
+    speed_rules: bool = True
+    """Whether the speed rules of the body apply, too: a Nao's arms are slower while its legs are straight."""
     default_fraction: float = 0.1
     """Speed of a position command that gives none, as a fraction of the full speed: JdeRobot's."""
     velocity_timeout: float = 0.5
@@ -30,7 +28,7 @@ def capped(fraction: float | None) -> SafetyOptions:
     """Return options with one limit of every speed in any posture; without one, the defaults."""
     if fraction is None:
         return SafetyOptions()
-    return SafetyOptions(speed_fraction=fraction, straight_legs_fraction=fraction)
+    return SafetyOptions(speed_fraction=fraction, speed_rules=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,8 +18,7 @@ Contract of every implementation
   published; it waits for the jobs there, and its time with it.
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
   implementation may limit further, and keeps its setpoints inside `JointFacts.lower` and `upper`.
-- **Units.** SI and radians in the body's own axes: yaw positive to the left, pitch positive downwards.
-  A hand is 0 closed, 1 open.
+- **Units.** SI and radians, about the axes that the body's description gives the joints.
 - **Life.** `start` once, `close` any number of times, also without `start`. After `close`, `read` and
   `state` return the last snapshot, commands are ignored, `capture` raises `HardwareFailure`.
 """
@@ -35,22 +34,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.capabilities import Balancer, Lights, OwnPostures, Senses, Stage, Voice, Walker
+from naoserver.parts import CameraFacts, JointFacts
 from zenoh_ice import Clock
 
 if TYPE_CHECKING:
     from naoserver.body import Body
     from naoserver.jobs import ControlLoop
-
-
-@dataclass(frozen=True, slots=True)
-class JointFacts:
-    """The limits of a joint: rad, rad/s and N m of a hinge; m, m/s and N of a linear axis."""
-
-    name: str
-    lower: float
-    upper: float
-    max_velocity: float
-    max_torque: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,24 +59,6 @@ class JointReading:
     """Stiffness of each motor, from 0, limp, to 1."""
     temperatures: tuple[float, ...]
     """Temperatures of the motors in degrees Celsius."""
-
-
-@dataclass(frozen=True, slots=True)
-class CameraFacts:
-    """Abilities and place of a camera."""
-
-    name: str
-    """Identity under which it is served: `Camera` (the top camera), `CameraBottom`, `CameraOutside`."""
-    position: tuple[float, float, float]
-    """Place in m in the head's frame or, for a camera that is not on the robot, in the world's frame."""
-    tilt: float
-    """Pitch in the head's frame in rad, positive looks down."""
-    horizontal_fov: float
-    """Horizontal field of view in rad. Pixels are square: the vertical one follows from the image's shape."""
-    sizes: tuple[tuple[int, int], ...]
-    """Width and height in pixels of each image size that it supports."""
-    rates: tuple[float, ...]
-    """Highest image rate at each of `sizes`, in 1/s; every lower rate is supported, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +99,7 @@ class JointDevice(Protocol):
 
     @property
     def name(self) -> str:
-        """`Nao` for the robot; for a mechanism the first part of its identities, such as `BallRed`."""
+        """What people call the robot; of a mechanism the first part of its identities, such as `BallRed`."""
 
     @property
     def joints(self) -> tuple[JointFacts, ...]:
@@ -153,7 +124,7 @@ class Robot(JointDevice, Protocol):
 
     @property
     def body(self) -> Body:
-        """The facts of its body, such as `naoserver.body.H25`."""
+        """The description of its body: what that lacks, the robot lacks, too."""
 
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:
@@ -198,6 +169,9 @@ class Robot(JointDevice, Protocol):
     @property
     def control_loop(self) -> ControlLoop | None:
         """The loop in which the server moves it along paths; None if the server's threads are to do so."""
+
+    def looks(self) -> str:
+        """Return its visible shapes as JSON, in the frames of its links; empty when it has none."""
 
     def state(self) -> BodyState:
         """Return the newest snapshot of the body without blocking."""

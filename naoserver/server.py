@@ -18,7 +18,7 @@ from zenoh_ice import BusyException, Communicator, ObjectAdapter, SystemExceptio
 
 _CAP = (
     "Cap every joint's speed at a fraction of its full speed."
-    " Without it: full speed, and 0.5 of the arms while the legs are straight."
+    " Without it: full speed, less by the rules of its body, as for a Nao's arms while its legs are straight."
 )
 _ANSWER_LIMIT: Final = 5.0  # s
 JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FRACTION", help=_CAP)]

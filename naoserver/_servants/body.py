@@ -8,7 +8,7 @@ import msgspec
 
 from interfaces.nao import HeadLimits, HeadPose, JointLimits, Joints, JointState, PoseHead
 from naoserver._guarded_device import GuardedDevice
-from naoserver._servants.hinge import PITCH, YAW
+from naoserver._servants.hinge import limits_of
 from naoserver._servants.shared import (
     StateStream,
     refusals_raised,
@@ -16,6 +16,7 @@ from naoserver._servants.shared import (
     require_positive,
     require_within,
 )
+from naoserver.parts import Axis, Hinge
 from naoserver.robot import JointReading
 from zenoh_ice import Current
 
@@ -62,59 +63,66 @@ class JointsI(Joints):
 
 
 class PoseHeadI(PoseHead):
-    """Point the head, or turn it at a speed that must be renewed."""
+    """Point the head by the joints of `neck`, or turn it at a speed that must be renewed."""
 
-    def __init__(self, device: GuardedDevice) -> None:
+    def __init__(self, device: GuardedDevice, neck: Hinge) -> None:
         self._device = device
-        self._pan, self._tilt = device.index(YAW), device.index(PITCH)
+        self._neck = neck
+        self._pan, self._tilt = neck.axes[Axis.PAN], neck.axes[Axis.TILT]
+        self._places = device.index(self._pan.joint), device.index(self._tilt.joint)
         self.stream: Final = StateStream(device.read, self.getPosePublisher, self._pose)
 
     def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
         require_finite(pan=pan, tilt=tilt)
         require_positive(1.0, fraction=fraction)
-        speeds = {joint: fraction * self._device.facts(joint).max_velocity for joint in (YAW, PITCH)}
+        yaw, pitch, device = self._pan.joint, self._tilt.joint, self._device
+        targets = {yaw: self._pan.joint_angle(pan), pitch: self._tilt.joint_angle(tilt)}
+        speeds = {joint: fraction * device.facts(joint).max_velocity for joint in (yaw, pitch)}
         with refusals_raised():
-            outcome = self._device.move({YAW: pan, PITCH: tilt}, speeds, client=current.client)
+            accepted = device.move(targets, speeds, client=current.client).accepted
         return HeadPose(
-            time=self._device.read().time,
-            pan=outcome.accepted[YAW],
-            tilt=outcome.accepted[PITCH],
-            panSpeed=min(speeds[YAW], self._device.speed_cap(YAW)),
-            tiltSpeed=min(speeds[PITCH], self._device.speed_cap(PITCH)),
+            time=device.read().time,
+            pan=self._pan.of(accepted[yaw]),
+            tilt=self._tilt.of(accepted[pitch]),
+            panSpeed=min(speeds[yaw], device.speed_cap(yaw)),
+            tiltSpeed=min(speeds[pitch], device.speed_cap(pitch)),
         )
 
     def setSpeed(self, pan: float, tilt: float, current: Current) -> HeadPose:
         require_finite(pan=pan, tilt=tilt)
+        yaw, pitch = self._pan, self._tilt
+        velocities = {yaw.joint: yaw.sign * pan, pitch.joint: pitch.sign * tilt}
         with refusals_raised():
-            outcome = self._device.drive({YAW: pan, PITCH: tilt}, current.client)
+            accepted = self._device.drive(velocities, current.client).accepted
         pose = self.stream.now()
-        pose.panSpeed, pose.tiltSpeed = outcome.accepted[YAW], outcome.accepted[PITCH]
+        pose.panSpeed, pose.tiltSpeed = (of.sign * accepted[of.joint] for of in (yaw, pitch))
         return pose
 
     def stop(self, current: Current) -> None:
-        self._device.hold((YAW, PITCH))
+        self._device.hold(self._neck.joints)
 
     def getPose(self, current: Current) -> HeadPose:
         return self.stream.now()
 
     def getLimits(self, current: Current) -> HeadLimits:
-        yaw, pitch = self._device.facts(YAW), self._device.facts(PITCH)
+        pan, tilt = limits_of(self._device, self._pan), limits_of(self._device, self._tilt)
         return HeadLimits(
-            minPan=yaw.lower,
-            maxPan=yaw.upper,
-            minTilt=pitch.lower,
-            maxTilt=pitch.upper,
-            maxPanSpeed=self._device.speed_cap(YAW),
-            maxTiltSpeed=self._device.speed_cap(PITCH),
+            minPan=pan[0],
+            maxPan=pan[1],
+            minTilt=tilt[0],
+            maxTilt=tilt[1],
+            maxPanSpeed=self._device.speed_cap(self._pan.joint),
+            maxTiltSpeed=self._device.speed_cap(self._tilt.joint),
         )
 
     def _pose(self, reading: JointReading) -> HeadPose:
+        pan, tilt = self._places
         return HeadPose(
             time=reading.time,
-            pan=reading.positions[self._pan],
-            tilt=reading.positions[self._tilt],
-            panSpeed=reading.velocities[self._pan],
-            tiltSpeed=reading.velocities[self._tilt],
+            pan=self._pan.of(reading.positions[pan]),
+            tilt=self._tilt.of(reading.positions[tilt]),
+            panSpeed=self._pan.sign * reading.velocities[pan],
+            tiltSpeed=self._tilt.sign * reading.velocities[tilt],
         )
 
 

@@ -20,21 +20,20 @@ from interfaces.jderobot import (
     ImageDescription,
 )
 from interfaces.nao import Severity
+from naoserver._event_log import EventLog
 from naoserver._pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
-from naoserver._servants.head_history import HeadHistory, Situation
+from naoserver._servants.body_history import BodyHistory, Situation
 from naoserver._servants.shared import MOST_QUOTED, require_finite, to_time
-from naoserver.body import H25
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.event_log import EventLog
 from naoserver.kinematics import Matrix, matrix_of
 from naoserver.options import CameraOptions
-from naoserver.robot import CameraFacts, Frame, Robot
+from naoserver.parts import CameraFacts
+from naoserver.robot import Frame, Robot
 from zenoh_ice import Current
 
 WINDOW: Final = 2.0
 """Seconds over which a rate is measured."""
 _MOST_COUNTED: Final = 1000
-_ON_THE_HEAD: Final = {camera.name for camera in H25.cameras}
 
 
 class RateMeter:
@@ -76,16 +75,18 @@ class CameraI(Camera):
         facts: CameraFacts,
         options: CameraOptions,
         events: EventLog,
-        head: HeadHistory,
+        history: BodyHistory,
     ) -> None:
         """Serve the camera `facts` of `robot`; raises RobotError for options that it does not support."""
         if problem := _problem(facts, options):
             raise RobotError(problem)
         self.facts = facts
         self._robot = robot
+        self._link = next((on.link for on in robot.body.cameras if on.name == facts.name), None)
+        """The link that carries it; None for a camera beside the robot."""
         self._options = options
         self._events = events
-        self._head = head
+        self._history = history
         self._settings = options  # replaced as a whole, so that it may be read without a lock
         self._streaming: set[str] = set()
         """The clients that have started streaming. Each operation on the set is atomic: it needs no lock."""
@@ -161,14 +162,14 @@ class CameraI(Camera):
 
     def getFloorPoint(self, u: float, v: float, height: float, current: Current) -> FloorPoint:
         require_finite(u=u, v=v, height=height)
-        if self.facts.name not in _ON_THE_HEAD:
-            raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
+        if self._link is None:
+            raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot, but beside it")
         settings = self._settings
-        shot = self._shot or _Shot(settings.width, settings.height, self._head.note())
+        shot = self._shot or _Shot(settings.width, settings.height, self._history.note())
         situation, camera = self._place
         if situation is not shot.situation:
             mounted = matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
-            camera = self._head.place_in(shot.situation) @ mounted
+            camera = self._history.place_in(shot.situation, self._link) @ mounted
             self._place = shot.situation, camera
         focal = self._focal_length(shot.width)
         right, down = u - (shot.width - 1) / 2, v - (shot.height - 1) / 2
@@ -234,11 +235,11 @@ class CameraI(Camera):
     def _take(self) -> Frame:
         settings = self._settings
         self._newest = None  # not kept if the next capture fails
-        self._head.note()
+        self._history.note()
         frame = self._robot.capture(self.facts.name, settings.width, settings.height)
-        self._head.note()
+        self._history.note()
         self._newest, self._taken = frame, self._robot.clock.now()
-        self._shot = _Shot(frame.width, frame.height, self._head.at(frame.time))
+        self._shot = _Shot(frame.width, frame.height, self._history.at(frame.time))
         self._meter.count(self._taken)
         return frame
 

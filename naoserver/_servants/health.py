@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading, Health, HealthReport, Safety, SafetyState
+from naoserver._event_log import ConditionWatch, EventLog
 from naoserver._gate import Gate
 from naoserver._servants.camera import CameraI
 from naoserver._servants.shared import refusals_raised
-from naoserver.event_log import ConditionWatch, EventLog
 from naoserver.robot import Robot
 from zenoh_ice import Clock, Current
 

@@ -8,9 +8,8 @@ from typing import Final
 
 from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
 from naoserver._guarded_device import GuardedDevice
-from naoserver._motions.keyframes import load_motions
 from naoserver._motions.player import MotionPlayer
-from naoserver._motions.postures import POSTURES, nearest_posture
+from naoserver._motions.postures import nearest_posture
 from naoserver._motions.routes import MotionRoute, PostureRoute
 from naoserver._servants.shared import action_stream, refusals_raised, require_known, require_positive
 from naoserver.capabilities import OwnPostures, PostureProgress
@@ -38,14 +37,14 @@ class MotionsI(Motions):
     def getMotions(self, current: Current) -> list[MotionFacts]:
         return [
             MotionFacts(name=of.name, description=of.description, duration=of.duration, start=of.start)
-            for of in load_motions().values()
+            for of in self._player.motions.values()
         ]
 
     def play(self, name: str, pace: float, current: Current) -> None:
-        motions = load_motions()
+        motions = self._player.motions
         require_known("motion", name, motions)
         require_positive(_HIGHEST_SPEED, pace=pace)
-        route = MotionRoute(motions[name], motions.values())
+        route = MotionRoute(self._player.body, motions[name], motions.values())
         with refusals_raised():
             self._player.begin(MOTION, name, route, pace=pace, client=current.client)
 
@@ -91,25 +90,27 @@ class PosturesI(Postures):
 class KeyFramePosturesI(PosturesI):
     """Bring a body into postures by the server's own motions."""
 
-    names = tuple(POSTURES)
-
     def __init__(self, player: MotionPlayer) -> None:
         super().__init__()
         self._player = player
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self._player.body.postures)
 
     def progress(self) -> ActionState:
         return self._player.progress(POSTURE)
 
     def go(self, name: str, fraction: float, client: str) -> None:
         """Begin to go to a posture, getting up on the way if the body lies."""
-        route = PostureRoute(name, load_motions().values(), fraction)
+        route = PostureRoute(self._player.body, name, self._player.motions.values(), fraction)
         self._player.begin(POSTURE, name, route, client=client)
 
     def stop(self, current: Current) -> None:
         self._player.stop(POSTURE)
 
     def getPosture(self, current: Current) -> str:
-        return nearest_posture(self._player.situation())
+        return nearest_posture(self._player.body, self._player.situation())
 
 
 class OwnPosturesI(PosturesI):

@@ -7,15 +7,13 @@ from typing import Final
 
 from interfaces import nao
 from naoserver._servants.shared import StateStream
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver.capabilities import FootReading, SenseReading, Senses
+from naoserver.parts import NOWHERE, Sole
 from zenoh_ice import Current
 
-_PLACES: Final = {
-    side: [H25.facts["fsr"][side][sensor] for sensor in ("FrontLeft", "FrontRight", "RearLeft", "RearRight")]
-    for side in ("left", "right")
-}
-"""Positions of the sensors of each sole in the foot's frame in m."""
+_SENSORS: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
+"""The sensors of a sole, in the order of a reading."""
 
 
 class InertialUnitI(nao.InertialUnit):
@@ -31,11 +29,19 @@ class InertialUnitI(nao.InertialUnit):
 class FootPressureI(nao.FootPressure):
     """Report the forces on the soles, in calls and as a stream."""
 
-    def __init__(self, senses: Senses) -> None:
-        self.stream: Final = StateStream(senses.read, self.getFeetReadingPublisher, _feet)
+    def __init__(self, senses: Senses, body: Body) -> None:
+        self._left, self._right = body.soles
+        self.stream: Final = StateStream(senses.read, self.getFeetReadingPublisher, self._feet)
 
     def getFeetReading(self, current: Current) -> nao.FeetReading:
         return self.stream.now()
+
+    def _feet(self, reading: SenseReading) -> nao.FeetReading:
+        return nao.FeetReading(
+            time=reading.time,
+            left=_foot(reading.left_foot, self._left),
+            right=_foot(reading.right_foot, self._right),
+        )
 
 
 class SonarI(nao.Sonar):
@@ -98,17 +104,13 @@ def _inertial(reading: SenseReading) -> nao.InertialReading:
     )
 
 
-def _feet(reading: SenseReading) -> nao.FeetReading:
-    return nao.FeetReading(
-        time=reading.time, left=_foot(reading.left_foot, "left"), right=_foot(reading.right_foot, "right")
-    )
-
-
-def _foot(foot: FootReading, side: str) -> nao.FootReading:
+def _foot(foot: FootReading, sole: Sole) -> nao.FootReading:
+    """Return the forces on a sole and their center in the foot's frame in m."""
     total = foot.total
     pressures = (foot.front_left, foot.front_right, foot.rear_left, foot.rear_right)
+    places = [sole.pressure.get(sensor, NOWHERE) for sensor in _SENSORS]
     x, y = (
-        sum(pressure * place[axis] for pressure, place in zip(pressures, _PLACES[side], strict=True)) / total
+        sum(pressure * place[axis] for pressure, place in zip(pressures, places, strict=True)) / total
         if total > 0.0
         else 0.0
         for axis in (0, 1)

@@ -14,7 +14,8 @@ from naoserver._servants.shared import (
     require_finite,
     require_within,
 )
-from naoserver._walk import WalkGuard, WalkTo, Way
+from naoserver._walk import WalkGuard, WalkTo
+from naoserver._way import way_to
 from naoserver.capabilities import Odometry
 from zenoh_ice import Current
 
@@ -68,8 +69,8 @@ class WalkI(Walk):
     def walkTo(self, x: float, y: float, heading: float, current: Current) -> None:
         require_within(-_FARTHEST_PLACE, _FARTHEST_PLACE, x=x, y=y)
         require_within(-math.tau, math.tau, heading=heading)
-        way = Way((x, y, heading), self._walk.read(), self._walk.limits)
         with refusals_raised():
+            way = way_to((x, y, heading), self._walk.read(), self._walk.limits, self._walk.lag)
             self._walk_to.begin(way, current.client)
 
     def stop(self, current: Current) -> None:

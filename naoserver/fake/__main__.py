@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from naoserver.body import BODIES, H25, find_body
+from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.latch import latch_of
@@ -33,8 +33,8 @@ def fake(
     *,
     settings: Settings,
     body: Annotated[
-        str, typer.Option(metavar="NAME", help=f"The robot's body: {' or '.join(BODIES)}.")
-    ] = H25.name,
+        str, typer.Option(metavar="NAME", help=f"The robot's body: one of {', '.join(BODY_NAMES)}.")
+    ] = DEFAULT_BODY,
 ) -> None:
     """Serve a robot without physics, with two balls, in wall time.
 

@@ -16,7 +16,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Body
+from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.body import Body
 from naoserver.capabilities import (
     Balancer,
     BatteryReading,
@@ -25,20 +26,20 @@ from naoserver.capabilities import (
     Odometry,
     OwnPostures,
     SenseReading,
-    SonarReading,
     Stage,
     WalkVelocity,
 )
 from naoserver.errors import HardwareFailure
 from naoserver.expression import FadingLights, Ramp, TimedVoice
 from naoserver.jobs import ControlLoop
-from naoserver.robot import BodyState, CameraFacts, Frame, JointFacts, JointReading
+from naoserver.kinematics import Matrix, kinematics_of, matrix_of
+from naoserver.looks.description import write_looks
+from naoserver.parts import Camera, CameraFacts, JointFacts, Wheels
+from naoserver.robot import BodyState, Frame, JointReading
 from zenoh_ice import Clock, WallClock
 
 RADIUS: Final = 0.05
 """Radius of a ball in m."""
-NECK_HEIGHT: Final = float(H25.facts["checks"]["neck_joint_height"])
-"""Height of the head's two axes above the floor in m, legs straight."""
 _GROUND: Final = 110
 
 Point = tuple[float, float, float]
@@ -58,15 +59,14 @@ def focal_length(camera: CameraFacts, width: int) -> float:
     return width / 2 / math.tan(camera.horizontal_fov / 2)
 
 
-def project(camera: CameraFacts, pan: float, tilt: float, ball: Ball) -> Point:
-    """Return the centre of a ball in the camera's frame in m: ahead, to the left, up.
+def project(place: Matrix, ball: Ball) -> Point:
+    """Return the centre of a ball in the frame of a camera in m: ahead, to the left, up.
 
-    The head turns by `pan` about the vertical, then by `tilt` about its own y axis.
+    `place` is that of the camera in the robot's frame, as `naoserver.kinematics` returns it.
     """
-    x, y = ball.distance * math.cos(ball.pan - pan), ball.distance * math.sin(ball.pan - pan)
-    x, z = _pitched(x, ball.height - NECK_HEIGHT, tilt)
-    ahead, up = _pitched(x - camera.position[0], z - camera.position[2], camera.tilt)
-    return ahead, y - camera.position[1], up
+    x, y = ball.distance * math.cos(ball.pan), ball.distance * math.sin(ball.pan)
+    ahead, left, up = (((x, y, ball.height) - place[:3, 3]) @ place[:3, :3]).tolist()
+    return ahead, left, up
 
 
 def paint(
@@ -95,34 +95,26 @@ def paint(
     return image
 
 
-def _pitched(x: float, z: float, angle: float) -> tuple[float, float]:
-    """Return a point's coordinates in a frame that is pitched by `angle`, positive downwards."""
-    return x * math.cos(angle) - z * math.sin(angle), x * math.sin(angle) + z * math.cos(angle)
-
-
 _GRAVITY: Final = 9.81  # m/s2
-_WEIGHT: Final = _GRAVITY * sum(link.mass for link in H25.links)  # N
-_HALF: Final = FootReading(*[_WEIGHT / 8] * 4)
 
 
 class FakeSenses:
     """Feel like a robot that stands still, with nothing near, until `feel`. Implements Senses."""
 
-    sonar_range = (0.25, 2.55)
-    sonar_cone = math.radians(60.0)
-
-    def __init__(self, clock: Clock, touch_names: tuple[str, ...]) -> None:
-        self.touch_names: Final = touch_names
+    def __init__(self, clock: Clock, body: Body) -> None:
+        self.touch_names: Final = body.touch_sensors
+        sonar = body.sonar
+        self.sonar_range: Final = (sonar.nearest, sonar.farthest) if sonar else None
+        self.sonar_cone: Final = sonar.cone if sonar else 0.0
         self._clock = clock
         self._lock = threading.Lock()
+        foot = FootReading(*[_GRAVITY * body.mass / 8] * 4) if body.soles else FootReading()
+        charged = BatteryReading(charge=0.8, current=-1.9, temperature=30.0, plugged=False)
         self._reading = SenseReading(
             time=clock.now(),
-            inertial=InertialReading((0.0, 0.0, _GRAVITY), (0.0, 0.0, 0.0), roll=0.0, pitch=0.0),
-            left_foot=_HALF,
-            right_foot=_HALF,
-            sonar=SonarReading(),
-            touched=frozenset(),
-            battery=BatteryReading(charge=0.8, current=-1.9, temperature=30.0, plugged=False),
+            left_foot=foot,
+            right_foot=foot,
+            battery=charged if body.battery else BatteryReading(),
         )
 
     def read(self) -> SenseReading:
@@ -139,17 +131,19 @@ class FakeSenses:
 
 
 LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
-"""The highest velocity of each kind: those of the simulated robot."""
+"""The highest velocity of each kind of a robot that takes steps: those of the simulated Nao."""
 _STILL: Final = WalkVelocity()
 
 
 class FakeWalker:
     """Move at the commanded velocity from the moment of the command. Implements Walker."""
 
-    limits = LIMITS
     ended = ""
+    lag = 0.0
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, joints: tuple[str, ...], limits: WalkVelocity = LIMITS) -> None:
+        self.joints: Final = joints
+        self.limits: Final = limits
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
         self._velocity = _STILL
@@ -199,6 +193,18 @@ class FakeWalker:
             y=before.y + velocity.forward * sine + velocity.left * cosine,
             heading=math.pi - (math.pi - before.heading - turned) % (2.0 * math.pi),
         )
+
+
+def _walker_of(body: Body, clock: Clock) -> FakeWalker | None:
+    """Return the walk of a body, by its kind."""
+    match body.walk:
+        case None:
+            return None
+        case Wheels() as wheels:
+            limits = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
+            return FakeWalker(clock, (wheels.left, wheels.right), limits)
+        case _:
+            return FakeWalker(clock, body.groups.legs)
 
 
 LAG: Final = 0.02
@@ -352,7 +358,7 @@ _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 
 
 class FakeRobot(FakeDevice):
-    """A robot without physics. Implements Robot.
+    """A robot without physics, of the body of a Nao by default. Implements Robot.
 
     With `camera_failure` every capture raises HardwareFailure with that text.
     """
@@ -368,11 +374,12 @@ class FakeRobot(FakeDevice):
         *,
         posture: Mapping[str, float] | None = None,
         camera_failure: str | None = None,
-        body: Body = H25,
+        body: Body | None = None,
     ) -> None:
         self.clock: Final[Clock] = clock or WallClock()
-        self.body: Final = body
-        super().__init__("Nao", body.joints, self.clock, posture or body.postures["STAND_INIT"])
+        self.body: Final = body or find_body(DEFAULT_BODY)
+        body = self.body
+        super().__init__(body.title or body.name, body.joints, self.clock, posture or body.resting_angles)
         self._camera_failure = camera_failure
         self.cameras: Final = body.cameras
         self.mechanisms: Final = tuple(
@@ -384,10 +391,13 @@ class FakeRobot(FakeDevice):
             )
             for index, name in enumerate(_COLORS)
         )
-        self.lights: Final = FadingLights(self.clock.now)
-        self.voice: Final = TimedVoice(self.clock.now)
-        self.senses = FakeSenses(self.clock, body.touch_sensors)
-        self.walker: Final = FakeWalker(self.clock)
+        self.lights: Final = FadingLights(self.clock.now, body.lights) if body.lights else None
+        self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
+        self.senses = FakeSenses(self.clock, body)
+        self.walker: Final = _walker_of(body, self.clock)
+
+    def looks(self) -> str:
+        return write_looks(self.body)
 
     def state(self) -> BodyState:
         """Return the state of a robot that stands upright: it cannot fall."""
@@ -403,18 +413,25 @@ class FakeRobot(FakeDevice):
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot is closed")
         reading = self.read()
-        pan, tilt = reading.positions[:2]
+        place = self._place_of(facts, reading)
         balls = [
-            (project(facts, pan, tilt, Ball(*ball.read().positions)), _COLORS[ball.name])
-            for ball in self.mechanisms
+            (project(place, Ball(*ball.read().positions)), _COLORS[ball.name]) for ball in self.mechanisms
         ]
         return Frame(camera, reading.time, width, height, paint(facts, (width, height), balls))
 
     def start(self) -> None:
         """Do nothing: the robot computes its state on request."""
 
+    def _place_of(self, camera: Camera, reading: JointReading) -> Matrix:
+        """Return where a camera is in the robot's frame."""
+        angles = dict(zip(self.body.joint_names, reading.positions, strict=True))
+        kinematics = kinematics_of(self.body)
+        link = kinematics.torso_place(angles) @ kinematics.link_place(camera.link, angles)
+        return link @ matrix_of((*camera.position, 0.0, camera.tilt, 0.0))
+
     def close(self) -> None:
         super().close()
-        self.walker.close()
+        if self.walker is not None:
+            self.walker.close()
         for ball in self.mechanisms:
             ball.close()

@@ -1,14 +1,17 @@
 """Everything between a robot and its clients as a whole: how its parts interact."""
 
 import pytest
+from msgspec.structs import replace
 
 from interfaces.nao import ActionStatus
 from naoserver.assembly import Assembly
-from naoserver.errors import HardwareFailure
+from naoserver.body import Body
+from naoserver.errors import HardwareFailure, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.latch import Latch
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.bodies import CART
 from tests.support.motion_rig import MotionRig
 from zenoh_ice import VirtualClock, WallClock
 
@@ -43,6 +46,31 @@ def test_what_cannot_be_stopped_keeps_neither_the_lease_nor_the_joints_of_a_lost
         assembly.drop_client("client")
     assert assembly.gate.state().holder == ""
     assert assembly.body.velocity("HeadYaw") == 0.0
+
+
+@pytest.mark.parametrize(
+    ("part", "identity"),
+    [
+        ({"cameras": [replace(CART.cameras[0], name="Safety")]}, "Safety"),
+        ({"hinges": CART.hinges | {"": CART.hinges["Neck"]}}, "Motors"),
+        ({"hinges": CART.hinges | {"BallRed": CART.hinges["Neck"]}}, "BallRed(Motors|Encoders)"),
+    ],
+)
+def test_no_part_takes_the_place_of_another_one(part, identity):
+    clock = VirtualClock()
+    robot = FakeRobot(clock, body=replace(CART, **part))
+    with pytest.raises(RobotError, match=f"two parts of the robot Cart would be served as {identity}"):
+        Assembly(robot, ServerOptions(), clock)
+
+
+def test_a_body_without_a_single_joint_is_served():
+    clock = VirtualClock()
+    eye = Body(name="eye", links=CART.links[:1], cameras=(replace(CART.cameras[0], link="chassis"),))
+    assembly = Assembly(FakeRobot(clock, body=eye), ServerOptions(), clock)
+    assembly.gate.stop("test")
+    assembly.body.hold()
+    assert {"Body", "Camera", "Safety"} <= assembly.servants.keys()
+    assembly.close()
 
 
 def test_what_a_killed_server_left_on_its_way_is_held_by_the_next_one(tmp_path):
@@ -81,7 +109,7 @@ def test_nothing_delays_the_watchdog_and_no_camera_anything_else():
     names = {job.thread: {other.name for other in jobs if other.thread == job.thread} for job in jobs}
     assert names == {
         "watchdog": {"watchdog"},
-        "state": {"state", "motions", "walk", "places of the head"},
+        "state": {"state", "motions", "walk", "places of the body"},
         "reports": {"reports", "clock"},
         "images of Camera": {"images of Camera"},
         "images of CameraBottom": {"images of CameraBottom"},

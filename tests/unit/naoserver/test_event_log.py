@@ -7,10 +7,11 @@ from types import SimpleNamespace
 import pytest
 
 from interfaces.nao import Severity
+from naoserver._event_log import ConditionWatch, EventLog
 from naoserver.capabilities import BatteryReading
-from naoserver.event_log import ConditionWatch, EventLog
 from naoserver.fake import FakeRobot
 from naoserver.robot import BodyState
+from tests.support.bodies import ARM
 from zenoh_ice import VirtualClock
 
 
@@ -19,8 +20,8 @@ class ConditionedRobot(FakeRobot):
 
     stiffness = 1.0
 
-    def __init__(self, clock):
-        super().__init__(clock=clock)
+    def __init__(self, clock, body):
+        super().__init__(clock=clock, body=body)
         self.temperatures = {}
         self.senses = None  # type: ignore[assignment]
 
@@ -40,9 +41,9 @@ class ConditionedRobot(FakeRobot):
 
 
 class Rig:
-    def __init__(self):
+    def __init__(self, body=None):
         clock = VirtualClock()
-        self.robot = ConditionedRobot(clock)
+        self.robot = ConditionedRobot(clock, body)
         self.events = EventLog(clock.now, clock.now)
         self.watch = ConditionWatch(self.robot, self.events)
         self.reported = 0
@@ -67,18 +68,18 @@ def test_a_robot_that_is_well_has_nothing_to_report(rig):
 
 
 def test_a_fall_and_standing_up_are_reported_once(rig):
-    assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao", "fallen")]
+    assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao H25", "fallen")]
     assert rig.look(fallen=True, tilt=85) == []
-    assert rig.look(tilt=2) == [(Severity.Info, "Nao", "upright again")]
-    assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao", "fallen")]
+    assert rig.look(tilt=2) == [(Severity.Info, "Nao H25", "upright again")]
+    assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao H25", "fallen")]
 
 
 def test_motors_that_let_go_and_hold_again_are_reported(rig):
     rig.robot.stiffness = 0.0
-    assert rig.look() == [(Severity.Warning, "Nao", "limp")]
+    assert rig.look() == [(Severity.Warning, "Nao H25", "limp")]
     assert rig.look() == []
     rig.robot.stiffness = 0.6
-    assert rig.look() == [(Severity.Info, "Nao", "no longer limp")]
+    assert rig.look() == [(Severity.Info, "Nao H25", "no longer limp")]
 
 
 def test_a_hot_motor_is_reported_until_it_has_cooled_down_well(rig):
@@ -105,6 +106,13 @@ def test_a_battery_that_runs_low_is_reported_at_each_mark(rig, charges, reported
         rig.robot.charge(charge, -1.0, plugged=False)
         levels += [level.name for level, _, _ in rig.look()]
     assert levels == reported
+
+
+def test_of_a_body_without_such_facts_neither_motors_nor_battery_are_reported():
+    rig = Rig(ARM)
+    rig.robot.temperatures = {"bend": 500.0}
+    rig.robot.charge(math.nan, 0.0, plugged=False)
+    assert rig.look() == []
 
 
 def test_a_battery_that_is_charged_is_not_reported(rig):

@@ -4,9 +4,9 @@ import pytest
 from msgspec.structs import replace
 
 from interfaces.nao import HealthEvent, SafetyState, Severity
+from naoserver._event_log import EventLog
 from naoserver._gate import LONGEST_LEASE, Gate
 from naoserver.errors import CommandRefused, InvalidCommand
-from naoserver.event_log import EventLog
 
 
 class Rig:

@@ -5,12 +5,12 @@ import threading
 import pytest
 
 from interfaces.nao import Severity
+from naoserver._event_log import KEPT, EventLog
 from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
 from naoserver._safety import JointSafety
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.errors import CommandRefused, InvalidCommand
-from naoserver.event_log import KEPT, EventLog
 from naoserver.fake import FakeDevice
 from naoserver.jobs import JobThreads, Watchdog
 from naoserver.options import SafetyOptions
@@ -24,7 +24,7 @@ class Rig:
         self.due = None
         self.events = EventLog(clock.now, lambda: self.wall)
         self.device = device or FakeDevice("Nao", H25.joints, clock, {})
-        safety = JointSafety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
+        safety = JointSafety(H25.joints, SafetyOptions(), H25.tables, H25.couplings, H25.speed_rules)
         self.gate = Gate(self.events)
         self.guarded = GuardedDevice(self.device, safety, self.gate, self.look_within)
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from interfaces.nao import Severity
+from naoserver._event_log import EventLog
 from naoserver._gate import LONGEST_LEASE, Gate
 from naoserver.errors import CommandRefused, RobotError
-from naoserver.event_log import EventLog
 from naoserver.latch import Latch, latch_of
 from zenoh_ice.settings import Settings
 

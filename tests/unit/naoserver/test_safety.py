@@ -9,16 +9,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver._safety import Goal, JointSafety
-from naoserver.body import H25, RangeTable
+from naoserver.bodies.nao import H25
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice
 from naoserver.options import SafetyOptions, capped
-from naoserver.robot import JointFacts, JointReading
+from naoserver.parts import JointFacts, RangeTable, SpeedRule
+from naoserver.robot import JointReading
 from tests.support.examples import examples
 from zenoh_ice.clock import VirtualClock
 
 LIMITS = {joint.name: joint for joint in H25.joints}
-TABLES = {table.dependent: table for table in H25.anticollision}
+TABLES = {table.dependent: table for table in H25.tables}
+
+
+def safety_of(body, options):
+    return JointSafety(body.joints, options, body.tables, body.couplings, body.speed_rules)
 
 
 class Rig:
@@ -27,7 +32,7 @@ class Rig:
     def __init__(self, posture=None, **options):
         self.clock = VirtualClock()
         self.device = FakeDevice("Nao", H25.joints, self.clock, posture or {})
-        self.safety = JointSafety(H25.joints, SafetyOptions(**options), H25.anticollision, H25.couplings)
+        self.safety = safety_of(H25, SafetyOptions(**options))
         self.wall = 0.0
         self.limitations = []
         self.stopped = []
@@ -141,11 +146,51 @@ def test_a_joint_moves_at_full_speed_but_arms_on_straight_legs(joint, posture, f
 
 @pytest.mark.parametrize("posture", [{}, BENT])
 def test_a_cap_that_is_set_holds_in_every_posture(posture):
-    safety = JointSafety(H25.joints, capped(0.8), H25.anticollision, H25.couplings)
+    safety = safety_of(H25, capped(0.8))
     reading = Rig(posture).device.read()
     assert safety.speed_cap("RShoulderPitch", reading) == pytest.approx(
         0.8 * LIMITS["RShoulderPitch"].max_velocity
     )
+
+
+def test_a_speed_rule_holds_for_the_joints_that_it_names_while_all_of_its_condition_holds():
+    names = ("slow", "other", "first", "second")
+    joints = [JointFacts(name, -3.0, 3.0, 2.0, 1.0) for name in names]
+    rules = [
+        SpeedRule(slower=("slow",), fraction=0.5, while_below={"first": 0.1, "second": 0.2}),
+        SpeedRule(slower=("slow",), fraction=0.25, while_below={"second": -0.5}),
+    ]
+    safety = JointSafety(joints, SafetyOptions(), speed_rules=rules)
+
+    def caps(first, second):
+        places = (0.0, 0.0, first, second)
+        reading = JointReading(0.0, places, (0.0,) * 4, places, (0.0,) * 4, (1.0,) * 4, (30.0,) * 4)
+        return [safety.speed_cap(name, reading) for name in ("slow", "other")]
+
+    assert caps(0.0, 0.0) == [1.0, 2.0]
+    assert caps(0.1, 0.0) == caps(0.0, 0.2) == [2.0, 2.0]
+    assert caps(0.0, -0.6) == caps(1.0, -0.6) == [0.5, 2.0], "the slowest rule counts"
+
+
+@pytest.mark.parametrize("target", [-1e6, 0.0, 400.0])
+def test_a_joint_that_turns_without_end_goes_anywhere_and_on_and_on(target):
+    clock = VirtualClock()
+    device = FakeDevice("Wheel", (JointFacts("wheel", -math.inf, math.inf, 10.0, 1.0),), clock, {})
+    safety = JointSafety(device.joints, SafetyOptions())
+    outcome = safety.move({"wheel": target}, {"wheel": 10.0}, device.read())
+    assert (outcome.accepted, outcome.limitations) == ({"wheel": target}, [])
+    driven = safety.drive({"wheel": -99.0}, device.read(), "c1", 0.0)
+    assert driven.accepted == {"wheel": -10.0}
+    for _ in range(100):
+        clock.advance(0.02)
+        outcome = safety.watch(device.read(), 0.0)
+        device.command_positions(outcome.positions, outcome.max_speeds)
+        device.command_velocities(outcome.velocities)
+    assert device.read().velocities[0] == pytest.approx(-10.0)
+    assert device.read().positions[0] < -10.0
+    device.command_velocities(safety.hold(["wheel"], device.read()).velocities)
+    clock.advance(1.0)
+    assert device.read().velocities[0] == pytest.approx(0.0)
 
 
 def test_the_full_speed_as_a_client_gives_it_is_not_called_limited():

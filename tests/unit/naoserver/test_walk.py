@@ -4,14 +4,14 @@ import math
 
 import pytest
 
+from naoserver._event_log import EventLog
 from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
 from naoserver._safety import JointSafety
 from naoserver._walk import WalkGuard
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, InvalidCommand
-from naoserver.event_log import EventLog
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LIMITS, FakeWalker
 from naoserver.options import SafetyOptions
@@ -24,7 +24,7 @@ class SlowWalker(FakeWalker):
     """Needs a while to end, and can be made unable to walk."""
 
     def __init__(self, clock):
-        super().__init__(clock)
+        super().__init__(clock, H25.groups.legs)
         self.ended = ""
         self.ending = False
         self.hindrance = ""
@@ -52,7 +52,7 @@ class Rig:
         self.events = EventLog(self.clock.now, lambda: self.wall)
         self.gate = Gate(self.events)
         self.robot = FakeRobot(self.clock)
-        safety = JointSafety(H25.joints, SafetyOptions(), H25.anticollision, H25.couplings)
+        safety = JointSafety(H25.joints, SafetyOptions(), H25.tables, H25.couplings, H25.speed_rules)
         self.body = GuardedDevice(self.robot, safety, self.gate, self.due.append)
         self.walker = SlowWalker(self.clock)
         self.walk = WalkGuard(self.walker, self.body, SafetyOptions())

@@ -5,11 +5,17 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._walk import PERIOD, WalkTo, Way
+from naoserver._walk import PERIOD, WalkTo
+from naoserver._way import way_to
+from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import CommandRefused
 from naoserver.fake.robot import LIMITS
+from naoserver.options import ServerOptions
+from naoserver_sim.robot import SimulatedRobot
 from tests.unit.naoserver.test_walk import STILL, Rig
+from zenoh_ice import VirtualClock
 
 START = Odometry(0.0, 0.0, 0.0, 0.0)
 
@@ -38,7 +44,7 @@ def go(rig, seconds=60.0):
 
 
 def begin(rig, x=1.0, y=0.0, heading=0.0, client="anna"):
-    rig.walk_to.begin(Way((x, y, heading), rig.walk.read(), LIMITS), client)
+    rig.walk_to.begin(way_to((x, y, heading), rig.walk.read(), LIMITS), client)
 
 
 @pytest.mark.parametrize("place", [(1.0, 0.0, 0.0), (-0.3, 0.2, 1.0), (0.0, 0.0, -3.0), (0.5, -0.5, 0.0)])
@@ -62,6 +68,24 @@ def test_it_stands_there_with_the_heading_in_the_frame_in_which_it_stood(rig, pl
     assert math.remainder(there.heading - here.heading - heading, math.tau) == pytest.approx(0.0, abs=0.05)
 
 
+@pytest.mark.sim
+@pytest.mark.parametrize("place", [(0.3, 0.4, 0.0), (-0.5, 0.1, 0.0), (0.0, 0.0, 3.0)])
+def test_a_simulated_cart_stands_there_too(place):
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, skin=False, body=find_body("Cart"))
+    walker, walk_to = robot.walker, Assembly(robot, ServerOptions(), clock).walk_to
+    assert walker is not None
+    assert walk_to is not None
+    walk_to.begin(way_to(place, walker.odometry(), walker.limits), "anna")
+    while walk_to.busy:
+        clock.advance(PERIOD)
+    there = walker.odometry()
+    assert walk_to.state().status is ActionStatus.Done
+    assert (there.x, there.y) == pytest.approx(place[:2], abs=0.07)
+    assert there.heading == pytest.approx(place[2], abs=0.06)
+    robot.close()
+
+
 def test_it_goes_on_when_the_machine_stalls_and_ends_when_nobody_corrects_it(rig):
     begin(rig)
     rig.clock.advance(PERIOD)
@@ -73,11 +97,6 @@ def test_it_goes_on_when_the_machine_stalls_and_ends_when_nobody_corrects_it(rig
     rig.walk.watch()
     assert rig.walk.commanded() == STILL
     assert "not renewed in time" in rig.reported()[-1]
-
-
-def test_its_velocity_is_within_the_limits_on_a_straight_line():
-    velocity = Way((2.0, 1.0, 0.0), START, WalkVelocity(0.3, 0.1, 0.9)).velocity(START)
-    assert (velocity.forward, velocity.left) == pytest.approx((0.2, 0.1))
 
 
 def test_it_is_never_reported_as_limited(rig):
@@ -123,15 +142,6 @@ def test_it_ends_and_does_not_begin_again(rig, end):
     assert not rig.walk_to.busy
     assert rig.walker.commanded() == STILL
     assert (state.status, bool(state.message)) == (ActionStatus.Stopped, True)
-
-
-def test_its_progress_is_the_share_of_way_and_turn():
-    way = Way((1.0, 0.0, 1.0), START, LIMITS)
-    assert way.progress(START) == 0.0
-    assert way.progress(Odometry(0.0, 0.5, 0.0, 0.0)) == pytest.approx(0.25)
-    assert way.progress(Odometry(0.0, 1.0, 0.0, 0.5)) == pytest.approx(0.75)
-    assert way.progress(Odometry(0.0, 1.0, 0.0, 1.0)) == 1.0
-    assert way.progress(Odometry(0.0, -9.0, 0.0, 0.0)) == 0.0
 
 
 def test_at_its_end_nothing_is_left_to_say(rig):

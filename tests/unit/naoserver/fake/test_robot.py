@@ -10,7 +10,10 @@ from hypothesis import strategies as st
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LAG, Ball, focal_length, project
+from naoserver.kinematics import matrix_of
+from naoserver.parts import Axis
 from naoserver.robot import Robot
+from tests.support.bodies import ARM, CART
 from zenoh_ice.clock import VirtualClock
 
 
@@ -98,10 +101,31 @@ def test_the_camera_sees_a_ball_where_the_head_does_not_look(robot, clock):
     assert reds[:, 1].mean() + 0.5 == pytest.approx(160, abs=1.0)
 
 
-def test_looking_down_raises_the_ball_in_the_image(robot):
-    camera = robot.cameras[0]
+def test_the_camera_of_any_body_sees_from_the_link_that_carries_it(clock):
+    robot = FakeRobot(clock, body=CART)
+    next(ball for ball in robot.mechanisms if ball.name == "BallRed").place(
+        {"BallRedPan": -0.3, "BallRedDistance": 1.0, "BallRedHeight": 0.6}
+    )
+    bearing = math.atan2(math.sin(-0.3), math.cos(-0.3) - 0.1)  # the mast is 0.1 m ahead
+    pan = CART.hinges["Neck"][Axis.PAN]
+    robot.place({pan.joint: pan.joint_angle(bearing), "gimbal_tilt": 0.25})
+    reds = np.argwhere((robot.capture("Camera", 320, 240).pixels == (220, 30, 30)).all(axis=2))
+    assert reds.mean(axis=0) + 0.5 == pytest.approx((120.0, 160.0), abs=1.0)
+
+
+def test_a_robot_has_no_more_than_its_body(clock):
+    robot = FakeRobot(clock, body=ARM)
+    assert (robot.lights, robot.voice, robot.walker, robot.cameras) == (None, None, None, ())
+    assert (robot.senses.touch_names, robot.senses.sonar_range) == ((), None)
+    reading = robot.senses.read()
+    assert reading.left_foot.total == 0.0
+    assert math.isnan(reading.battery.charge)
+
+
+def test_looking_down_raises_the_ball_in_the_image():
     ball = Ball(0.0, 1.0, 0.5)
-    assert project(camera, 0.0, 0.3, ball)[2] > project(camera, 0.0, 0.0, ball)[2]
+    ahead, down = (matrix_of((0.0, 0.0, 0.5, 0.0, pitch, 0.0)) for pitch in (0.0, 0.3))
+    assert project(down, ball)[2] > project(ahead, ball)[2] == 0.0
 
 
 def test_the_focal_length_gives_the_field_of_view(robot):

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.fake.robot import FakeWalker
 from zenoh_ice import VirtualClock
@@ -12,13 +13,13 @@ velocities = st.builds(WalkVelocity, st.floats(-0.3, 0.3), st.floats(-0.12, 0.12
 
 
 def test_it_is_a_walker():
-    assert isinstance(FakeWalker(VirtualClock()), Walker)
+    assert isinstance(FakeWalker(VirtualClock(), H25.groups.legs), Walker)
 
 
 @given(velocities, st.lists(st.floats(0.01, 2.0), min_size=1, max_size=8))
 def test_how_often_it_is_asked_makes_no_difference(velocity, pauses):
     clock = VirtualClock()
-    often, once = FakeWalker(clock), FakeWalker(clock)
+    often, once = FakeWalker(clock, H25.groups.legs), FakeWalker(clock, H25.groups.legs)
     for walker in (often, once):
         walker.command(velocity)
     for pause in pauses:
@@ -31,7 +32,7 @@ def test_how_often_it_is_asked_makes_no_difference(velocity, pauses):
 
 def test_a_circle_ends_where_it_began():
     clock = VirtualClock()
-    walker = FakeWalker(clock)
+    walker = FakeWalker(clock, H25.groups.legs)
     walker.command(WalkVelocity(forward=0.2, turn=0.5))
     clock.advance(math.pi / 0.5)
     half = walker.odometry()
@@ -42,7 +43,7 @@ def test_a_circle_ends_where_it_began():
 
 def test_forward_is_where_it_looks():
     clock = VirtualClock()
-    walker = FakeWalker(clock)
+    walker = FakeWalker(clock, H25.groups.legs)
     walker.command(WalkVelocity(turn=0.5))
     clock.advance(math.pi)
     walker.command(WalkVelocity(forward=0.2, left=0.1))
@@ -57,7 +58,7 @@ def test_forward_is_where_it_looks():
 
 def test_once_closed_it_stays_where_it_is():
     clock = VirtualClock()
-    walker = FakeWalker(clock)
+    walker = FakeWalker(clock, H25.groups.legs)
     walker.command(WalkVelocity(forward=0.2))
     clock.advance(1.0)
     walker.close()

@@ -154,7 +154,7 @@ def test_it_is_where_a_late_picture_showed_it_however_the_head_has_turned_since(
     assembly = Assembly(robot, ServerOptions(), clock)
     assembly.on_wake = lambda: woken.append(clock.now())
     camera: Any = assembly.servants["CameraBottom"]
-    job = next(job for job in assembly.jobs if job.name == "places of the head")
+    job = next(job for job in assembly.jobs if job.name == "places of the body")
     assert not is_due(job, clock.now())
     robot.command_velocities({"HeadYaw": 1.0})
     camera.getImageData("GRAY8", None)

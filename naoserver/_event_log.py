@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from interfaces.nao import HealthEvent, Severity
-from naoserver.robot import LIMP, BodyState, Robot
+from naoserver.parts import MotorHeat
+from naoserver.robot import LIMP, BodyState, JointReading, Robot
 
 log = logging.getLogger(__name__)
 
@@ -65,16 +66,10 @@ class EventLog:
             return list(self._events), self._limited, self._timeouts
 
 
-HOT: Final = 75.0
-"""Temperature in degrees Celsius above which a motor of a Nao gives less torque."""
-TOO_HOT: Final = 95.0
-"""Temperature in degrees Celsius at which a motor gives none; assumed."""
-COOL: Final = 70.0
-"""Temperature below which a hot motor counts as cool again."""
 LOW: Final = 0.2
 """Charge of the battery below which it is low."""
 VERY_LOW: Final = 0.07
-"""Charge of the battery at which a Nao is about to switch itself off."""
+"""Charge of the battery at which a robot is about to switch itself off."""
 _RECOVERED: Final = 0.05
 """How far the charge must rise above a mark before the mark is reported again."""
 
@@ -97,12 +92,10 @@ class ConditionWatch:
         is_limp = max(reading.stiffnesses, default=1.0) < LIMP
         limp = (Severity.Warning, "limp: no motor holds until it is made stiff again")
         self._compare("limp", is_limp, name, limp, "no longer limp: motors hold again")
-        for joint, temperature in zip(self._robot.joints, reading.temperatures, strict=True):
-            is_hot = temperature >= (COOL if joint.name in self._present else HOT)
-            degrees = f"its motor has {temperature:.0f} degrees Celsius"
-            hot = (Severity.Warning, f"hot: {degrees} and gives less torque")
-            self._compare(joint.name, is_hot, joint.name, hot, f"cool again: {degrees}")
-        self._look_at_battery()
+        if (heat := self._robot.body.motor_heat) is not None:
+            self._look_at_motors(heat, reading)
+        if self._robot.body.battery is not None:
+            self._look_at_battery()
 
     def _compare(
         self, condition: str, present: bool, source: str, begin: tuple[Severity, str], end: str
@@ -111,6 +104,13 @@ class ConditionWatch:
             self._present ^= {condition}
             level, message = begin if present else (Severity.Info, end)
             self._events.add(level, source, message, message)
+
+    def _look_at_motors(self, heat: MotorHeat, reading: JointReading) -> None:
+        for joint, temperature in zip(self._robot.joints, reading.temperatures, strict=True):
+            is_hot = temperature >= (heat.cool if joint.name in self._present else heat.hot)
+            degrees = f"its motor has {temperature:.0f} degrees Celsius"
+            hot = (Severity.Warning, f"hot: {degrees} and gives less torque")
+            self._compare(joint.name, is_hot, joint.name, hot, f"cool again: {degrees}")
 
     def _look_at_battery(self) -> None:
         if self._robot.senses is None:

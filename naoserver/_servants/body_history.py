@@ -1,4 +1,4 @@
-"""Where the head was in the last moments: a picture shows what was, when it arrives."""
+"""Where the body was in the last moments: a picture shows what was, when it arrives."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.jobs import Job, Periodic
-from naoserver.kinematics import Matrix, place_of, torso_place
+from naoserver.kinematics import Matrix, kinematics_of
 from naoserver.robot import Robot
 
 Situation = NDArray[np.float64]
@@ -25,7 +25,7 @@ _WANTED: Final = 1.0
 """Seconds after a picture for which situations are noted, for the next one."""
 
 
-class HeadHistory:
+class BodyHistory:
     """Note the situations of the body while pictures are taken, and return that of a time.
 
     `job` notes them every 20 ms of robot time from the first picture on, until none was taken for a second;
@@ -35,12 +35,13 @@ class HeadHistory:
 
     def __init__(self, robot: Robot, begins: Callable[[], None]) -> None:
         self._robot = robot
+        self._kinematics = kinematics_of(robot.body)
         self._begins = begins
         self._lock = threading.Lock()
         self._past: deque[Situation] = deque(maxlen=_MOST_SITUATIONS)
         self._used = -math.inf
         self.job: Final[Job] = Periodic(
-            "places of the head",
+            "places of the body",
             robot.clock,
             lambda: _PERIOD,
             self.note,
@@ -75,8 +76,9 @@ class HeadHistory:
     def _wanted(self) -> bool:
         return self._robot.clock.now() - self._used < _WANTED
 
-    def place_in(self, situation: Situation) -> Matrix:
-        """Return where the head is in the robot's frame."""
+    def place_in(self, situation: Situation, link: str) -> Matrix:
+        """Return where a link is in the robot's frame."""
         _, roll, pitch, *positions = situation.tolist()
         angles = dict(zip((joint.name for joint in self._robot.joints), positions, strict=True))
-        return torso_place(angles, roll, pitch) @ place_of("Head", angles)
+        root = self._kinematics.torso_place(angles, roll, pitch)
+        return root @ self._kinematics.link_place(link, angles)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from naoserver._servants.head_history import HeadHistory
+from naoserver._servants.body_history import BodyHistory
 from naoserver.fake import FakeRobot
 from zenoh_ice import VirtualClock
 
@@ -15,7 +15,7 @@ HEAD_YAW = 3
 def test_between_two_situations_the_head_has_turned_in_proportion() -> None:
     clock = VirtualClock()
     robot = FakeRobot(clock)
-    history = HeadHistory(robot, lambda: None)
+    history = BodyHistory(robot, lambda: None)
     robot.command_velocities({"HeadYaw": 1.0})
     noted = []
     for _ in range(2):
@@ -31,7 +31,7 @@ def test_between_two_situations_the_head_has_turned_in_proportion() -> None:
 def test_it_notes_only_while_pictures_are_taken() -> None:
     clock = VirtualClock()
     begun: list[float] = []
-    history = HeadHistory(FakeRobot(clock), lambda: begun.append(clock.now()))
+    history = BodyHistory(FakeRobot(clock), lambda: begun.append(clock.now()))
     clock.advance(5.0)
     history.note()
     history.at(5.0)
