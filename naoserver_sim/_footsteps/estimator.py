@@ -1,0 +1,182 @@
+"""What the body's sensors say about it: its center of mass, how that moves, and where the feet are.
+
+A foot that bears load rests on the floor. From there the angles of the joints and the attitude of the trunk
+lead to every other point, and the speeds of the joints and the turning rate to its velocity. No force is
+measured. The frame is that of the odometer: the floor, with the robot's start at 0, x forward, y left. Places
+on the floor are complex numbers, x + iy, in m.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from naoserver.capabilities import InertialReading
+from naoserver.footsteps import Footsteps
+from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
+from naoserver_sim._footsteps.vectors import cross, quaternion
+
+FEET: Final = (LEFT, RIGHT)
+_SMOOTHING: Final = 0.5
+"""Part of the last velocity of the center of mass that is kept at each tick."""
+_STILL: Final = 0.1
+"""Turning rate in rad/s about each axis below which a robot that does not step stands still."""
+_STANDING_TICKS: Final = 500
+"""Ticks of standing still over which the errors of the inertial unit are means."""
+_LARGEST_MOUNTING: Final = 0.03
+"""Largest error of roll and pitch in rad by the mounting of the inertial unit."""
+
+
+class Estimator:
+    """Estimate the state of the body at each control tick."""
+
+    def __init__(self, mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps) -> None:
+        self._mj = mj
+        self._limbs = limbs
+        self._sole = np.array(footsteps.sole_middle)
+        self._frequency = footsteps.frequency
+        self.data: Final = mujoco.MjData(mj)
+        """The measured body: its base is at 0, turned as it is measured."""
+        self.origin: Final[Array] = np.zeros(3)
+        """Place of the base in m."""
+        self.soles: Final[Array] = np.zeros((2, 3))
+        """The middles of the soles in m, left and right."""
+        self.center: Array = np.zeros(3)
+        """Center of mass in m, the height above the floor."""
+        self.velocity: Array = np.zeros(3)
+        """Velocity of the center of mass in m/s, smoothed."""
+        self.heading = 0.0
+        """Of the base in rad, not limited to a turn."""
+        self._anchors = [0j, 0j]
+        self._velocity = np.zeros(3)
+        self._offset = 0.0  # of the turning rate about the vertical axis
+        self._mounting = [0.0, 0.0]  # errors of roll and pitch
+        self._still = 0  # ticks over which both are means
+        self._turned = np.zeros(6)
+
+    @property
+    def capture_point(self) -> complex:
+        """The point on the floor over which the body would come to rest (Pratt et al., Humanoids 2006)."""
+        place = self.center[:2] + self.velocity[:2] / self._frequency
+        return complex(place[0], place[1])
+
+    def heading_of(self, foot: int) -> float:
+        """Return the heading of a foot in rad, within half a turn of that of the base."""
+        axes = self.data.xmat[self._limbs.feet[foot]]
+        heading = math.atan2(axes[3], axes[0])
+        return self.heading + math.remainder(heading - self.heading, math.tau)
+
+    def place_of(self, foot: int) -> complex:
+        """Return where the middle of a sole is."""
+        return complex(self.soles[foot, 0], self.soles[foot, 1])
+
+    def plant(self, foot: int, place: complex) -> None:
+        """Let a foot rest at a place from now on."""
+        self._anchors[foot] = place
+
+    def lose_footing(self) -> None:
+        """Let the feet rest wherever the next measurement shows them, below where the base was."""
+        self._anchors = [complex(math.nan), complex(math.nan)]
+
+    def look_ahead(self, seconds: float, zmp: complex) -> None:
+        """Move the center of mass on for some seconds, as a pendulum over the zero moment point."""
+        place, velocity = self.center[:2], self.velocity[:2]
+        acceleration = self._frequency**2 * (place - (zmp.real, zmp.imag))
+        place += velocity * seconds + 0.5 * acceleration * seconds * seconds
+        velocity += acceleration * seconds
+
+    def tick(
+        self,
+        seconds: float,
+        inertial: InertialReading,
+        angles: Array,
+        speeds: Array,
+        shares: Sequence[float],
+        *,
+        resting: bool = False,
+        sliding: bool = False,
+    ) -> None:
+        """Advance by some seconds, at the end of which the sensors have these readings.
+
+        `angles` in rad and `speeds` in rad/s are those of all joints of the body; `shares` are those of the
+        left and the right foot in bearing it, 1 together. A robot that is `resting` stands flat on its soles
+        without stepping: if nothing turns, it learns the errors of the inertial unit. While feet may be
+        `sliding`, moved by somebody, each comes to rest where it is, the sooner the less it bears.
+        """
+        still = resting and max(map(abs, inertial.angular_velocity)) < _STILL
+        if still:
+            self._still = min(self._still + 1, _STANDING_TICKS)
+        self._turn(seconds, inertial, still=still)
+        self._put(inertial, angles, speeds)
+        if still:
+            self._level(shares)
+        data, limbs = self.data, self._limbs
+        drift = np.zeros(3)
+        for foot in FEET:
+            link = limbs.feet[foot]
+            arm = data.xmat[link].reshape(3, 3) @ self._sole
+            mujoco.mj_objectVelocity(self._mj, data, mujoco.mjtObj.mjOBJ_XBODY, link, self._turned, 0)
+            self.soles[foot] = data.xpos[link] + arm
+            drift += shares[foot] * (self._turned[3:] + cross(self._turned[:3], arm))
+        self._stand_on(shares, sliding=sliding)
+        base = limbs.base
+        self.center = self.origin + data.subtree_com[base]
+        velocity = data.subtree_linvel[base] - drift
+        self._velocity = _SMOOTHING * self._velocity + (1.0 - _SMOOTHING) * velocity
+        self.velocity = self._velocity.copy()
+
+    def _turn(self, seconds: float, inertial: InertialReading, *, still: bool) -> None:
+        """Integrate the heading."""
+        _, about_y, about_z = inertial.angular_velocity
+        upright = max(math.cos(inertial.pitch), 0.1)  # a trunk that lies has no heading
+        rate = (about_y * math.sin(inertial.roll) + about_z * math.cos(inertial.roll)) / upright
+        if still:
+            self._offset += (rate - self._offset) / self._still
+        self.heading += (rate - self._offset) * seconds
+
+    def _put(self, inertial: InertialReading, angles: Array, speeds: Array) -> None:
+        """Compute where all links are, relative to the base, and how they move."""
+        mj, data, limbs = self._mj, self.data, self._limbs
+        at, dof = limbs.base_qpos, limbs.base_dof
+        data.qpos[at : at + 3] = 0.0
+        data.qpos[at + 3 : at + 7] = self._attitude(inertial)
+        data.qpos[limbs.qpos] = angles
+        data.qvel[dof : dof + 3] = 0.0
+        data.qvel[dof + 3 : dof + 6] = inertial.angular_velocity
+        data.qvel[limbs.dofs] = speeds
+        mujoco.mj_kinematics(mj, data)
+        mujoco.mj_comPos(mj, data)
+        mujoco.mj_comVel(mj, data)
+        mujoco.mj_subtreeVel(mj, data)
+
+    def _attitude(self, inertial: InertialReading) -> tuple[float, float, float, float]:
+        roll, pitch = inertial.roll - self._mounting[0], inertial.pitch - self._mounting[1]
+        return quaternion(self.heading, roll, pitch)
+
+    def _level(self, shares: Sequence[float]) -> None:
+        """Learn by how much the unit is mounted askew: the soles that seem to be tilted are level."""
+        ups = [self.data.xmat[link].reshape(3, 3)[:2, 2] for link in self._limbs.feet]
+        up = shares[LEFT] * complex(*ups[LEFT]) + shares[RIGHT] * complex(*ups[RIGHT])
+        seen = up * cmath.rect(1.0, -self.heading)
+        for axis, error in enumerate((-seen.imag, seen.real)):
+            found = self._mounting[axis] + error / self._still
+            self._mounting[axis] = max(-_LARGEST_MOUNTING, min(_LARGEST_MOUNTING, found))
+
+    def _stand_on(self, shares: Sequence[float], *, sliding: bool) -> None:
+        """Move the base to where the bearing feet rest at their anchors."""
+        relative = [self.place_of(foot) for foot in FEET]
+        if cmath.isnan(self._anchors[LEFT]):
+            here = complex(self.origin[0], self.origin[1])
+            self._anchors = [here + place for place in relative]
+        place = sum(shares[foot] * (self._anchors[foot] - relative[foot]) for foot in FEET)
+        height = -shares[LEFT] * self.soles[LEFT, 2] - shares[RIGHT] * self.soles[RIGHT, 2]
+        self.origin[:] = place.real, place.imag, height
+        np.add(self.soles, self.origin, out=self.soles)
+        if sliding:
+            for foot in FEET:
+                self._anchors[foot] += (1.0 - shares[foot]) * (self.place_of(foot) - self._anchors[foot])

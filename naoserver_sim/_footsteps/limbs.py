@@ -1,0 +1,124 @@
+"""Where a compiled model has the limbs of a body on two legs, found from names and its tree of links."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.errors import RobotError
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+LEFT: Final = 0
+RIGHT: Final = 1
+LEG_JOINTS: Final = 6
+"""Joints of a leg: as many as a foot has degrees of freedom."""
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm that can swing."""
+
+    shoulder: int
+    """The link that its first joint moves."""
+    swing: int
+    """The joint about the axis y that swings it, as a place among the body's joints."""
+    joints: Indices
+    """All its joints, as places among the body's joints."""
+
+
+@dataclass(frozen=True)
+class Limbs:
+    """Indices in MuJoCo's arrays, of joints in the order in which they were named."""
+
+    base: int
+    """The link with the free joint, in which the inertial unit is."""
+    base_qpos: int
+    base_dof: int
+    pelvis: int
+    """The link that both legs begin at."""
+    feet: tuple[int, int]
+    """Links, left and right."""
+    qpos: Indices
+    dofs: Indices
+    motors: Indices
+    legs: Indices
+    """The twelve joints of the legs, as places among the body's joints: the left leg from the hip down, then
+    the right one."""
+    arms: tuple[Arm, ...]
+    """Left and right; none when no arm swings."""
+
+    @property
+    def leg_dofs(self) -> Indices:
+        """Degrees of freedom of the legs' joints."""
+        return self.dofs[self.legs]
+
+    @property
+    def leg_motors(self) -> Indices:
+        """Motors of the legs' joints."""
+        return self.motors[self.legs]
+
+
+def find_limbs(
+    mj: mujoco.MjModel, base: str, feet: tuple[str, str], joints: Sequence[str], shoulders: Sequence[str] = ()
+) -> Limbs:
+    """Return the limbs of a body: `base` and `feet` are links, `shoulders` the joints that swing the arms.
+
+    Each of `joints` has a motor of the same name. Raises RobotError when a leg does not have six of them, all
+    hinges.
+    """
+    places = {mj.joint(name).id: place for place, name in enumerate(joints)}
+    links = mj.body(feet[0]).id, mj.body(feet[1]).id
+    left, right = (list(_upwards(mj, link)) for link in links)
+    pelvis = next(link for link in left if link in right)
+    legs: list[int] = []
+    for name, chain in zip(feet, (left, right), strict=True):
+        leg = [
+            joint
+            for link in reversed(chain[: chain.index(pelvis)])
+            for joint in _joints(mj, link)
+            if joint in places
+        ]
+        if len(leg) != LEG_JOINTS or any(mj.jnt_type[leg] != mujoco.mjtJoint.mjJNT_HINGE):
+            raise RobotError(f"the leg above {name} has {len(leg)} hinges with motors: it needs {LEG_JOINTS}")
+        legs.extend(places[joint] for joint in leg)
+    root = mj.body(base).id
+    free = mj.body_jntadr[root]
+    if free < 0 or mj.jnt_type[free] != mujoco.mjtJoint.mjJNT_FREE:
+        raise RobotError(f"{base} has no free joint: it must be the root of a body that walks")
+    return Limbs(
+        base=root,
+        base_qpos=int(mj.jnt_qposadr[free]),
+        base_dof=int(mj.jnt_dofadr[free]),
+        pelvis=pelvis,
+        feet=links,
+        qpos=np.array([mj.joint(name).qposadr[0] for name in joints], dtype=np.intp),
+        dofs=np.array([mj.joint(name).dofadr[0] for name in joints], dtype=np.intp),
+        motors=np.array([mj.actuator(name).id for name in joints], dtype=np.intp),
+        legs=np.array(legs, dtype=np.intp),
+        arms=tuple(_arm(mj, mj.joint(name).id, places) for name in shoulders),
+    )
+
+
+def _arm(mj: mujoco.MjModel, swing: int, places: dict[int, int]) -> Arm:
+    shoulder = int(mj.jnt_bodyid[swing])
+    joints = [place for joint, place in places.items() if shoulder in _upwards(mj, mj.jnt_bodyid[joint])]
+    return Arm(shoulder, places[swing], np.array(joints, dtype=np.intp))
+
+
+def _upwards(mj: mujoco.MjModel, link: int) -> Iterator[int]:
+    """Yield a link and what it hangs on, up to the root."""
+    while link:
+        yield int(link)
+        link = mj.body_parentid[link]
+
+
+def _joints(mj: mujoco.MjModel, link: int) -> range:
+    first = int(mj.body_jntadr[link])
+    return range(first, first + int(mj.body_jntnum[link])) if first >= 0 else range(0)

@@ -1,0 +1,70 @@
+"""The loads of the feet, from the torques of the legs' motors: these bodies have no sensors in their soles.
+
+At rest, the torques of a leg are those of the leg's weight and of the floor's force on its foot. A straight
+leg bears any load without a torque of its knee: where the torques say little, a foot counts as bearing half
+the weight.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from naoserver.footsteps import GRAVITY
+from naoserver_sim._footsteps.estimator import FEET, Estimator
+from naoserver_sim._footsteps.limbs import Array, Limbs
+
+_SMOOTHING: Final = 0.2
+"""Time constant in s: accelerations are not accounted for."""
+_TRUST: Final = 0.02
+"""Lever arm in m below which a torque says little about a force."""
+_UP: Final = 2
+
+
+class Loads:
+    """Estimate how much the left and the right foot bear, in N."""
+
+    def __init__(self, mj: mujoco.MjModel, limbs: Limbs, estimator: Estimator) -> None:
+        self._mj = mj
+        self._limbs = limbs
+        self._estimator = estimator
+        self._legs = limbs.leg_dofs.reshape(2, -1)
+        self.weight: Final = GRAVITY * float(mj.body_subtreemass[limbs.base])
+        """Of the body in N."""
+        self._bias = np.zeros(mj.nv)
+        self._linear = np.zeros((3, mj.nv))
+        self._angular = np.zeros((3, mj.nv))
+        self._usual = np.zeros(6)
+        self._usual[_UP] = 0.5 * self.weight
+        self._trust = _TRUST**2 * np.eye(6)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin with a robot that stands."""
+        self.feet = np.full(2, 0.5 * self.weight)
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Parts of the load that the left and the right foot bear, 1 together."""
+        left, right = np.maximum(self.feet, 1.0).tolist()
+        return left / (left + right), right / (left + right)
+
+    def tick(self, seconds: float, torques: Array) -> None:
+        """Advance by some seconds, at the end of which the legs' motors give `torques` in N m.
+
+        `torques` are in the order of `Limbs.legs`.
+        """
+        mj, data, limbs = self._mj, self._estimator.data, self._limbs
+        mujoco.mj_rne(mj, data, 0, self._bias)
+        for foot in FEET:
+            place = self._estimator.soles[foot] - self._estimator.origin
+            mujoco.mj_jac(mj, data, self._linear, self._angular, place, limbs.feet[foot])
+            legs = self._legs[foot]
+            lever = np.concatenate([self._linear[:, legs], self._angular[:, legs]])
+            given = torques.reshape(2, -1)[foot] - mj.dof_damping[legs] * data.qvel[legs]
+            unexplained = self._bias[legs] - given - self._usual @ lever
+            more = np.linalg.solve(lever @ lever.T + self._trust, lever @ unexplained)[_UP]
+            load = max(self._usual[_UP] + more, 0.0)
+            self.feet[foot] += (load - self.feet[foot]) * min(seconds / _SMOOTHING, 1.0)

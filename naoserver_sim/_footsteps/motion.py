@@ -1,0 +1,159 @@
+"""The planned motion of the whole body: the pendulum moves its center of mass, the legs follow.
+
+The pendulum stands over the zero moment point that the steps ask for. It is drawn to the measured body, so
+that the plan is always near to what happens.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from naoserver.footsteps import Footsteps
+from naoserver_sim._footsteps.estimator import FEET, Estimator
+from naoserver_sim._footsteps.limbs import Array, Limbs
+from naoserver_sim._footsteps.posture import Posture, Target
+from naoserver_sim._footsteps.steps import Steps
+from naoserver_sim._footsteps.vectors import axes, inclination
+
+_ROUNDS: Final = 2
+"""Rounds of the inverse kinematics at a tick."""
+_SMOOTHING: Final = 0.5
+"""Part of the last speeds that is kept at each tick."""
+_PACE: Final = 0.15
+"""Mean speed in m/s, and in rad/s, at which the body comes into its stance."""
+_NEAR: Final = 0.005
+"""Distance in m, and in rad, from the stance within which it need not come into it first."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Bend:
+    """How a body differs from its stance on flat soles: in m, and in roll and pitch in rad."""
+
+    height: float
+    pelvis: tuple[float, float]
+    soles: tuple[float, float]
+    """Their heights."""
+    feet: tuple[tuple[float, float], tuple[float, float]]
+
+    @property
+    def largest(self) -> float:
+        """The largest of all differences."""
+        turns = (*self.pelvis, *self.feet[0], *self.feet[1])
+        return max(map(abs, (self.height, *self.soles, *turns)))
+
+
+class PlannedMotion:
+    """Plan the angles of the legs at each control tick, and how all degrees of freedom move."""
+
+    def __init__(self, mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, estimator: Estimator) -> None:
+        self._mj = mj
+        self._limbs = limbs
+        self._footsteps = footsteps
+        self._estimator = estimator
+        self._posture = Posture(mj, limbs, footsteps)
+        self._planned = np.concatenate(
+            [np.arange(limbs.base_dof, limbs.base_dof + 6), limbs.leg_dofs]
+        )  # the others move as they are commanded
+        self._center = np.zeros(2)
+        self._velocity = np.zeros(2)
+        self._bend = _Bend(0.0, (0.0, 0.0), (0.0, 0.0), ((0.0, 0.0), (0.0, 0.0)))
+        self._return_time = 0.0
+        self._time = 0.0
+        self._last = self._posture.data.qpos.copy()
+        self._change = np.zeros(mj.nv)
+        self.speeds: Array = np.zeros(mj.nv)
+        """Of all degrees of freedom in rad/s and m/s; 0 for what is not planned here."""
+        self.accelerations: Array = np.zeros(mj.nv)
+        """In rad/s2 and m/s2."""
+
+    @property
+    def returning(self) -> bool:
+        """Whether the body is still on its way into the stance."""
+        return self._time < self._return_time
+
+    @property
+    def legs(self) -> Array:
+        """Angles of the legs in rad, in the order of `Limbs.legs`."""
+        return self._posture.legs
+
+    def begin(self, angles: Array) -> None:
+        """Begin with all joints of the body at `angles` in rad, as they are commanded."""
+        estimator, limbs, posture = self._estimator, self._limbs, self._posture
+        posture.put(estimator.origin, estimator.data.qpos)
+        posture.data.qpos[limbs.qpos] = angles
+        posture.look()
+        center = posture.data.subtree_com[limbs.base]
+        self._center = center[:2].copy()
+        self._velocity = estimator.velocity[:2].copy()
+        self._bend = _Bend(
+            center[2] - self._footsteps.com_height,
+            inclination(posture.axes(limbs.pelvis)),
+            (posture.sole(0)[2], posture.sole(1)[2]),
+            (
+                inclination(posture.axes(limbs.feet[0])),
+                inclination(posture.axes(limbs.feet[1])),
+            ),
+        )
+        largest = self._bend.largest
+        # The eased way is at its middle 1.5 times as fast as on average.
+        self._return_time = largest / _PACE if largest > _NEAR else 0.0
+        self._time = 0.0
+        self._last[:] = posture.data.qpos
+        self.speeds[:] = 0.0
+        self.accelerations[:] = 0.0
+
+    def tick(self, seconds: float, steps: Steps, angles: Array, *, landed: bool) -> None:
+        """Advance by some seconds; after a step that has just ended it has `landed`.
+
+        `angles` are those at which all joints of the body are commanded to be; those of the legs do not
+        count.
+        """
+        self._time += seconds
+        self._fall(seconds, steps.zmp)
+        self._posture.solve(self._target(steps), angles, _ROUNDS)
+        mujoco.mj_differentiatePos(self._mj, self._change, seconds, self._last, self._posture.data.qpos)
+        self._last[:] = self._posture.data.qpos
+        speeds = self.speeds.copy()
+        if not landed:  # the plan jumps to where the foot has really come down
+            now = self._planned
+            speeds[now] = _SMOOTHING * speeds[now] + (1.0 - _SMOOTHING) * self._change[now]
+        self.accelerations = (speeds - self.speeds) / seconds
+        self.speeds = speeds
+
+    def _fall(self, seconds: float, zmp: complex) -> None:
+        """Move the center of mass as a pendulum, and towards the measured one."""
+        estimator, footsteps = self._estimator, self._footsteps
+        acceleration = footsteps.frequency**2 * (self._center - (zmp.real, zmp.imag))
+        self._center += self._velocity * seconds + 0.5 * acceleration * seconds * seconds
+        self._velocity += acceleration * seconds
+        self._center += footsteps.pull * (estimator.center[:2] - self._center)
+        self._velocity += footsteps.pull * (estimator.velocity[:2] - self._velocity)
+
+    def _target(self, steps: Steps) -> Target:
+        bend, left = self._bend, self._left
+        soles, feet = [], []
+        for foot in FEET:
+            planned = steps.feet[foot]
+            height = planned.height + left * bend.soles[foot]
+            soles.append(np.array([planned.place.real, planned.place.imag, height]))
+            roll, pitch = bend.feet[foot]
+            feet.append(axes(planned.heading, left * roll, left * pitch))
+        roll, pitch = bend.pelvis
+        return Target(
+            center=np.append(self._center, self._footsteps.com_height + left * bend.height),
+            soles=(soles[0], soles[1]),
+            feet=(feet[0], feet[1]),
+            pelvis=axes(steps.heading, left * roll, left * pitch),
+        )
+
+    @property
+    def _left(self) -> float:
+        """The part of the bend that is left, which goes from 1 to 0 smoothly."""
+        if not self.returning:
+            return 0.0
+        done = self._time / self._return_time
+        return 1.0 - done * done * (3.0 - 2.0 * done)

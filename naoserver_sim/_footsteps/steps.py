@@ -1,0 +1,368 @@
+"""The footsteps: when which foot goes where, and where the zero moment point has to be meanwhile.
+
+A step ends with the foot where the capture point, as the pendulum foretells it, is then at the right
+distance: that of the periodic walk with the commanded velocity. So a robot that is pushed steps there where
+it catches itself. Small errors are left to the zero moment point, which can move within the sole. Places on
+the floor are complex numbers, x + iy, in m, in the frame of the odometer.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+from typing import Final
+
+from naoserver.capabilities import WalkVelocity
+from naoserver.footsteps import Footsteps
+from naoserver_sim._footsteps.limbs import LEFT, RIGHT
+from naoserver_sim._footsteps.pendulum import Pendulum
+
+STILL: Final = WalkVelocity()
+_LOST_FORWARD: Final = 0.85
+"""Part of half a sole's length beyond which a standing robot makes a step."""
+_LOST_ASIDE: Final = 0.5
+"""The same to a side, as a part of the width between the feet."""
+_TIPPING: Final = 0.3
+"""Part of the width between the feet beyond which the weight is already on one foot."""
+_READY: Final = 0.01
+"""Distance in m from its place for a first step at which the capture point is there."""
+_LONGEST_SHIFT: Final = 0.5
+"""Seconds after which the first step begins in any case."""
+_WITHIN_SOLE: Final = 0.7
+"""Part of half a sole within which the zero moment point moves in a step."""
+_DECIDED: Final = 0.06
+"""Seconds before the end of a step from which the foot's place is fixed."""
+_SWIFTNESS: Final = 0.3
+"""Part of the way to a new place for the foot by which its target moves in a tick."""
+_LANDING: Final = 0.03
+"""Seconds before the end of a step at which the foot reaches the floor."""
+_FAR: Final = 0.8
+"""Part of the reach beyond which a step is made earlier."""
+_WIDE: Final = 0.85
+"""The same for the largest width."""
+_SOONER: Final = 0.015
+"""Seconds by which a step becomes shorter at a tick."""
+_LEAST_REST: Final = 0.08
+"""Seconds that it still takes then."""
+_NARROW: Final = 0.06
+"""Range of widths in m below the narrowest one in which a step is made later."""
+_LATER: Final = 0.01
+"""Seconds by which a step becomes longer at a tick."""
+_LONGEST_STEP: Final = 1.25
+"""Longest step as a multiple of the usual one."""
+_CALM: Final = 0.05
+"""Distance in m from its usual place at which a step counts as calm."""
+_CALM_STEPS: Final = 3
+"""Calm steps on the spot after which the walk ends."""
+_PATIENT_STEPS: Final = 6
+"""Steps on the spot after which twice that distance is calm, so that every walk ends."""
+_LARGEST_ERROR: Final = 0.15
+"""Largest distance in m from the commanded way that a step makes up for."""
+_LEARNING: Final = 0.2
+"""Part of an error of the pendulum that is learned from a step."""
+_LARGEST_MISS: Final = 0.05
+"""Largest error forwards in m that is learned: it is the same for both feet."""
+_LARGEST_MISS_ASIDE: Final = 0.03
+"""Largest error of each foot to the left in m that is learned."""
+_LARGEST_TURN: Final = 0.5
+"""Largest turn of a step in rad."""
+_SLOWING: Final = 2.0
+"""Factor by which a velocity may change more from one step to the next if it becomes smaller."""
+
+
+class Phase(Enum):
+    """What the feet do."""
+
+    STANDING = auto()
+    SHIFTING = auto()
+    """Both feet are on the floor, and the weight moves to the first foot of support."""
+    STEPPING = auto()
+
+
+@dataclass(slots=True)
+class Foot:
+    """Where a foot is planned to be: the middle of its sole, its heading in rad, its height in m."""
+
+    place: complex
+    heading: float
+    height: float = 0.0
+
+
+@dataclass(slots=True)
+class _Step:
+    """A step that is being made."""
+
+    pendulum: Pendulum
+    stride: complex
+    """Way of the body in m, in the frame of the foot of support."""
+    heading: float
+    """Heading of the foot at the end."""
+    begin: Foot
+    """The swinging foot at the beginning."""
+    time: float = 0.0
+    target: complex | None = None
+    deviation: float = 0.0
+    """Distance in m of the target from its usual place."""
+
+
+class Steps:
+    """Plan the steps; `tick` is due at each control tick.
+
+    `locate` returns the place and the heading at which a foot is measured to be.
+    """
+
+    def __init__(self, footsteps: Footsteps, locate: Callable[[int], tuple[complex, float]]) -> None:
+        self._footsteps = footsteps
+        self._locate = locate
+        self._usual = Pendulum(footsteps.frequency, footsteps.double_support, footsteps.step_time)
+        self.phase = Phase.STANDING
+        self.support = LEFT
+        """The foot that bears the robot in a step."""
+        self.zmp = 0j
+        """Where the zero moment point has to be."""
+        self.count = 0
+        """Number of steps that have ended."""
+        self.feet = [Foot(0.5j * footsteps.width, 0.0), Foot(-0.5j * footsteps.width, 0.0)]
+        """Left and right foot."""
+        self._step: _Step | None = None
+        self._shifted = 0.0  # seconds
+        self._tipping = False
+        self._calm = 0
+        self._stopping = 0  # steps on the spot since the velocity is 0
+        self._velocity = STILL  # of the present step
+        self._path = Foot(0j, 0.0)  # of the body, as commanded
+        self._misses = [0j, 0j]  # of steps of the left and of the right foot, in the frame of their heading
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Parts of the weight that the left and the right foot bear."""
+        step = self._step
+        if step is None:
+            return 0.5, 0.5
+        share = min(step.time / self._footsteps.double_support, 1.0)
+        return (share, 1.0 - share) if self.support == LEFT else (1.0 - share, share)
+
+    @property
+    def on_one_foot(self) -> bool:
+        """Whether the foot of support bears everything."""
+        return self._step is not None and self._step.time >= self._footsteps.double_support
+
+    @property
+    def heading(self) -> float:
+        """The mean of both headings."""
+        return 0.5 * (self.feet[LEFT].heading + self.feet[RIGHT].heading)
+
+    @property
+    def middle(self) -> complex:
+        """The place between the feet."""
+        return 0.5 * (self.feet[LEFT].place + self.feet[RIGHT].place)
+
+    def stand(self) -> None:
+        """Stand at once on both feet, where they are."""
+        self.feet = [Foot(*self._locate(LEFT)), Foot(*self._locate(RIGHT))]
+        self.phase = Phase.STANDING
+        self.zmp = self.middle
+        self._step = None
+        self._velocity = STILL
+        self._calm = 0
+
+    def tick(self, seconds: float, point: complex, velocity: WalkVelocity, *, firm: bool = True) -> None:
+        """Advance by some seconds, with the capture point at `point`, towards a velocity.
+
+        Only a robot that stands `firm` begins to step.
+        """
+        if self.phase is Phase.STANDING:
+            self._balance(point)
+            if firm:
+                self._leave(point, velocity)
+        if self.phase is Phase.SHIFTING:
+            self._shift(seconds, point, velocity)
+        step = self._step
+        if step is not None:
+            step.time += seconds
+            if step.time >= step.pendulum.step_time:
+                self._land(step, point, velocity)
+                step = self._step
+        if step is not None:
+            self._swing(step, point)
+        elif self.phase is Phase.STANDING:
+            self._balance(point)
+
+    # -- standing ----------------------------------------------------------------------------------------
+
+    def _balance(self, point: complex) -> None:
+        self.zmp = self.middle + (1.0 + self._footsteps.standing_gain) * (point - self.middle)
+
+    def _leave(self, point: complex, velocity: WalkVelocity) -> None:
+        """Begin to shift the weight when it is to walk, or when only a step can catch it."""
+        error = (point - self.middle) * cmath.rect(1.0, -self.heading)
+        width, half = self._footsteps.width, self._footsteps.sole_half[0]
+        lost = abs(error.real) > _LOST_FORWARD * half or abs(error.imag) > _LOST_ASIDE * width
+        if not lost and velocity == STILL:
+            return
+        self.phase = Phase.SHIFTING
+        self.support = RIGHT if lost and error.imag < 0.0 else LEFT
+        self._shifted = 0.0
+        self._tipping = abs(error.imag) > _TIPPING * width
+        self._path = Foot(self.middle, self.heading)
+
+    def _shift(self, seconds: float, point: complex, velocity: WalkVelocity) -> None:
+        """Press with the foot that is to lift until the capture point has come to the other one's side."""
+        foot, lifting = self.feet[self.support], self.feet[1 - self.support]
+        ahead = cmath.rect(1.0, self.heading)
+        falling = (1.0 + self._footsteps.standing_gain) * ((point - self.middle) / ahead).real
+        self.zmp = lifting.place + _limited(falling, _WITHIN_SOLE * self._footsteps.sole_half[0]) * ahead
+        self._shifted += seconds
+        distance = ((point - foot.place) * cmath.rect(1.0, -foot.heading)).imag
+        wanted = self._offset(self.support, 0j).imag
+        if abs(distance) <= abs(wanted) + _READY or self._shifted > _LONGEST_SHIFT or self._tipping:
+            self._begin(self.support, velocity)
+
+    # -- stepping ----------------------------------------------------------------------------------------
+
+    def _stride(self, velocity: WalkVelocity) -> complex:
+        return complex(velocity.forward, velocity.left) * self._footsteps.step_time
+
+    def _approach(self, wanted: WalkVelocity) -> WalkVelocity:
+        """Return the velocity of the next step, a bit nearer to the wanted one."""
+        most, wanted = self._footsteps.changes, self._footsteps.possible(wanted)
+        self._velocity = WalkVelocity(
+            _nearer(self._velocity.forward, wanted.forward, most.forward),
+            _nearer(self._velocity.left, wanted.left, most.left),
+            _nearer(self._velocity.turn, wanted.turn, most.turn),
+        )
+        return self._velocity
+
+    def _outwards(self, foot: int) -> float:
+        return 1.0 if foot == LEFT else -1.0
+
+    def _offset(self, foot: int, stride: complex) -> complex:
+        """Return capture point less foot when its support begins, in the frame of the heading."""
+        return self._usual.offset(-self._outwards(foot) * self._footsteps.width, stride)
+
+    def _begin(self, support: int, velocity: WalkVelocity) -> None:
+        """Begin a step on a foot, which leads back to the commanded way."""
+        footsteps, foot, path = self._footsteps, self.feet[support], self._path
+        velocity = self._approach(velocity)
+        ahead = cmath.rect(1.0, foot.heading)
+        middle = foot.place - 0.5j * self._outwards(support) * footsteps.width * ahead
+        turn = path.heading + velocity.turn * footsteps.step_time - foot.heading
+        heading = foot.heading + max(-_LARGEST_TURN, min(_LARGEST_TURN, turn))
+        missed = (path.place - middle) / ahead
+        missed = _limited_in_both(missed, _LARGEST_ERROR)
+        stride = self._stride(velocity)
+        self._path = Foot(middle + missed * ahead + stride * cmath.rect(1.0, heading), heading)
+        stride += missed * footsteps.place_gain * footsteps.step_time
+        self._step = _Step(self._usual, stride, heading, replace(self.feet[1 - support]))
+        self.support = support
+        self.phase = Phase.STEPPING
+
+    def _land(self, step: _Step, point: complex, velocity: WalkVelocity) -> None:
+        """Let the swinging foot bear the robot, and begin the next step or end the walk."""
+        landed = 1 - self.support
+        place, heading = self._locate(landed)
+        self._learn(step, landed, (point - place) * cmath.rect(1.0, -step.heading))
+        before = self.feet[landed].heading
+        self.feet[landed] = Foot(place, before + math.remainder(heading - before, math.tau))
+        self.count += 1
+        self._stopping = self._stopping + 1 if velocity == self._velocity == STILL else 0
+        calm = self._stopping > 0 and step.deviation < _CALM * (1 + self._stopping / _PATIENT_STEPS)
+        self._calm = self._calm + 1 if calm else 0
+        if self._calm >= _CALM_STEPS:
+            self._calm = 0
+            self._step = None
+            self.phase = Phase.STANDING
+        else:
+            self._begin(landed, velocity)
+
+    def _learn(self, step: _Step, landed: int, found: complex) -> None:
+        """Learn by how much the pendulum foretold the place of the capture point before a foot wrongly.
+
+        The legs swing, which the pendulum does not know, and feet land a bit off their targets.
+        """
+        error = found - self._offset(landed, step.stride) - self._misses[landed]
+        miss = self._misses[landed] + _LEARNING * _limited_in_both(error, _LARGEST_MISS)
+        forward = 0.5 * (miss.real + self._misses[1 - landed].real)
+        forward = _limited(forward, _LARGEST_MISS)
+        self._misses[landed] = complex(forward, _limited(miss.imag, _LARGEST_MISS_ASIDE))
+        self._misses[1 - landed] = complex(forward, self._misses[1 - landed].imag)
+
+    def _swing(self, step: _Step, point: complex) -> None:
+        """Choose zero moment point and target, and move the swinging foot."""
+        support = self.feet[self.support]
+        swing = 1 - self.support
+        ahead, then = cmath.rect(1.0, support.heading), cmath.rect(1.0, step.heading)
+        half_width = 0.5j * self._outwards(swing) * self._footsteps.width
+        usual = support.place + (half_width + step.stride) * ahead + half_width * then
+        offset = (self._offset(swing, step.stride) - self._misses[swing]) * then
+        old = step.begin.place
+        planned = step.pendulum.start(usual + offset, step.time, old, support.place)
+        error = self._footsteps.walking_gain * (point - planned) / ahead
+        half = self._footsteps.sole_half
+        moved = complex(
+            _limited(error.real, _WITHIN_SOLE * half[0]), _limited(error.imag, _WITHIN_SOLE * half[1])
+        )
+        loaded = min(step.time / self._footsteps.double_support, 1.0)
+        self.zmp = old + loaded * (support.place - old) + moved * ahead
+        if step.time < step.pendulum.step_time - _DECIDED:
+            # The zero moment point can stay where it is once the support foot bears everything.
+            center = self.zmp if loaded == 1.0 else support.place
+            end = step.pendulum.end(point, step.time, old, center)
+            self._aim(step, (end - offset - support.place) / ahead, (usual - support.place) / ahead, ahead)
+        self._move(step)
+
+    def _aim(self, step: _Step, wanted: complex, usual: complex, ahead: complex) -> None:
+        """Take a target for the swinging foot, in the support foot's frame, as far as it can reach it."""
+        footsteps = self._footsteps
+        outwards = self._outwards(1 - self.support)
+        aside = outwards * wanted.imag
+        if step.time > footsteps.double_support:
+            self._hurry(step, abs(wanted.real), aside)
+        aside = min(max(aside, footsteps.narrowest), footsteps.widest)
+        target = complex(_limited(wanted.real, footsteps.reach), outwards * aside)
+        step.deviation = abs(target - usual)
+        place = self.feet[self.support].place + target * ahead
+        step.target = place if step.target is None else step.target + _SWIFTNESS * (place - step.target)
+
+    def _hurry(self, step: _Step, forward: float, aside: float) -> None:
+        """Make a step that would become too long sooner, one that would become too narrow later."""
+        footsteps, pendulum = self._footsteps, step.pendulum
+        time = pendulum.step_time
+        if forward > _FAR * footsteps.reach or aside > _WIDE * footsteps.widest:
+            time = min(time, max(time - _SOONER, footsteps.shortest_step, step.time + _LEAST_REST))
+        elif footsteps.narrowest - _NARROW < aside < footsteps.narrowest:
+            time = min(time + _LATER, _LONGEST_STEP * footsteps.step_time)
+        if time != pendulum.step_time:
+            step.pendulum = replace(pendulum, step_time=time)
+
+    def _move(self, step: _Step) -> None:
+        """Move the swinging foot along a path of least jerk, up and down as well."""
+        double_support = self._footsteps.double_support
+        duration = step.pendulum.step_time - double_support - _LANDING
+        passed = min(max((step.time - double_support) / duration, 0.0), 1.0)
+        eased = passed**3 * (10.0 - 15.0 * passed + 6.0 * passed**2)
+        begin, foot = step.begin, self.feet[1 - self.support]
+        assert step.target is not None
+        foot.place = begin.place + eased * (step.target - begin.place)
+        foot.heading = begin.heading + eased * (step.heading - begin.heading)
+        foot.height = self._footsteps.lift * 16.0 * passed**2 * (1.0 - passed) ** 2
+
+
+def _limited(value: float, most: float) -> float:
+    return max(-most, min(most, value))
+
+
+def _limited_in_both(value: complex, most: float) -> complex:
+    return complex(_limited(value.real, most), _limited(value.imag, most))
+
+
+def _nearer(value: float, wanted: float, most: float) -> float:
+    """Return a value nearer to the wanted one by at most `most`, or by more if that leads towards 0."""
+    if value * wanted < 0.0:
+        wanted = 0.0  # standing still precedes the way back
+    if abs(wanted) < abs(value):
+        most *= _SLOWING
+    return value + _limited(wanted - value, most)

@@ -1,0 +1,246 @@
+"""Walk and balance of a body that holds angles: commanded from any thread, computed at each tick."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from typing import Final
+
+import numpy as np
+
+from naoserver.capabilities import Odometry
+from naoserver.footsteps import Footsteps
+from naoserver_sim._commands import STILL, CommandedWay
+from naoserver_sim._footsteps.arms import ArmSwing
+from naoserver_sim._footsteps.estimator import Estimator
+from naoserver_sim._footsteps.forces import SupportTorques
+from naoserver_sim._footsteps.held import HeldPosture
+from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
+from naoserver_sim._footsteps.loads import Loads
+from naoserver_sim._footsteps.motion import PlannedMotion
+from naoserver_sim._footsteps.sensors import BodySensors
+from naoserver_sim._footsteps.steps import Phase, Steps
+from naoserver_sim._simulator import Simulator
+
+_STEPS_LATE: Final = 2.0
+"""Steps until it walks at a commanded velocity."""
+_TILT: Final = math.radians(50)
+"""Tilt of the trunk beyond which it is falling, and stops balancing."""
+_LEANING: Final = math.radians(20)
+"""Tilt of the trunk beyond which stiff legs would not help a limp robot: it falls."""
+_BORNE: Final = 0.3
+"""Least part of its weight that the feet of a standing robot bear."""
+_FIRM: Final = 0.5
+"""Least stiffness of the legs with which it balances."""
+_CARRIES: Final = 0.1
+"""Least share of the load with which a foot carries a robot whose legs are held."""
+_RESTING: Final = 0.5
+"""Seconds of rest after which legs that are held near the stance balance again."""
+
+
+class _Stage(Enum):
+    LOST = auto()
+    """It lies, is limp or carried: the legs are left alone."""
+    HELD = auto()
+    """The legs hold the angles that somebody commands."""
+    BALANCED = auto()
+    """The legs are moved here, to stand or to walk."""
+
+
+class FootstepWalker(CommandedWay):
+    """Move the setpoints of the legs, and of arms that hang, at each control tick.
+
+    Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
+    `abandon` are for the thread of the physics only. It balances from the start, whenever it is on its feet
+    and its legs are stiff, and steps when only a step can catch it. Legs that somebody else commands hold
+    their angles, until they rest near the stance or the robot is to walk. To the motors it adds the torques
+    that this needs, as offsets of their angles beside the setpoints.
+
+    It uses what the `sensors` of a body measure: angles, speeds and torques of its joints, and the inertial
+    unit of its base. `latency` is that of its commands to the motors in s, beside that of the sensors.
+    """
+
+    def __init__(
+        self,
+        footsteps: Footsteps,
+        limbs: Limbs,
+        simulator: Simulator,
+        sensors: BodySensors,
+        *,
+        joints: tuple[str, ...] = (),
+        latency: float = 0.0,
+    ) -> None:
+        super().__init__(simulator)
+        mj = simulator.mj
+        self.joints: Final = joints
+        """Those of the legs."""
+        self.limits: Final = footsteps.limits
+        self.lag = _STEPS_LATE * footsteps.step_time
+        self._mj = mj
+        self._footsteps = footsteps
+        self._limbs = limbs
+        self._setpoints = simulator.setpoints
+        self._sensors = sensors
+        self._latency = latency
+        self._estimator = Estimator(mj, limbs, footsteps)
+        self._loads = Loads(mj, limbs, self._estimator)
+        self._steps = Steps(footsteps, self._locate)
+        self._motion = PlannedMotion(mj, limbs, footsteps, self._estimator)
+        self._torques = SupportTorques(mj, limbs, footsteps, self._estimator)
+        self._held = HeldPosture(mj, limbs, footsteps)
+        self._arms = ArmSwing(limbs, self._setpoints, footsteps.arm_swing)
+        self._damping = mj.dof_damping[limbs.leg_dofs]
+        self._legs = self._setpoints.setpoints[limbs.leg_motors]  # setpoints of the last tick
+        self._still = np.zeros(mj.nv)
+        self._stage = _Stage.LOST
+        self._rested = 0.0  # seconds for which commanded legs have not moved
+        self._zmp = 0j  # of the last tick
+        self._restart()
+
+    # -- from any thread ---------------------------------------------------------------------------------
+
+    @property
+    def walking(self) -> bool:
+        return self._commanded != STILL or self._steps.phase is not Phase.STANDING
+
+    def odometry(self) -> Odometry:
+        heading = math.pi - (math.pi - self._estimator.heading) % math.tau
+        x, y, _ = self._estimator.origin.tolist()
+        return Odometry(self._simulator.newest().time, x, y, heading)
+
+    # -- in the thread of the physics --------------------------------------------------------------------
+
+    def tick(self, seconds: float) -> None:
+        """Move the legs, and arms that hang, and update the odometry."""
+        self._measure(seconds)
+        hindrance = self._hindrance(self._simulator.motors.stiffnesses)
+        if hindrance:
+            self._lose(hindrance)
+            return
+        if self._stage is _Stage.LOST:
+            self._stage = _Stage.HELD
+            self._zmp = self._estimator.capture_point
+        legs = self._setpoints.setpoints[self._limbs.leg_motors]
+        moved = bool((legs != self._legs).any())
+        if self._stage is _Stage.BALANCED and moved and not self.walking:
+            self._stage = _Stage.HELD
+        if self._stage is _Stage.HELD:
+            self._hold(seconds, legs, moved=moved)
+        if self._stage is _Stage.BALANCED:
+            self._balance(seconds)
+        self._legs = self._setpoints.setpoints[self._limbs.leg_motors]
+
+    def abandon(self, why: str = "the robot was moved") -> None:
+        """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
+        self._lose(why)
+        self._restart()
+
+    def _restart(self) -> None:
+        """Let the robot have stood here for a while."""
+        self._stage = _Stage.LOST
+        self._rested = _RESTING
+        self._loads.reset()
+        self._estimator.lose_footing()
+
+    def _locate(self, foot: int) -> tuple[complex, float]:
+        return self._estimator.place_of(foot), self._estimator.heading_of(foot)
+
+    def _measure(self, seconds: float) -> None:
+        """Estimate the state of the body from its sensors."""
+        sensors, estimator = self._sensors, self._estimator
+        sensors.tick()
+        balanced = self._stage is _Stage.BALANCED
+        standing = self._steps.phase is Phase.STANDING
+        estimator.tick(
+            seconds,
+            sensors.inertial,
+            sensors.angles,
+            sensors.speeds,
+            self._steps.shares if balanced else self._loads.shares,
+            resting=standing and self._stage is not _Stage.LOST,
+            sliding=not balanced,
+        )
+        if self._stage is not _Stage.LOST:
+            estimator.look_ahead(self._latency + sensors.delay * seconds, self._zmp)
+        if standing:
+            self._loads.tick(seconds, sensors.torques)
+
+    def _hindrance(self, stiffnesses: Array) -> str:
+        """Return why it can neither walk nor balance; empty when it can."""
+        inertial = self._sensors.inertial
+        limp = min(stiffnesses[self._limbs.leg_motors].tolist()) < _FIRM
+        if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if limp else _TILT):
+            return "it lies, or it falls; make it stand up first"
+        if limp:
+            return f"its legs are limp; make them stiff, {_FIRM:g} at least"
+        standing = self._steps.phase is Phase.STANDING
+        if standing and float(self._loads.feet.sum()) < _BORNE * self._loads.weight:
+            return "it does not stand on its feet"
+        return ""
+
+    def _lose(self, why: str) -> None:
+        """Leave the legs alone."""
+        if self._commanded != STILL or self._velocity != STILL:
+            self._end(why)
+        self._stage = _Stage.LOST
+        self._rested = 0.0
+        self._steps.stand()
+        motors = self._limbs.leg_motors
+        self._legs = self._setpoints.setpoints[motors]
+        self._simulator.commands[motors] = self._legs
+
+    def _hold(self, seconds: float, legs: Array, *, moved: bool) -> None:
+        """Hold the commanded angles, unless the legs are free to balance."""
+        limbs, estimator, held = self._limbs, self._estimator, self._held
+        angles = self._setpoints.setpoints[limbs.motors]
+        self._rested = 0.0 if moved else self._rested + seconds
+        held.take(angles)
+        if self._velocity != STILL or (self._rested >= _RESTING and held.is_stance()):
+            self._steps.stand()
+            for foot in (LEFT, RIGHT):
+                estimator.plant(foot, self._steps.feet[foot].place)
+            self._motion.begin(angles)
+            self._arms.begin(estimator)
+            self._stage = _Stage.BALANCED
+            return
+        left, right = self._loads.shares
+        support = LEFT if left >= right else RIGHT
+        bearing = support if min(left, right) < _CARRIES else None
+        place = held.center(support, estimator)
+        zmp = place + (1.0 + self._footsteps.standing_gain) * (estimator.capture_point - place)
+        self._zmp = zmp
+        heading = estimator.heading_of(support)
+        torques = self._torques.at(self._still, zmp, heading, bearing)
+        self._simulator.commands[limbs.leg_motors] = legs + self._offsets(
+            torques, (legs - self._legs) / seconds
+        )
+
+    def _balance(self, seconds: float) -> None:
+        """Stand or walk."""
+        limbs, steps, motion = self._limbs, self._steps, self._motion
+        resting, count = steps.phase is Phase.STANDING, steps.count
+        point = self._estimator.capture_point
+        steps.tick(seconds, point, self._velocity, firm=not motion.returning)
+        self._zmp = steps.zmp
+        landed = steps.count > count
+        if landed:
+            foot = steps.support if steps.phase is Phase.STEPPING else 1 - steps.support
+            self._estimator.plant(foot, steps.feet[foot].place)
+        if resting and steps.phase is not Phase.STANDING:
+            self._arms.begin(self._estimator)
+        commands = self._simulator.commands
+        if steps.phase is not Phase.STANDING:
+            self._arms.tick(seconds, steps, commands)
+        motion.tick(seconds, steps, self._setpoints.setpoints[limbs.motors], landed=landed)
+        heading = steps.feet[steps.support].heading
+        bearing = steps.support if steps.on_one_foot else None
+        torques = self._torques.at(motion.accelerations, steps.zmp, heading, bearing)
+        self._setpoints.place(limbs.leg_motors, motion.legs, commands)
+        commands[limbs.leg_motors] += self._offsets(torques, motion.speeds[limbs.leg_dofs])
+
+    def _offsets(self, torques: Array, speeds: Array) -> Array:
+        """Return by how much motors of the legs are to be ahead to give torques in N m at speeds in rad/s."""
+        motors = self._limbs.leg_motors
+        damping = self._damping - self._mj.actuator_biasprm[motors, 2]
+        offsets: Array = (torques + damping * speeds) / self._mj.actuator_gainprm[motors, 0]
+        return offsets

@@ -1,0 +1,90 @@
+"""What is estimated from the sensors of a body."""
+
+import math
+
+import numpy as np
+import pytest
+
+from naoserver.capabilities import InertialReading, WalkVelocity
+from naoserver_sim._footsteps.estimator import Estimator
+from tests.support.humanoids import BODIES, Humanoid
+
+pytestmark = pytest.mark.sim
+
+TICK = 0.01
+BOTH = (0.5, 0.5)
+
+
+@pytest.fixture(params=sorted(BODIES))
+def robot(request):
+    return Humanoid(request.param)
+
+
+@pytest.fixture
+def estimator(robot):
+    found = Estimator(robot.mj, robot.limbs, robot.footsteps)
+    found.lose_footing()
+    return found
+
+
+def reading(roll=0.0, pitch=0.0, turning=(0.0, 0.0, 0.0)):
+    return InertialReading((0.0, 0.0, 9.81), turning, roll, pitch)
+
+
+def test_the_center_of_mass_is_over_the_feet_of_a_stance(robot, estimator):
+    angles = robot.data.qpos[robot.limbs.qpos]
+    estimator.tick(TICK, reading(), angles, np.zeros_like(angles), BOTH)
+    middle = 0.5 * (estimator.soles[0] + estimator.soles[1])
+    height = robot.footsteps.com_height
+    assert estimator.center - middle == pytest.approx([0.0, 0.0, height], abs=1e-3)
+
+
+def test_a_body_that_turns_over_its_feet_moves_its_capture_point(robot, estimator):
+    angles = robot.data.qpos[robot.limbs.qpos]
+    rest = np.zeros_like(angles)
+    estimator.tick(TICK, reading(), angles, rest, BOTH)
+    before = estimator.capture_point
+    for _ in range(20):
+        estimator.tick(TICK, reading(turning=(0.0, 0.5, 0.0)), angles, rest, BOTH)
+    speed = 0.5 * robot.footsteps.com_height
+    forward = (estimator.capture_point - before).real
+    assert forward == pytest.approx(speed / robot.footsteps.frequency, rel=0.05)
+
+
+def test_a_unit_that_is_mounted_askew_is_found_out_while_it_stands(robot, estimator):
+    angles = robot.data.qpos[robot.limbs.qpos]
+    rest = np.zeros_like(angles)
+    askew = reading(roll=0.01, pitch=-0.015, turning=(0.0, 0.0, 0.02))
+    for _ in range(100):
+        estimator.tick(TICK, askew, angles, rest, BOTH, resting=True)
+    middle = 0.5 * (estimator.soles[0] + estimator.soles[1])
+    assert (estimator.center - middle)[:2] == pytest.approx([0.0, 0.0], abs=1e-3)
+    heading = estimator.heading
+    estimator.tick(TICK, askew, angles, rest, BOTH)
+    assert estimator.heading == pytest.approx(heading, abs=1e-6)
+
+
+def test_the_feet_keep_their_headings_beyond_half_a_turn(robot, estimator):
+    angles = robot.data.qpos[robot.limbs.qpos]
+    for _ in range(400):
+        estimator.tick(TICK, reading(turning=(0.0, 0.0, 1.0)), angles, np.zeros_like(angles), BOTH)
+    assert estimator.heading == pytest.approx(4.0)
+    assert estimator.heading_of(0) == pytest.approx(4.0, abs=0.05)
+
+
+def test_looking_ahead_goes_on_as_the_pendulum_falls(robot, estimator):
+    angles = robot.data.qpos[robot.limbs.qpos]
+    estimator.tick(TICK, reading(), angles, np.zeros_like(angles), BOTH)
+    place = estimator.capture_point
+    estimator.look_ahead(0.02, place - 0.1)
+    growth = math.exp(robot.footsteps.frequency * 0.02)
+    assert estimator.capture_point - (place - 0.1) == pytest.approx(0.1 * growth, rel=1e-3)
+
+
+def test_it_measures_what_the_physics_does_while_the_robot_walks(robot):
+    robot.go(0.5)
+    robot.walk(WalkVelocity(forward=0.3), 3.0)
+    x, y, heading = robot.place()
+    odometry = robot.walker.odometry()
+    assert (odometry.x, odometry.y) == pytest.approx((x, y), abs=0.03)
+    assert odometry.heading == pytest.approx(heading, abs=0.01)

@@ -1,0 +1,61 @@
+"""Inverse kinematics of the legs."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from naoserver_sim._footsteps.posture import Posture, Target, stance
+from naoserver_sim._footsteps.vectors import axes
+from tests.support.humanoids import BODIES, Humanoid
+
+pytestmark = pytest.mark.sim
+
+
+@pytest.fixture(params=sorted(BODIES))
+def robot(request):
+    return Humanoid(request.param)
+
+
+def test_the_stance_is_as_high_and_as_wide_as_the_parameters_say(robot):
+    footsteps, limbs = robot.footsteps, robot.limbs
+    angles = stance(robot.mj, limbs, footsteps, robot.data.qpos[limbs.qpos])
+    data = mujoco.MjData(robot.mj)
+    data.qpos[limbs.qpos] = angles
+    mujoco.mj_kinematics(robot.mj, data)
+    mujoco.mj_comPos(robot.mj, data)
+    sole = np.array(footsteps.sole_middle)
+    left, right = (data.xpos[foot] + data.xmat[foot].reshape(3, 3) @ sole for foot in limbs.feet)
+    assert left - right == pytest.approx([0.0, footsteps.width, 0.0], abs=1e-4)
+    over = data.subtree_com[limbs.base] - 0.5 * (left + right)
+    assert over == pytest.approx([0.0, 0.0, footsteps.com_height], abs=1e-4)
+
+
+def test_a_foot_goes_where_it_is_wanted_and_the_body_stays(robot):
+    limbs, footsteps = robot.limbs, robot.footsteps
+    posture = Posture(robot.mj, limbs, footsteps)
+    posture.put(robot.data.qpos[:3].copy(), robot.data.qpos)
+    angles = robot.data.qpos[limbs.qpos]
+    posture.look()
+    center = posture.data.subtree_com[limbs.base].copy()
+    wanted = posture.sole(0) + np.array([0.1, 0.02, 0.05]), posture.sole(1).copy()
+    target = Target(center, wanted, (axes(0.2), axes(0.0)), axes(0.1))
+    posture.solve(target, angles, 20)
+    posture.look()
+    assert posture.sole(0) == pytest.approx(wanted[0], abs=1e-4)
+    assert posture.sole(1) == pytest.approx(wanted[1], abs=1e-4)
+    assert posture.data.subtree_com[limbs.base] == pytest.approx(center, abs=1e-4)
+    assert posture.axes(limbs.feet[0]) == pytest.approx(axes(0.2), abs=1e-3)
+
+
+def test_angles_stay_within_the_ranges_of_the_joints(robot):
+    limbs, footsteps = robot.limbs, robot.footsteps
+    posture = Posture(robot.mj, limbs, footsteps)
+    posture.put(robot.data.qpos[:3].copy(), robot.data.qpos)
+    posture.look()
+    soles = posture.sole(0).copy(), posture.sole(1).copy()
+    center = posture.data.subtree_com[limbs.base] + np.array([0.0, 0.0, 1.0])
+    level = axes(0.0)
+    posture.solve(Target(center, soles, (level, level), level), robot.data.qpos[limbs.qpos], 50)
+    lower, upper = robot.mj.jnt_range[robot.mj.dof_jntid[limbs.leg_dofs]].T
+    assert (posture.legs >= lower).all()
+    assert (posture.legs <= upper).all()
