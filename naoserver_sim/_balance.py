@@ -16,24 +16,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver.capabilities import Support
 from naoserver.kinematics import rotation
-from naoserver_sim._body import FEET
+from naoserver.parts import Axis
 from naoserver_sim._senses.record import SensorRecord, encoded
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._support_polygon import Array, convex_hull, nearest_within
 from naoserver_sim.model import Model
 
-_SIDES: Final = "LR"
-_LEG: Final = ("Hip", "Knee", "Ankle")
 _LEFT, _RIGHT = 0, 1
 _BOTH: Final = (_LEFT, _RIGHT)
-_SOLE_HEIGHT: Final = -float(H25.facts["dimensions"]["foot_height"])
-_OUTLINES: Final = tuple(np.array(H25.facts["sole"][name]) for name in ("left", "right"))
-_SOLES: Final = tuple(np.column_stack([xy, np.full(len(xy), _SOLE_HEIGHT)]) for xy in _OUTLINES)
-"""The corners of each sole in the frame of its foot in m."""
-
 _GAIN: Final = 1.0
 """Lean in rad, times the height of the center of mass, for each m that it is away from its place."""
 _DAMPING: Final = 0.25
@@ -84,10 +77,10 @@ class _Figure:
         turns = axes.T @ self.axes[_LEFT], axes.T @ self.axes[_RIGHT]
         return _Figure((self.center - origin) @ axes, (left, right), turns)
 
-    def corners(self, foot: int) -> Array:
-        """Return the corners of a sole in m, shape (n, 3)."""
-        corners: Array = _SOLES[foot] @ self.axes[foot].T + self.feet[foot]
-        return corners
+    def seen(self, points: Array, foot: int) -> Array:
+        """Return points of a foot's frame in m, shape (n, 3)."""
+        seen: Array = points @ self.axes[foot].T + self.feet[foot]
+        return seen
 
 
 def _upright(foot: Array, roll: float, pitch: float) -> Array:
@@ -97,6 +90,12 @@ def _upright(foot: Array, roll: float, pitch: float) -> Array:
     heading = rotation((0.0, 0.0, 1.0), math.atan2(forward[1], forward[0]))[:3, :3]
     axes: Array = attitude.T @ heading
     return axes
+
+
+def _correcting(body: Body, side: str) -> tuple[str, str, str]:
+    """Return the joints of a leg that it corrects: the ankle's tilt and roll, and the hip's roll."""
+    ankle, hip = body.hinges[f"{side}Ankle"], body.hinges[f"{side}Hip"]
+    return ankle[Axis.TILT].joint, ankle[Axis.ROLL].joint, hip[Axis.ROLL].joint
 
 
 class SimulatedBalancer:
@@ -128,12 +127,20 @@ class SimulatedBalancer:
         self._scratch = mujoco.MjData(model.mj)
         upright = (1.0, 0.0, 0.0, 0.0)
         self._scratch.qpos[model.base.qpos : model.base.qpos + 7] = (0.0, 0.0, 0.0, *upright)
-        self._feet = [model.mj.body(foot).id for foot in FEET]
-        motors = dict(zip((joint.name for joint in model.robot.joints), model.robot.motors, strict=True))
-        names = [side + joint for side in _SIDES for joint in ("AnklePitch", "AnkleRoll", "HipRoll")]
-        self._motors: NDArray[np.intp] = np.array([motors[name] for name in names], dtype=np.intp)
-        legs = {motor for name, motor in motors.items() if name[1:].startswith(_LEG)}
-        self._legs: NDArray[np.intp] = np.array(sorted(legs), dtype=np.intp)
+        body = model.body
+        self._feet = [model.mj.body(sole.link).id for sole in body.soles]
+        self._foot_height = body.soles[0].height
+        # The corners of each sole in the frame of its foot in m.
+        self._corners = [
+            np.array([(x, y, -sole.height) for x, y in sole.outline], np.float64) for sole in body.soles
+        ]
+        motors = dict(zip(body.joint_names, model.robot.motors, strict=True))
+        self._motors: NDArray[np.intp] = np.array(
+            [motors[joint] for side in ("Left", "Right") for joint in _correcting(body, side)], dtype=np.intp
+        )
+        self._legs: NDArray[np.intp] = np.array(
+            sorted({motors[joint] for joint in body.groups.legs}), dtype=np.intp
+        )
         self._ranges = model.mj.actuator_ctrlrange[self._motors].T.copy()
         self._support: Support | None = None
         self.abandon()
@@ -196,9 +203,9 @@ class SimulatedBalancer:
         upright = _upright(measured.axes[reference], inertial.roll, inertial.pitch)
         place = commanded.seen_from(reference, commanded.axes[reference]).center[:2]
         now = measured.seen_from(reference, upright)
-        corners = _OUTLINES[reference]
+        corners = self._corners[reference][:, :2]
         if len(carrying) > 1:
-            corners = np.concatenate([corners, now.corners(1 - reference)[:, :2]])
+            corners = np.concatenate([corners, now.seen(self._corners[1 - reference], 1 - reference)[:, :2]])
         goal = nearest_within(convex_hull(corners), place, _MARGIN)
         center = now.center[:2]
         arm = measured.center - measured.feet[reference]
@@ -207,7 +214,7 @@ class SimulatedBalancer:
             speed = (arm - self._arm) / seconds + np.cross(inertial.angular_velocity, arm)
             self._motion += ((speed @ upright)[:2] - self._motion) * (1.0 - _SMOOTHING_MOTION)
         self._arm = arm
-        height = max(float(now.center[2]) - _SOLE_HEIGHT, _LEAST_HEIGHT)
+        height = max(float(now.center[2]) + self._foot_height, _LEAST_HEIGHT)
         shift = goal - place - _GAIN * (center - goal) - _DAMPING * self._motion
         forward, left = np.clip(shift / height, -_LARGEST_CORRECTION, _LARGEST_CORRECTION).tolist()
         wanted = np.zeros((2, 3))
@@ -221,7 +228,8 @@ class SimulatedBalancer:
             foot = _LEFT if support is Support.LEFT else _RIGHT
             return foot, (foot,)
         left = float(self._loads[_LEFT] / self._loads.sum())
-        heights = commanded.seen_from(_LEFT, commanded.axes[_LEFT]).corners(_RIGHT)[:, 2] - _SOLE_HEIGHT
+        right = commanded.seen_from(_LEFT, commanded.axes[_LEFT]).seen(self._corners[_RIGHT], _RIGHT)
+        heights = right[:, 2] + self._foot_height
         lowest, highest = float(heights.min()), float(heights.max())
         if highest - lowest < _LEVEL and abs(lowest) < _STEP:
             share = (left, 1.0 - left)[self._reference]

@@ -1,7 +1,7 @@
-"""The body in the model: links, joints, motors, contact shapes, cameras and sensors, made from its facts.
+"""A body in the model: links, joints, motors, contact shapes, cameras and sensors, made from its description.
 
-Units and frames are those of `naoserver.body`; gains and collision classes are in scene.xml. The visible
-shapes of the body are in `appearance.py`.
+Units and frames are those of `naoserver.body`; collision classes are in scene.xml. The visible shapes of the
+body are in `appearance.py`.
 """
 
 from __future__ import annotations
@@ -12,49 +12,54 @@ from itertools import combinations
 from typing import Any, Final
 
 import mujoco
-import numpy as np
 
-from naoserver.body import H25, Body, Joint, Link
-from naoserver.robot import CameraFacts, JointFacts
+from naoserver.body import Body
+from naoserver.errors import RobotError
+from naoserver.parts import NOWHERE, CameraFacts, Gear, Joint, JointFacts, Link, Shape
 
 Links = Mapping[str, mujoco.MjsBody]
 
-TORSO: Final = "torso"
 SIDES: Final = ("left", "right")
-FEET: Final = ("l_foot", "r_foot")
-BUMPERS: Final = ("LFootBumperLeft", "LFootBumperRight", "RFootBumperLeft", "RFootBumperRight")
+BASE: Final = "base"
+"""The free joint of the root link."""
+MOUNT: Final = "mount"
+"""What fixes the root of a mounted body to the place where the robot starts."""
 _UNIT: Final = "inertial unit"
-
-# A bumper feels the forces of contacts whose rays enter a box in front of its half of the toe. Half sizes of
-# the box in m; its distance from the toe; and its depth below the sole, which is less than the distance by
-# which rays of contacts with the floor descend on their way there.
-_BUMPER: Final = (0.006, 0.03, 0.0225)
-_BUMPER_AHEAD: Final = 0.0008
-_BUMPER_BELOW: Final = 0.0008
 
 # Data of a contact sensor, and its reduction of all contacts of a foot to one wrench: MuJoCo's `netforce`.
 _FORCE_TORQUE_PLACE: Final = sum(
     1 << int(getattr(mujoco.mjtConDataField, f"mjCONDATA_{field}")) for field in ("FORCE", "TORQUE", "POS")
 )
 _NET_FORCE: Final = 3
+# Lever arms in m of the friction of a shape that says its own: small, so that a wheel turns on the spot.
+_TWISTING: Final = 0.003
+_ROLLING: Final = 0.0001
+_KINDS: Final = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+}
 
 
 def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) -> Links:
-    """Add the body on a free base with its motors and sensors; returns its links by name."""
+    """Add the body on a free base with its motors and sensors; returns its links by name.
+
+    `cameras` are those of the body with the image sizes that are simulated.
+    """
     links: dict[str, mujoco.MjsBody] = {}
-    joints = {joint.name: joint for joint in (*body.joints, *body.fixed_joints)}
     for link in body.links:
-        joint = joints.get(link.parent_joint or "")
-        links[link.name] = _add_link(spec, links, link, joint, fixed=joint in body.fixed_joints)
-    _add_contact_shapes(spec, links)
+        joint = body.moved_by.get(link.name)
+        links[link.name] = _add_link(spec, links, link, joint, body)
+    for shape in body.shapes:
+        _add_shape(spec, links, shape)
     for first, second in combinations(links, 2):
-        if _pass_through(first, second):
+        if _pass_through(body, first, second):
             spec.add_exclude(bodyname1=first, bodyname2=second)
-    followers = {coupling.follower for coupling in body.couplings}
-    for joint, facts in zip(body.joints, body.facts["joints"], strict=True):
-        if joint.name not in followers:
-            lasting = facts.get("motor", {}).get("continuous_torque_out_no_loss")
-            add_motor(spec, joint, _kind(joint.name), lasting)
+    for joint in body.joints:
+        if joint.name not in body.leaders:
+            _add_servo(spec, joint, _gear(body, joint))
     for coupling in body.couplings:
         spec.add_equality(
             type=mujoco.mjtEq.mjEQ_JOINT,
@@ -64,10 +69,18 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
             data=[0, 1, *[0] * (mujoco.mjNEQDATA - 2)],  # the polynomial 0 + 1 x
             solref=[0.005, 1],
         )
-    for camera in cameras:
-        add_camera(links["head"], camera)
-    add_sensors(spec, links)
+    for facts, camera in zip(body.cameras, cameras, strict=True):
+        add_camera(links[facts.link], camera)
+    add_sensors(spec, body, links)
     return links
+
+
+def compiled(spec: mujoco.MjSpec, body: Body) -> mujoco.MjModel:
+    """Return the compiled model. Raises RobotError when its body is impossible, such as a mass of no size."""
+    try:
+        return spec.compile()
+    except ValueError as problem:
+        raise RobotError(f"body {body.name} cannot be simulated: {problem}") from problem
 
 
 def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) -> None:
@@ -84,35 +97,41 @@ def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) ->
     )
 
 
-def add_motor(spec: mujoco.MjSpec, joint: JointFacts, kind: str, lasting: float | None = None) -> None:
-    """Add the motor of a joint, named as the joint: it pulls towards its setpoint with the gains of its kind.
-
-    `lasting` is the continuous torque in N m; by default its maximum torque.
-    """
-    spec.add_actuator(
-        spec.find_default(kind),
+def add_motor(
+    spec: mujoco.MjSpec, joint: JointFacts, lasting: float, kind: mujoco.MjsDefault | None = None
+) -> mujoco.MjsActuator:
+    """Add the motor of a joint, named as the joint; `lasting` is the continuous torque in N m."""
+    limited = math.isfinite(joint.upper - joint.lower)
+    return spec.add_actuator(
+        kind,
         name=joint.name,
         target=joint.name,
         trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        ctrlrange=[joint.lower, joint.upper],
+        ctrlrange=[joint.lower, joint.upper] if limited else [0.0, 0.0],
+        ctrllimited=limited,
         forcerange=[-joint.max_torque, joint.max_torque],
-        userdata=[joint.max_torque if lasting is None else lasting],
+        userdata=[lasting],
     )
 
 
-def _kind(joint: str) -> str:
-    """Return the class of a joint and its motor in scene.xml."""
-    if any(joint in (coupling.leader, coupling.follower) for coupling in H25.couplings):
-        return "pair"
-    if any(part in joint for part in ("Hip", "Knee", "Ankle")):
-        return "leg"
-    return {"Hand": "hand", "WristYaw": "wrist"}.get(joint[1:], "upper")
+def _gear(body: Body, joint: Joint) -> Gear:
+    try:
+        return body.gears[joint.gear]
+    except KeyError:
+        message = f"joint {joint.name}: without a gear, its stiffness and damping, it cannot be simulated"
+        raise RobotError(message) from None
+
+
+def _add_servo(spec: mujoco.MjSpec, joint: Joint, gear: Gear) -> None:
+    """Add the motor of a joint that pulls towards its setpoint with the gains of its servo."""
+    motor = add_motor(spec, joint, joint.motor.continuous_torque if joint.motor else joint.max_torque)
+    motor.set_to_position(kp=gear.stiffness, kv=gear.damping)
 
 
 def _add_link(
-    spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None, *, fixed: bool
+    spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None, body: Body
 ) -> mujoco.MjsBody:
-    # The fingers: the facts count their mass in the hand, MuJoCo needs some.
+    # The facts may count the mass of a small part in its neighbor, MuJoCo needs some.
     inertial: dict[str, Any] = {"mass": 1e-5, "inertia": [1e-8] * 3}
     if link.mass > 0:
         of = link.inertia
@@ -120,46 +139,41 @@ def _add_link(
         inertial["fullinertia"] = [of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz]
     if joint is None:
         added = spec.worldbody.add_body(name=link.name, explicitinertial=True, **inertial)
-        added.add_freejoint(name="base")
+        added.add_freejoint(name=BASE)
         return added
-    added = links[joint.parent].add_body(name=link.name, pos=joint.origin, explicitinertial=True, **inertial)
-    if fixed:
-        return added
-    kind = spec.find_default(_kind(joint.name))
-    added.add_joint(kind, name=joint.name, axis=joint.axis, range=[joint.lower, joint.upper])
+    parent = links[joint.parent]
+    added = parent.add_body(
+        name=link.name, pos=joint.origin, quat=joint.turn, explicitinertial=True, **inertial
+    )
+    if joint not in body.fixed_joints:
+        gear = _gear(body, joint)
+        limited = math.isfinite(joint.upper - joint.lower)
+        added.add_joint(
+            name=joint.name,
+            type=mujoco.mjtJoint.mjJNT_SLIDE if joint.sliding else mujoco.mjtJoint.mjJNT_HINGE,
+            axis=joint.axis,
+            range=[joint.lower, joint.upper] if limited else [0.0, 0.0],
+            limited=limited,
+            damping=[gear.friction_damping, 0.0, 0.0],
+            frictionloss=gear.friction,
+            armature=gear.inertia,
+        )
     return added
 
 
-def _add_contact_shapes(spec: mujoco.MjSpec, links: Links) -> None:
-    """Add the contact shapes of the links; the feet stand on the boxes round their soles."""
-    kind, geom = spec.find_default("link"), mujoco.mjtGeom
-    height = H25.facts["dimensions"]["foot_height"]
-    for shape in H25.facts["self_collision_shapes"]["shapes"]:
-        link = links[shape["link"]]
-        size = shape["size"]
-        place = np.array(shape["pos"])
-        if shape["link"].endswith("_foot"):
-            side = SIDES[shape["link"] == "r_foot"]
-            outline = np.array(H25.facts["sole"][side])
-            low, high = outline.min(axis=0), outline.max(axis=0)
-            half = (high - low) / 2
-            middle = (high + low) / 2
-            thickness = size[2] / 2
-            link.add_geom(
-                kind,
-                name=sole(side),
-                type=geom.mjGEOM_BOX,
-                size=[*half, thickness],
-                pos=[*middle, thickness - height],
-            )
-        elif shape["type"] == "sphere":
-            link.add_geom(kind, type=geom.mjGEOM_SPHERE, size=[size[0], 0, 0], pos=place)
-        else:
-            radius, length = size
-            # The facts give a cylinder; a capsule of the same radius and reach is cheaper to compute.
-            half = max(length / 2 - radius, 0.001) * np.array(shape["axis"])
-            ends = [*(place - half), *(place + half)]
-            link.add_geom(kind, type=geom.mjGEOM_CAPSULE, size=[radius, 0, 0], fromto=ends)
+def _add_shape(spec: mujoco.MjSpec, links: Links, shape: Shape) -> None:
+    place: dict[str, Any] = {"pos": shape.position, "quat": shape.turn}
+    if shape.ends is not None:
+        place = {"fromto": [*shape.ends[0], *shape.ends[1]]}
+    if shape.friction is not None:
+        place |= {"friction": [shape.friction, _TWISTING, _ROLLING], "priority": 1}
+    links[shape.link].add_geom(
+        spec.find_default("link"),
+        name=shape.name,
+        type=_KINDS[shape.kind],
+        size=[*shape.size, 0.0, 0.0][:3],
+        **place,
+    )
 
 
 def sole(side: str) -> str:
@@ -167,19 +181,21 @@ def sole(side: str) -> str:
     return f"{side}_sole"
 
 
-def _pass_through(first: str, second: str) -> bool:
+def _pass_through(body: Body, first: str, second: str) -> bool:
     """Return whether two links may pass through each other."""
-    # The balls round the ankles reach into the other leg and into the thigh of a robot that merely crouches:
-    # shins and soles keep the legs apart, the range of the knee keeps the ankle off the thigh.
-    return not {"l_ankle", "r_ankle"}.isdisjoint((first, second)) or are_neighbors(first, second)
+    return (
+        not set(body.intangible).isdisjoint((first, second))
+        or are_neighbors(body, first, second)
+        or any({first, second} == {*pair} for pair in body.overlapping)
+    )
 
 
-def are_neighbors(first: str, second: str) -> bool:
+def are_neighbors(body: Body, first: str, second: str) -> bool:
     """Return whether two links meet at joints in one point, or one carries the other there.
 
     The shapes of neighbors overlap.
     """
-    carriers = {joint.child: joint for joint in H25.joints}
+    carriers = body.moved_by
 
     def cluster(link: str) -> str:
         # The joints of a hip, an ankle or a shoulder share a point: the links between them are one neighbor.
@@ -194,32 +210,37 @@ def are_neighbors(first: str, second: str) -> bool:
     return one == other or carrier(one) == other or carrier(other) == one
 
 
-def add_sensors(spec: mujoco.MjSpec, links: Links) -> None:
-    """Add the inertial unit, the soles' wrenches and the bumpers to the body's links."""
+def add_sensors(spec: mujoco.MjSpec, body: Body, links: Links) -> None:
+    """Add the inertial unit, the soles' wrenches and the touch sensors that feel to the body's links."""
     sensor, kind = mujoco.mjtSensor, mujoco.mjtObj
 
     def measure(site: str, **sensors: mujoco.mjtSensor) -> None:
         for name, measurement in sensors.items():
             spec.add_sensor(name=name, type=measurement, objtype=kind.mjOBJ_SITE, objname=site)
 
-    links[TORSO].add_site(name=_UNIT, pos=H25.facts["imu"]["accelerometer"])
+    def feel(link: str) -> None:
+        """Add the touch sensors of a link that feel contacts: rays from them into a box in front of them."""
+        for name, touch in body.touch.items():
+            if touch.link == link and touch.field is not None:
+                middle, half = touch.field
+                links[link].add_site(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=middle, size=half)
+                measure(name, **{name: sensor.mjSENS_TOUCH})
+
+    # Also in a body without such a unit: nobody reads it there.
+    place = body.inertial_unit.accelerometer if body.inertial_unit else NOWHERE
+    links[body.root.name].add_site(name=_UNIT, pos=place)
     measure(_UNIT, acceleration=sensor.mjSENS_ACCELEROMETER, turning=sensor.mjSENS_GYRO)
     measure(_UNIT, attitude=sensor.mjSENS_FRAMEQUAT)
-    height = H25.facts["dimensions"]["foot_height"]
-    for side in SIDES:
-        foot, middle = links[f"{side[0]}_foot"], f"{side} sole"
-        foot.add_site(name=middle, pos=[0, 0, -height])
+    for side, facts in zip(SIDES, body.soles, strict=False):
+        foot, under = links[facts.link], f"{side} sole"
+        foot.add_site(name=under, pos=[0, 0, -facts.height])
         wrench = spec.add_sensor(
             name=f"{side} wrench", type=sensor.mjSENS_CONTACT, objtype=kind.mjOBJ_BODY, objname=foot.name
         )
         wrench.intprm[:3] = [_FORCE_TORQUE_PLACE, _NET_FORCE, 1]
         for axis in ("POS", "XAXIS", "YAXIS", "ZAXIS"):
-            measure(middle, **{f"{side} {axis}": getattr(sensor, f"mjSENS_FRAME{axis}")})
-        x, y = zip(*H25.facts["sole"][side], strict=True)
-        ahead = max(x) + _BUMPER_AHEAD + _BUMPER[0]
-        middle_y, up = (max(y) + min(y)) / 2, _BUMPER[2] - height - _BUMPER_BELOW
-        for edge, leftward in (("Left", 1.0), ("Right", -1.0)):
-            bumper = f"{side[0].upper()}FootBumper{edge}"
-            place = [ahead, middle_y + leftward * _BUMPER[1], up]
-            foot.add_site(name=bumper, type=mujoco.mjtGeom.mjGEOM_BOX, pos=place, size=_BUMPER)
-            measure(bumper, **{bumper: sensor.mjSENS_TOUCH})
+            measure(under, **{f"{side} {axis}": getattr(sensor, f"mjSENS_FRAME{axis}")})
+        feel(facts.link)
+    for link in links:
+        if link not in [facts.link for facts in body.soles]:
+            feel(link)

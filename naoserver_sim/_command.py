@@ -10,18 +10,21 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Final
 
 import typer
 
 from naoserver.assembly import Assembly
-from naoserver.body import BODIES, H25, find_body
+from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body
 from naoserver.entrances import Disk, find_entrance
 from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
-from naoserver.robot import CameraFacts, Robot
+from naoserver.parts import CameraFacts
+from naoserver.robot import Robot
 from naoserver.server import JointSpeed, problem_of, serve
 from naoserver_sim._team import run_team, team_commands
+from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
@@ -47,7 +50,7 @@ naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for 
 
 naoserver-sim --world soccer --noise                       on a field, with noise like a real robot's
 
-naoserver-sim --body H21                                   hands that do not move
+naoserver-sim --body T1                                    another robot: a Booster T1
 
 naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
 
@@ -88,7 +91,10 @@ _Seed = Annotated[
 ]
 _Body = Annotated[
     str,
-    typer.Option(metavar="NAME", help=f"The robot's body: {' or '.join(BODIES)}, whose hands are fixed."),
+    typer.Option(
+        metavar="NAME|FILE",
+        help=f"What the robot is: {', '.join(BODY_NAMES)}, or a TOML file (docs/how-to/own-robot.md).",
+    ),
 ]
 _Cameras = Annotated[
     list[str] | None,
@@ -118,7 +124,7 @@ def naoserver_sim(
     skin: _Skin = True,
     noise: _Noise = False,
     seed: _Seed = None,
-    body: _Body = H25.name,
+    body: _Body = DEFAULT_BODY,
     camera: _Cameras = None,
     joint_speed: JointSpeed = None,
     qi: _Qi = None,
@@ -131,7 +137,7 @@ def naoserver_sim(
     factor = parse_speed(speed)
     options = ServerOptions(safety=capped(joint_speed), cameras=parse_cameras(camera or ()))
     surroundings = load_world(world)
-    facts = find_body(body)
+    facts = read_own_body(Path(body)) if body.endswith(".toml") else find_body(body)
     naoqi = None if qi is None else partial(find_entrance("qi"), url=qi, disk=disk)
     if robots > 1:
         with stop_on_signals() as stop:

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.body import Body
 from naoserver_sim._motors import Array
 
 
@@ -26,6 +27,12 @@ class GearNoise:
     """Backlash of a joint in rad, drawn once from this range. B-Human expects the ankles of a good robot
     within 1.0 deg of the requested angles, its hips and knees within 1.4 deg, the yielding of the motors
     included, and reports a joint that jumps by more than 5 deg as damaged (`jointPlayProvider.cfg`)."""
+
+
+def gear_noise(body: Body) -> GearNoise:
+    """Return how imperfect the gears of a body are."""
+    play = body.play
+    return GearNoise(play.delay, play.least_backlash, play.most_backlash) if play else GearNoise()
 
 
 class Gears:

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.robot import CameraFacts
+from naoserver.parts import CameraFacts
 
 Picture = NDArray[np.uint8]
 

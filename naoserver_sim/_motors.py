@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.event_log import HOT, TOO_HOT
+from naoserver.parts import MotorHeat
 
 Array = NDArray[np.float64]
 
@@ -75,15 +75,19 @@ class Motors:
 
     A motor's maximum torque and its gains are proportional to its stiffness, which in NAOqi limits the
     current. A motor warms by the square of its torque, as by the current in its winding: the continuous
-    torque of its data sheet heats it to `HOT`, above which it gives less torque.
+    torque of its data sheet heats it to `heat.hot`, above which it gives less torque; without `heat`, motors
+    stay as they are.
     """
 
-    def __init__(self, mj: mujoco.MjModel) -> None:
+    def __init__(self, mj: mujoco.MjModel, heat: MotorHeat | None = None) -> None:
         self._mj = mj
+        self._heat = heat
         self._gains = mj.actuator_gainprm[:, 0].copy()
         self._biases = mj.actuator_biasprm[:, 1:3].copy()
         self._forces = mj.actuator_forcerange.copy()
-        self._heating = (HOT - AMBIENT) / np.maximum(mj.actuator_user[:, 0], 1e-9) ** 2
+        self._heating = np.zeros(mj.nu)
+        if heat is not None:
+            self._heating += (heat.hot - AMBIENT) / np.maximum(mj.actuator_user[:, 0], 1e-9) ** 2
         self.stiffnesses: Array = np.ones(mj.nu)
         self.temperatures: Array = np.full(mj.nu, AMBIENT)
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
@@ -114,11 +118,13 @@ class Motors:
             self._changing = bool((self.stiffnesses != self._wanted).any())
             self.limp = np.flatnonzero(self.stiffnesses == 0.0)
             self._apply()
-        elif self._derated or np.count_nonzero(self.temperatures > HOT):
+        elif self._derated or (self._heat and np.count_nonzero(self.temperatures > self._heat.hot)):
             self._apply()
 
     def _apply(self) -> None:
-        cool = np.clip((TOO_HOT - self.temperatures) / (TOO_HOT - HOT), 0.0, 1.0)
+        cool = np.ones(len(self.temperatures))
+        if (heat := self._heat) is not None:
+            cool = np.clip((heat.too_hot - self.temperatures) / (heat.too_hot - heat.hot), 0.0, 1.0)
         self._derated = bool((cool < 1.0).any())
         mj = self._mj
         mj.actuator_gainprm[:, 0] = self._gains * self.stiffnesses

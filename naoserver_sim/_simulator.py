@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
+from naoserver.parts import MotorHeat
 from naoserver_sim._gears import Gears
 from naoserver_sim._motors import Array, Motors, SetpointController
 from zenoh_ice import VirtualClock
@@ -64,13 +65,15 @@ class Simulator:
         data: mujoco.MjData,
         setpoints: SetpointController,
         gears: Gears | None = None,
+        *,
+        heat: MotorHeat | None = None,
     ) -> None:
         # By default, MuJoCo writes a file into the current directory.
         mujoco.set_mju_user_warning(_log.warning)
         self.mj: Final = mj
         self.data: Final = data
         self.setpoints: Final = setpoints
-        self.motors: Final = Motors(mj)
+        self.motors: Final = Motors(mj, heat)
         self._gears = gears
         # Actions for the next tick; appending and popping are atomic.
         self._orders: deque[Callable[[], None]] = deque()
@@ -181,8 +184,10 @@ class PacedSimulator(Simulator):
         setpoints: SetpointController,
         pacer: Pacer,
         gears: Gears | None = None,
+        *,
+        heat: MotorHeat | None = None,
     ) -> None:
-        super().__init__(mj, data, setpoints, gears)
+        super().__init__(mj, data, setpoints, gears, heat=heat)
         self._pacer = pacer
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
@@ -250,8 +255,10 @@ class VirtualSimulator(Simulator):
         setpoints: SetpointController,
         clock: VirtualClock,
         gears: Gears | None = None,
+        *,
+        heat: MotorHeat | None = None,
     ) -> None:
-        super().__init__(mj, data, setpoints, gears)
+        super().__init__(mj, data, setpoints, gears, heat=heat)
         self._detach = clock.call_every(self.tick_period, lambda: self.advance(1))
 
     def at_once(self, action: Callable[[], None]) -> None:

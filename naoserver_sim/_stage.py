@@ -109,7 +109,9 @@ class SimulatedStage:
             self._place_loose(name, position)
 
     def place_robot(self, x: float, y: float, heading: float) -> None:
-        """Put the robot on its feet, its motors stiff. Raises InvalidCommand when the place is occupied."""
+        """Put the robot as it began, its motors stiff. Raises InvalidCommand when the place is occupied."""
+        if self._model.body.mounted:
+            raise InvalidCommand("x", "the robot is mounted where it is")
         _require(-_FARTHEST_PLACE, _FARTHEST_PLACE, "m", x=x, y=y)
         _require(-math.tau, math.tau, "rad", heading=heading)
         qpos = self._start_qpos.copy()

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
-from naoserver.robot import CameraFacts
+from naoserver.parts import CameraFacts
 from naoserver.soccer_field.model import POST_RADIUS, Field
 from naoserver_sim._body import add_camera, add_motor
 from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Light, Sign, World
 from zenoh_ice.application import missing_package
 
+START: Final = "start"
+"""The body at the place where the robot starts."""
 SPECTATOR: Final = CameraFacts(
     name="CameraOutside",
     position=(1.15, -1.6, 0.75),
@@ -104,7 +106,7 @@ def _set_light(spec: mujoco.MjSpec, light: Light, reach: float) -> None:
 def add_movables(spec: mujoco.MjSpec, world: World) -> None:
     """Add everything that moves, and the spectator: after the robot, which is first in all arrays."""
     start = spec.worldbody.add_body(
-        name="start", pos=[*world.robot.position, 0.0], quat=about_z(world.robot.heading)
+        name=START, pos=[*world.robot.position, 0.0], quat=about_z(world.robot.heading)
     )
     add_camera(start, SPECTATOR, SPECTATOR_YAW)
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
@@ -132,7 +134,7 @@ def _add_carrier(spec: mujoco.MjSpec, start: mujoco.MjsBody, ball: CarriedBall) 
     for joint, (kind, axis) in zip(ball.joints, axes, strict=True):
         default, limits = spec.find_default("carrier"), [joint.lower, joint.upper]
         carrier.add_joint(default, name=joint.name, type=kind, axis=axis, range=limits)
-        add_motor(spec, joint, "carrier")
+        add_motor(spec, joint, joint.max_torque, default)
     return carrier
 
 

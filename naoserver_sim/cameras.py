@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.errors import HardwareFailure
-from naoserver.robot import CameraFacts, Frame
+from naoserver.parts import CameraFacts
+from naoserver.robot import Frame
 from naoserver_sim._image_sensor import ImageSensor
 from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps

@@ -9,22 +9,33 @@ from functools import lru_cache
 from importlib import resources
 from typing import Final
 
+import msgspec
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Body
-from naoserver.robot import CameraFacts, JointFacts
-from naoserver_sim._body import TORSO, add_body, sole
-from naoserver_sim._surroundings import SPECTATOR, about_z, add_movables, add_surroundings
+from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.body import Body
+from naoserver.footsteps import Footsteps
+from naoserver.looks.of_body import looks_of, start_of
+from naoserver.parts import CameraFacts, JointFacts
+from naoserver_sim._body import BASE, MOUNT, SIDES, add_body, compiled, sole
+from naoserver_sim._footsteps.of_body import walking_stance
+from naoserver_sim._surroundings import SPECTATOR, START, about_z, add_movables, add_surroundings
 from naoserver_sim.appearance import add_appearance
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
 _WIDEST_IMAGE: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
 _SETTLING_TIME: Final = 1.0  # s
-_GAP: Final = 0.0002  # m
-"""Height in m from which the soles are lowered to the floor."""
+_NEAR_STANCE: Final = 0.1
+"""Largest angle in rad between a posture and the stance of the walk, in which it begins instead."""
+_ITERATIONS: Final = 50
+"""Most iterations of the solver's line search with a heavy body on its feet: with fewer its feet creep."""
+_GAP: Final = 0.0002
+"""Height in m from which the robot is lowered to the floor."""
+_FARTHEST_FLOOR: Final = 10.0
+"""Largest distance in m of the floor from a robot whose root is at the origin."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +74,11 @@ class Model:
     """Other objects that can be placed: balls that roll, boxes that can be pushed."""
     cameras: tuple[CameraFacts, ...]
     base: FreeIndex
-    """The torso."""
+    """The root link of the body."""
 
 
-def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
-    """Return the head's cameras and the spectator's, with the image sizes that the simulation renders."""
+def simulated_cameras(body: Body) -> tuple[CameraFacts, ...]:
+    """Return the body's cameras and the spectator's, with the image sizes that the simulation renders."""
     cameras = []
     for camera in body.cameras:
         first_width, first_height = camera.sizes[0]
@@ -80,31 +91,39 @@ def simulated_cameras(body: Body = H25) -> tuple[CameraFacts, ...]:
             ),
             strict=True,
         )
-        cameras.append(replace(camera, sizes=sizes, rates=rates))
+        cameras.append(msgspec.structs.replace(camera, sizes=sizes, rates=rates))
     return (*cameras, SPECTATOR)
 
 
-def build_model(world: World | None = None, *, skin: bool = True, body: Body = H25) -> Model:
-    """Compile a body, with its skin or as bare blocks, and a world, by default the default world."""
+def build_model(world: World | None = None, *, skin: bool = True, body: Body | None = None) -> Model:
+    """Compile a body, with its skin or as bare blocks, and a world: by default both are the first."""
+    body = body or find_body(DEFAULT_BODY)
     world = world or load_world(DEFAULT_WORLD)
     scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
     spec = mujoco.MjSpec.from_string(scene)
     cameras = simulated_cameras(body)
     add_surroundings(spec, world)
     links = add_body(spec, body, cameras[:-1])
-    add_appearance(spec, links, skin=skin)
+    add_appearance(spec, links, looks_of(body), skin=skin, colors=start_of(body))
     add_movables(spec, world)
-    mj = spec.compile()
-    leaders = {coupling.follower: coupling.leader for coupling in body.couplings}
+    if isinstance(body.walk, Footsteps):
+        spec.option.ls_iterations = _ITERATIONS
+    if body.mounted:
+        kind = mujoco.mjtObj.mjOBJ_BODY
+        weld = mujoco.mjtEq.mjEQ_WELD
+        # Anchor (3), place and turn of the root in the frame of the start (7), share of the torque.
+        data = [*[0.0] * 6, *(1.0, 0.0, 0.0, 0.0), *[1.0] * (mujoco.mjNEQDATA - 10)]
+        spec.add_equality(name=MOUNT, type=weld, objtype=kind, name1=START, name2=body.root.name, data=data)
+    mj = compiled(spec, body)
     return Model(
         mj=mj,
         body=body,
-        robot=_index(mj, body.joints, leaders),
+        robot=_index(mj, body.joints, body.leaders),
         world=world,
         balls={ball.name: _index(mj, ball.joints, {}) for ball in world.carried_balls},
         loose={name: _free(mj, name, name) for name in world.loose},
         cameras=cameras,
-        base=_free(mj, TORSO, "base"),
+        base=_free(mj, body.root.name, BASE),
     )
 
 
@@ -120,18 +139,30 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
     for ball in model.world.carried_balls:
         data.qpos[model.balls[ball.name].qpos] = ball.start
     mujoco.mj_forward(mj, data)
-    _put_on_soles(model, data)
+    balances = False
+    if isinstance(model.body.walk, Footsteps):
+        # In its stance it does not settle without its walk, so it begins exactly where that wants it.
+        places = model.robot.qpos
+        stance = walking_stance(mj, model.body, data.qpos[places])
+        balances = bool(np.abs(stance - data.qpos[places]).max() < _NEAR_STANCE)
+        if balances:
+            data.qpos[places] = stance
+            mujoco.mj_forward(mj, data)
+    _put_on_floor(model, data)
     for device in (model.robot, *model.balls.values()):
         # Reversed, so that of two joints with one motor the leader, which is first, is written last.
         data.ctrl[device.motors[::-1]] = data.qpos[device.qpos[::-1]]
-    mujoco.mj_step(mj, data, nstep=round(_SETTLING_TIME / mj.opt.timestep))
+    if not balances:
+        mujoco.mj_step(mj, data, nstep=round(_SETTLING_TIME / mj.opt.timestep))
     data.time = 0.0
     mujoco.mj_forward(mj, data)
     return data
 
 
-def build_standing(world: World, posture: str, *, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
-    """Return a model, and the state in which its robot stands in one of the body's postures.
+def build_standing(
+    world: World, posture: str | None, *, skin: bool, body: Body
+) -> tuple[Model, mujoco.MjData]:
+    """Return a model, and the state in which its robot stands in one of the body's postures, or at rest.
 
     The caller may change both. Programs that simulate one robot after the other, as tests do, wait only once
     for the compiler and for the robot to settle.
@@ -144,26 +175,47 @@ def build_standing(world: World, posture: str, *, skin: bool, body: Body) -> tup
 
 
 @lru_cache(maxsize=4)
-def _first_standing(world: World, posture: str, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
+def _first_standing(world: World, posture: str | None, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
     model = build_model(world, skin=skin, body=body)
-    return model, standing(model, body.postures[posture])
+    return model, standing(model, body.resting_angles if posture is None else body.postures[posture].angles)
 
 
-def _put_on_soles(model: Model, data: mujoco.MjData) -> None:
-    """Move the base so that the soles are flat on the floor, with the robot's starting place between them."""
-    mj, base = model.mj, model.base.qpos
-    left, right = (data.geom(sole(side)) for side in ("left", "right"))
-    level = np.zeros(4)
-    mujoco.mju_mat2Quat(level, left.xmat.reshape(3, 3).T.flatten())
+def _put_on_floor(model: Model, data: mujoco.MjData) -> None:
+    """Move the base so that the robot stands at its starting place.
+
+    The soles are flat on the floor with that place between them; a robot without soles is upright, and its
+    root is above that place.
+    """
+    mj, body, base = model.mj, model.body, model.base.qpos
+    level = np.array((1.0, 0.0, 0.0, 0.0))
+    if body.soles:
+        mujoco.mju_mat2Quat(level, data.geom(sole("left")).xmat.reshape(3, 3).T.flatten())
     start = model.world.robot
     mujoco.mju_mulQuat(data.qpos[base + 3 : base + 7], np.array(about_z(start.heading)), level)
     mujoco.mj_forward(mj, data)
-    left, right = (data.geom(sole(side)) for side in ("left", "right"))
-    thickness = mj.geom(sole("left")).size[2]
-    data.qpos[base + 2] -= min(left.xpos[2], right.xpos[2]) - thickness - _GAP
-    torso_over = data.body(TORSO).xpos[:2] - (data.body("l_foot").xpos[:2] + data.body("r_foot").xpos[:2]) / 2
-    data.qpos[base : base + 2] = torso_over + start.position
+    data.qpos[base + 2] -= _height(model, data) - _GAP
+    if body.soles:
+        left, right = (data.body(foot.link).xpos[:2] for foot in body.soles)
+        data.qpos[base : base + 2] = data.body(body.root.name).xpos[:2] - (left + right) / 2 + start.position
+    else:
+        data.qpos[base : base + 2] = start.position
+    if body.mounted:
+        relative = mj.equality(MOUNT).data[3:10]
+        relative[:] = (0.0, 0.0, data.qpos[base + 2], 1.0, 0.0, 0.0, 0.0)
     mujoco.mj_forward(mj, data)
+
+
+def _height(model: Model, data: mujoco.MjData) -> float:
+    """Return the height in m of the lowest sole, or else of the lowest contact shape, above the floor."""
+    mj = model.mj
+    if model.body.soles:
+        left, right = (data.geom(sole(side)) for side in SIDES)
+        return float(min(left.xpos[2], right.xpos[2]) - mj.geom(sole("left")).size[2])
+    own = np.flatnonzero((mj.body_rootid[mj.geom_bodyid] == model.base.body) & (mj.geom_contype != 0))
+    floor, ends = mj.geom("floor").id, np.zeros(6)
+    return min(
+        (mujoco.mj_geomDistance(mj, data, floor, geom, _FARTHEST_FLOOR, ends) for geom in own), default=0.0
+    )
 
 
 def _index(mj: mujoco.MjModel, joints: Sequence[JointFacts], leaders: Mapping[str, str]) -> DeviceIndex:

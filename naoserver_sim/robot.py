@@ -12,21 +12,31 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25, Body
+from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.body import Body
 from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedVoice
 from naoserver.jobs import ControlLoop
+from naoserver.looks.description import write_looks
+from naoserver.parts import Steps
 from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
-from naoserver_sim._gears import GearNoise, Gears
+from naoserver_sim._gears import Gears, gear_noise
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim._motors import SetpointController
 from naoserver_sim._senses.record import SenseNoise, encoded
 from naoserver_sim._senses.simulated import SimulatedSenses
-from naoserver_sim._simulator import PacedSimulator, Pacer, SimulationClock, Snapshot, VirtualSimulator
+from naoserver_sim._simulator import (
+    PacedSimulator,
+    Pacer,
+    SimulationClock,
+    Simulator,
+    Snapshot,
+    VirtualSimulator,
+)
 from naoserver_sim._stage import SimulatedStage
-from naoserver_sim._walk.walker import SimulatedWalker
+from naoserver_sim._way import Way, way_of
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraRenderer, put_cameras
 from naoserver_sim.model import DeviceIndex, Model, build_standing
@@ -102,7 +112,10 @@ class SimulatedDevice:
 
 
 class SimulatedRobot(SimulatedDevice):
-    """A Nao in MuJoCo, standing in StandInit in a world; without one in the default world, with two balls.
+    """A robot in MuJoCo, at rest in a world; without one in the default world, with two balls.
+
+    `body` is what it is, by default a Nao H25; `posture` the one in which it begins, by default the body's
+    rest.
 
     `speed` is in simulated seconds per wall second; `math.inf` is as fast as possible. With `clock`, a
     virtual one, there are no threads: the robot moves in the thread that advances that clock, and the same
@@ -123,44 +136,47 @@ class SimulatedRobot(SimulatedDevice):
         skin: bool = True,
         seed: int | None = None,
         noise: bool = False,
-        posture: str = "STAND_INIT",
+        posture: str | None = None,
         clock: VirtualClock | None = None,
-        body: Body = H25,
+        body: Body | None = None,
     ) -> None:
+        body = body or find_body(DEFAULT_BODY)
         world = world or load_world(DEFAULT_WORLD)
         if seed is not None:
             world = scattered(world, np.random.default_rng(seed))
         model, data = build_standing(world, posture, skin=skin, body=body)
         setpoints = _setpoints(model, data)
         random = np.random.default_rng(seed)
+        heat = body.motor_heat
         gears = None
         if noise:
-            gears = Gears(GearNoise(), data.ctrl, len({*model.robot.motors}), random.spawn(1)[0])
+            gears = Gears(gear_noise(body), data.ctrl, len({*model.robot.motors}), random.spawn(1)[0])
         simulator: PacedSimulator | VirtualSimulator
         self.clock: Clock
         if clock is None:
-            simulator = PacedSimulator(model.mj, data, setpoints, Pacer(speed), gears)
+            simulator = PacedSimulator(model.mj, data, setpoints, Pacer(speed), gears, heat=heat)
             self.clock = SimulationClock(simulator)
         else:
-            simulator, self.clock = VirtualSimulator(model.mj, data, setpoints, clock, gears), clock
-        super().__init__("Nao", simulator, model.robot)
+            simulator = VirtualSimulator(model.mj, data, setpoints, clock, gears, heat=heat)
+            self.clock = clock
+        super().__init__(body.title or body.name, simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
         self._noise = noise
         self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
-        self.walker: Final = SimulatedWalker(model, simulator, self.senses.record, noise=noise)
-        self.balancer: Final = SimulatedBalancer(
-            model, simulator, self.senses.record, lambda: self.walker.walking, noise=noise
-        )
+        self.walker: Final[Way | None] = way_of(model, simulator, self.senses.record, noise=noise)
+        self.balancer: Final = self._balancer(model, simulator)
         self.stage: Final = SimulatedStage(
             model, simulator, press=self.senses.press, moved=self._lose_footing
         )
         self.control_loop: Final = ControlLoop()
         simulator.on_tick = self.control_loop.tick
         simulator.watchers.append(self.senses.look)
-        simulator.parts.extend((self.walker.tick, self.balancer.tick, self.stage.tick))
+        for part in (self.walker, self.balancer, self.stage):
+            if part is not None:
+                simulator.parts.append(part.tick)
         self._model = model
-        self.lights: Final = FadingLights(self.clock.now)
+        self.lights: Final = FadingLights(self.clock.now, body.lights)
         self.voice: Final = TimedVoice(self.clock.now)
         lamps = Lamps(model.mj, self.lights.colors)
         sensor = None
@@ -174,10 +190,21 @@ class SimulatedRobot(SimulatedDevice):
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )
 
+    def _balancer(self, model: Model, simulator: Simulator) -> SimulatedBalancer | None:
+        walker = self.walker
+        if walker is None or not isinstance(model.body.walk, Steps):
+            return None
+        return SimulatedBalancer(
+            model, simulator, self.senses.record, lambda: walker.walking, noise=self._noise
+        )
+
     def _reading(self, snapshot: Snapshot) -> JointReading:
         """Return the reading of the joints in a snapshot; with noise, at the resolution of encoders."""
         reading = super()._reading(snapshot)
         return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
+
+    def looks(self) -> str:
+        return write_looks(self.body)
 
     def state(self) -> BodyState:
         at = self._model.base.qpos
@@ -215,8 +242,11 @@ class SimulatedRobot(SimulatedDevice):
 
     def _lose_footing(self) -> None:
         """End what holds only while it stands where it stood: it is placed elsewhere."""
-        self.walker.abandon()
-        self.balancer.abandon()
+        self.senses.record.lose_attitude()
+        if self.walker is not None:
+            self.walker.abandon()
+        if self.balancer is not None:
+            self.balancer.abandon()
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""
@@ -230,4 +260,6 @@ def _setpoints(model: Model, data: mujoco.MjData) -> SetpointController:
     for device in (model.robot, *model.balls.values()):
         speeds[device.motors] = [joint.max_velocity for joint in device.joints]
     lower, upper = model.mj.actuator_ctrlrange.T.copy()
+    endless = model.mj.actuator_ctrllimited == 0
+    lower[endless], upper[endless] = -math.inf, math.inf
     return SetpointController(data.ctrl.copy(), lower, upper, speeds)

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from naoserver.errors import RobotError
-from naoserver.robot import JointFacts
+from naoserver.parts import JointFacts
 from naoserver.soccer_field.model import Field, Share, Size
 from zenoh_ice.toml_file import parse_toml, read_text
 

@@ -12,9 +12,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver.capabilities import FootReading, InertialReading
-from naoserver_sim._body import BUMPERS, SIDES
+from naoserver.footsteps import Footsteps
+from naoserver.parts import Sole
+from naoserver_sim._body import SIDES
 
 Array = NDArray[np.float64]
 
@@ -99,8 +101,8 @@ class SoleSensors:
     that of the foot if it lies between them; beyond them, the outermost sensors carry everything.
     """
 
-    def __init__(self, side: str) -> None:
-        places = {name: H25.facts["fsr"][side][name] for name in SENSORS}
+    def __init__(self, sole: Sole) -> None:
+        places = sole.pressure
         self._front = (places["FrontLeft"][0] + places["FrontRight"][0]) / 2
         self._rear = (places["RearLeft"][0] + places["RearRight"][0]) / 2
         # Left and right ends of the line between the front and between the rear sensors.
@@ -135,6 +137,7 @@ def encoded(angles: Sequence[float]) -> tuple[float, ...]:
     return tuple(round(angle / STEP) * STEP for angle in angles)
 
 
+NO_LOAD: Final = FootReading(0.0, 0.0, 0.0, 0.0)
 _FOOT: Final = 21
 """Measurements of a foot: see `SensorLayout.feet`."""
 
@@ -161,6 +164,7 @@ class SensorRecord:
     def __init__(
         self,
         mj: mujoco.MjModel,
+        body: Body,
         data: mujoco.MjData,
         noise: SenseNoise | None = None,
         random: np.random.Generator | None = None,
@@ -174,9 +178,13 @@ class SensorRecord:
         self._acceleration = at("acceleration")
         self._turning = at("turning")
         self._attitude = at("attitude")
-        self._feet = [at(f"{side} wrench") for side in SIDES]
-        self._bumpers = [at(bumper) for bumper in BUMPERS]
-        self._soles = [SoleSensors(side) for side in SIDES]
+        soles = body.soles
+        self._feet = [at(f"{side} wrench") for side, _ in zip(SIDES, soles, strict=False)]
+        self._felt = {name: at(name) for name, touch in body.touch.items() if touch.field}
+        self._soles = [SoleSensors(sole) for sole in soles if sole.pressure]
+        # A step of a heavy robot shakes its trunk within a tick: its gyroscope reports the mean of a tick.
+        self._averages = isinstance(body.walk, Footsteps)
+        self._last_attitude: tuple[Array | None, float] = (None, 0.0)
         self._noise = noise
         self._errors = None if noise is None else Errors(noise, random or np.random.default_rng())
         self._samples: deque[Sample] = deque(maxlen=1 + (noise.delay if noise else 0))
@@ -188,8 +196,26 @@ class SensorRecord:
         """Record the measurements at the end of a control tick."""
         errors: list[float] | None = None if self._errors is None else self._errors.next().tolist()
         values: list[float] = self._data.sensordata.tolist()
+        if self._averages:
+            values[self._turning : self._turning + 3] = self._mean_turning(time, values)
         self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))
         self.newest = self._samples[0]
+
+    def lose_attitude(self) -> None:
+        """Begin the mean of the turning rate again: the robot is placed elsewhere, and has not turned."""
+        self._last_attitude = None, 0.0
+
+    def _mean_turning(self, time: float, values: Sequence[float]) -> list[float]:
+        """Return the mean turning rate in rad/s since the last reading."""
+        attitude = np.array(values[self._attitude : self._attitude + 4])
+        before, since = self._last_attitude
+        self._last_attitude = attitude, time
+        if before is None or time <= since:
+            return list(values[self._turning : self._turning + 3])
+        turned = np.zeros(3)
+        mujoco.mju_subQuat(turned, attitude, before)
+        rates: list[float] = (turned / (time - since)).tolist()
+        return rates
 
     def _inertial(self, values: Sequence[float], errors: Sequence[float] | None) -> InertialReading:
         w, x, y, z = values[self._attitude : self._attitude + 4]
@@ -203,28 +229,29 @@ class SensorRecord:
         force, turning = (ax + fx, ay + fy, az + fz), (tx + rx, ty + ry, tz + rz)
         return InertialReading(force, turning, roll + of_roll, pitch + of_pitch)
 
-    def bumps(self, sample: Sample) -> tuple[float, ...]:
-        """Return the forces on the bumpers in N."""
-        return tuple(sample.values[bumper] for bumper in self._bumpers)
+    def felt(self, sample: Sample) -> dict[str, float]:
+        """Return the forces in N on the touch sensors that feel contacts."""
+        return {name: sample.values[at] for name, at in self._felt.items()}
 
     def feet(self, sample: Sample | None = None) -> tuple[FootReading, FootReading]:
-        """Return the readings of the sensors of the left and of the right sole."""
+        """Return the readings of the sensors of the left and of the right sole; all 0 without sensors."""
+        if not self._soles:
+            return NO_LOAD, NO_LOAD
         sample = sample or self.newest
         return self._foot(sample, 0), self._foot(sample, 1)
 
     def loads(self) -> tuple[float, float]:
         """Return the loads of the left and of the right sole in N: the sums of their sensors."""
         sample = self.newest
-        if sample.errors is None:
+        if sample.errors is None or not self._soles:
             return load(self._wrench(sample, 0)), load(self._wrench(sample, 1))
         left, right = self.feet(sample)
         return left.total, right.total
 
     def weight(self) -> float:
         """Return the force in N with which both feet together press downwards."""
-        left, right = self._feet
         values = self.newest.values
-        return -(values[left + 2] + values[right + 2])
+        return -sum(values[foot + 2] for foot in self._feet)
 
     def _wrench(self, sample: Sample, foot: int) -> Sequence[float]:
         begin = self._feet[foot]

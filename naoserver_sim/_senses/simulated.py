@@ -17,19 +17,18 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from naoserver.body import H25, VOLTAGE, Body
+from naoserver.body import Body
 from naoserver.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import matrix_of
-from naoserver_sim._body import BUMPERS, SIDES, TORSO
+from naoserver.parts import Battery as BatteryFacts
+from naoserver.parts import FallRules
+from naoserver.parts import Sonar as SonarFacts
 from naoserver_sim._motors import AMBIENT, Array
 from naoserver_sim._senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim.model import DeviceIndex, Model
 
-RANGE: Final = (0.25, 2.55)
-"""Smallest and largest reported distance in m: those of NAOqi's driver for ROS and of the documentation
-up to V4. That of V5 and V6 promises no more than 0.2 m to 0.8 m, and calls larger distances an estimation."""
 PERIOD: Final = 0.1
 """Seconds between two measurements."""
 _WIDE_RAYS: Final = 256
@@ -46,20 +45,18 @@ _GRAZING: Final = math.cos(math.radians(45))
 class Sonar:
     """Measure the nearest echo of the left and the right transducer. Thread-safe."""
 
-    def __init__(self, mj: mujoco.MjModel) -> None:
-        facts = H25.facts["sonar"]
-        self.cone: Final = math.radians(facts["cone_deg"])
-        """Full angle of the cones in rad."""
+    def __init__(self, mj: mujoco.MjModel, root: str, facts: SonarFacts) -> None:
+        self._facts = facts
         self._mj = mj
         self._lock = threading.Lock()
-        self._torso = mj.body(TORSO).id
+        self._root = mj.body(root).id
         self._things = np.flatnonzero((mj.geom_group == 0) & (mj.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
         self._planes = mj.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
-        self._wide = _cone(self.cone, _WIDE_RAYS)
+        self._wide = _cone(facts.cone, _WIDE_RAYS)
         self._narrow = _cone(_NARROW, _NARROW_RAYS)
         self._transducers = [
-            (np.array(facts[side]["position"]), matrix_of((0.0, 0.0, 0.0, *facts[side]["rpy"]))[:3, :3])
-            for side in SIDES
+            (np.array(place.position), matrix_of((0.0, 0.0, 0.0, *place.angles))[:3, :3])
+            for place in (facts.left, facts.right)
         ]
 
     @cached_property
@@ -77,8 +74,8 @@ class Sonar:
     def _nearest(self, place: Array, turn: Array) -> float:
         """Return the smallest distance: first roughly, then around the nearest echo."""
         data = self._data
-        axes = data.xmat[self._torso].reshape(3, 3)
-        begin = data.xpos[self._torso] + axes @ place
+        axes = data.xmat[self._root].reshape(3, 3)
+        begin = data.xpos[self._root] + axes @ place
         axes = axes @ turn
         rays = np.vstack([self._wide, self._within_cone((data.geom_xpos[self._things] - begin) @ axes)])
         distance, ray = self._cast(begin, rays @ axes.T)
@@ -86,23 +83,24 @@ class Sonar:
             return math.inf
         closer = np.vstack([rays[ray], self._within_cone(self._narrow @ _turned_to(rays[ray]).T)])
         distance = min(distance, self._cast(begin, closer @ axes.T)[0])
-        return max(distance, RANGE[0])
+        return max(distance, self._facts.nearest)
 
     def _within_cone(self, rays: Array) -> Array:
         """Return those of some rays in the transducer's frame that are within its cone, as unit vectors."""
         directions = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        within: Array = directions[directions[:, 0] >= math.cos(self.cone / 2)]
+        within: Array = directions[directions[:, 0] >= math.cos(self._facts.cone / 2)]
         return within
 
     def _cast(self, begin: Array, directions: Array) -> tuple[float, int]:
         """Return the distance to the nearest echo, infinite when there is none, and along which direction."""
         mj, data = self._mj, self._data
+        far = self._facts.farthest
         count, flat = len(directions), np.ascontiguousarray(directions).ravel()
         geoms = np.zeros(count, dtype=np.int32)
         distances = np.zeros(count)
         normals = np.zeros(3 * count)
         mujoco.mj_multiRay(
-            mj, data, begin, flat, _SURROUNDINGS, 1, self._torso, geoms, distances, normals, count, RANGE[1]
+            mj, data, begin, flat, _SURROUNDINGS, 1, self._root, geoms, distances, normals, count, far
         )
         facing = np.abs(np.einsum("ij,ij->i", directions, normals.reshape(-1, 3)))
         heard = (geoms >= 0) & (~self._planes[geoms] | (facing > _GRAZING))
@@ -128,11 +126,6 @@ def _turned_to(direction: Array) -> Array:
     return np.array(((x, left_x, -z * left_y), (y, left_y, z * left_x), (z, 0.0, across)))
 
 
-ENERGY: Final = 62.6 * 3600.0
-"""Capacity in J: 2.9 Ah at 21.6 V, the battery of NAO6."""
-ELECTRONICS: Final = 40.0
-"""Power in W of everything except the motors. Together with the motors of a standing robot, it empties the
-battery in 90 minutes, the endurance in normal use in the data sheet."""
 _WARMTH: Final = 1.5
 """Kelvin by which a current of 1 A, permanently, warms the battery, times the current again."""
 _TIME_CONSTANT: Final = 1800.0
@@ -147,17 +140,16 @@ class Battery:
     gives back is lost.
     """
 
-    def __init__(self, robot: DeviceIndex, body: Body) -> None:
+    def __init__(self, robot: DeviceIndex, body: Body, facts: BatteryFacts) -> None:
         leading = [
             joint for joint in range(len(robot.joints)) if robot.motors[joint] not in robot.motors[:joint]
         ]
         self._motors = robot.motors[leading]
         self._dofs = robot.dofs[leading]
-        motors = [body.facts["joints"][joint].get("motor") for joint in leading]
-        self._losses = np.array(
-            [m["no_load_speed_out"] / m["stall_torque_out_no_loss"] if m else 0.0 for m in motors]
-        )
-        self._energy = ENERGY
+        motors = [body.joints[joint].motor for joint in leading]
+        self._losses = np.array([m.no_load_speed / m.stall_torque if m else 0.0 for m in motors])
+        self._facts = facts
+        self._energy = facts.energy
         self._temperature = AMBIENT
         self.reading = BatteryReading(1.0, 0.0, AMBIENT, plugged=False)
         """The newest reading."""
@@ -166,12 +158,13 @@ class Battery:
         """Advance by some seconds with torques of the motors and velocities of the joints."""
         torque = torques[self._motors]
         power = torque * velocities[self._dofs] + self._losses * torque * torque
-        watts = ELECTRONICS + float(np.maximum(power, 0.0).sum())
-        current = watts / VOLTAGE
+        watts = self._facts.electronics + float(np.maximum(power, 0.0).sum())
+        current = watts / self._facts.voltage
         self._energy = max(self._energy - watts * seconds, 0.0)
         warmer = AMBIENT + _WARMTH * current * current - self._temperature
         self._temperature += warmer * seconds / _TIME_CONSTANT
-        self.reading = BatteryReading(self._energy / ENERGY, -current, self._temperature, plugged=False)
+        charge = self._energy / self._facts.energy
+        self.reading = BatteryReading(charge, -current, self._temperature, plugged=False)
 
 
 _log = logging.getLogger(__name__)
@@ -184,10 +177,6 @@ LIMP_WITHIN: Final = 0.1
 """Seconds in which the motors let go."""
 _UPRIGHT: Final = math.radians(15)
 """Greatest tilt at which the robot stands."""
-_STANDING_LOAD: Final = 25.0
-"""Least load on the soles in N with which it stands: half its weight."""
-_HEELS: Final = 15.0
-"""Load on the soles in N below which it is off its feet: the heels of a lying robot carry less."""
 _STANDING_TIME: Final = 0.5
 """Seconds on its feet after which falls are watched for, and off its feet after which they are not."""
 
@@ -195,7 +184,8 @@ _STANDING_TIME: Final = 0.5
 class FallManager:
     """Watch tilt and feet at each tick, and go limp once per fall; in the thread of the physics."""
 
-    def __init__(self, let_go: Callable[[float], None]) -> None:
+    def __init__(self, rules: FallRules, let_go: Callable[[float], None]) -> None:
+        self._rules = rules
         self._let_go = let_go
         self._tilt = 0.0
         self._stood = 0.0
@@ -208,8 +198,8 @@ class FallManager:
     def look(self, time: float, seconds: float, tilt: float, load: float) -> None:
         """Check the torso's tilt in rad and the load on the soles in N, `seconds` after the last check."""
         rate, self._tilt = (tilt - self._tilt) / seconds, tilt
-        on_feet = load >= _STANDING_LOAD
-        self._off_feet = 0.0 if load >= _HEELS else self._off_feet + seconds
+        on_feet = load >= self._rules.standing_load
+        self._off_feet = 0.0 if load >= self._rules.lying_load else self._off_feet + seconds
         self._stood = self._stood + seconds if on_feet and tilt < _UPRIGHT else 0.0
         if self._stood >= _STANDING_TIME:
             self.watching = True
@@ -224,7 +214,7 @@ class FallManager:
 
 _LONGEST_NAME: Final = 64  # characters of a client's text that are quoted
 _SWITCHES_AT: Final = 1.0
-"""Force in N that presses a bumper."""
+"""Force in N that presses a touch sensor."""
 
 
 class Touch:
@@ -247,13 +237,14 @@ class Touch:
             press = (first, max(last, end)) if last >= begin else (begin, end)
             self._presses = {**self._presses, sensor: press}
 
-    def touched(self, time: float, bumps: tuple[float, ...]) -> frozenset[str]:
-        """Return the pressed sensors, by the forces on the bumpers in N and by calls of `press`."""
+    def touched(self, time: float, felt: Mapping[str, float]) -> frozenset[str]:
+        """Return the pressed sensors, by the forces in N on those that feel, and by calls of `press`."""
         names = {sensor for sensor, (begin, end) in self._presses.items() if begin <= time < end}
-        names.update(name for name, force in zip(BUMPERS, bumps, strict=True) if force >= _SWITCHES_AT)
+        names.update(name for name, force in felt.items() if force >= _SWITCHES_AT)
         return frozenset(names)
 
 
+_NO_BATTERY: Final = BatteryReading(math.nan, 0.0, AMBIENT, plugged=True)
 _NEAR: Final = 0.8
 """Distance in m up to which the sonar is precise."""
 _FALLS_EVERY: Final = 2
@@ -261,13 +252,11 @@ _FALLS_EVERY: Final = 2
 
 
 class SimulatedSenses:
-    """Simulate the senses of a Nao.
+    """Simulate the senses of a body, of those that it has.
 
     Implements `naoserver.capabilities.Senses`. `noise` has the imperfections of the senses, with numbers
     from `random`: the same seed gives the same numbers at the same ticks.
     """
-
-    sonar_range = RANGE
 
     def __init__(
         self,
@@ -280,15 +269,17 @@ class SimulatedSenses:
         self._simulator = simulator
         self._noise = noise
         self._random = random
-        self.record: Final = SensorRecord(model.mj, self._data, noise, random)
+        self.record: Final = SensorRecord(model.mj, model.body, self._data, noise, random)
         """The readings of the last ticks, which a controller needs at every tick."""
-        self.touch_names: Final = model.body.touch_sensors
-        self._battery = Battery(model.robot, model.body)
-        self._sonar = Sonar(model.mj)
-        self.sonar_cone: Final = self._sonar.cone
+        body = model.body
+        self.touch_names: Final = body.touch_sensors
+        self._battery = Battery(model.robot, body, body.battery) if body.battery else None
+        self._sonar = Sonar(model.mj, body.root.name, body.sonar) if body.sonar else None
+        self.sonar_range: Final = (body.sonar.nearest, body.sonar.farthest) if body.sonar else None
+        self.sonar_cone: Final = body.sonar.cone if body.sonar else 0.0
         self._touch = Touch(self.touch_names)
-        self.falls: Final = FallManager(self._go_limp)
-        """The detector of falls."""
+        self.falls: Final = FallManager(body.falls, self._go_limp) if body.falls else None
+        """The detector of falls; None for a robot that cannot fall."""
         self._motors = np.array(sorted({*model.robot.motors}))  # np.unique would load numpy.ma
         self._sonar_every = round(PERIOD / simulator.tick_period)
         self._ticks = 0
@@ -299,7 +290,7 @@ class SimulatedSenses:
     def read(self) -> SenseReading:
         """Return the newest snapshot."""
         sample = self.record.newest
-        touched = self._touch.touched(sample.time, self.record.bumps(sample))
+        touched = self._touch.touched(sample.time, self.record.felt(sample))
         cached = self._cached
         if cached is not None and cached[0] is sample:
             reading = cached[1]
@@ -312,7 +303,7 @@ class SimulatedSenses:
             right_foot=right,
             sonar=self._listen(),
             touched=touched,
-            battery=self._battery.reading,
+            battery=self._battery.reading if self._battery else _NO_BATTERY,
         )
         self._cached = (sample, reading)
         return reading
@@ -330,12 +321,13 @@ class SimulatedSenses:
         self.record.look(time)
         self._ticks += 1
         period = self._simulator.tick_period
-        if self._ticks % _FALLS_EVERY == 0:
+        if self.falls is not None and self._ticks % _FALLS_EVERY == 0:
             tilt = self.record.newest.inertial.tilt
             self.falls.look(time, period * _FALLS_EVERY, tilt, self.record.weight())
         if self._ticks % self._sonar_every == 0:
             data = self._data
-            self._battery.draw(period * self._sonar_every, data.actuator_force, data.qvel)
+            if self._battery is not None:
+                self._battery.draw(period * self._sonar_every, data.actuator_force, data.qvel)
             errors = self._random.standard_normal(2).tolist() if self._noise else [0.0, 0.0]
             self._ping = (data.qpos.copy(), errors)
 
@@ -344,6 +336,8 @@ class SimulatedSenses:
 
     def _listen(self) -> SonarReading:
         """Return the newest measurement of the sonar: computed once, on request."""
+        if self._sonar is None:
+            return SonarReading()
         qpos, errors = self._ping
         echo = self._echo
         if echo is None or echo[0] is not qpos:
@@ -353,7 +347,8 @@ class SimulatedSenses:
         return echo[1]
 
     def _blur(self, distance: float, error: float) -> float:
-        if self._noise is None or not math.isfinite(distance):
+        if self._noise is None or self.sonar_range is None or not math.isfinite(distance):
             return distance
         noise = self._noise.sonar_near if distance <= _NEAR else self._noise.sonar_far
-        return min(max(distance + noise * error, RANGE[0]), RANGE[1])
+        nearest, farthest = self.sonar_range
+        return min(max(distance + noise * error, nearest), farthest)

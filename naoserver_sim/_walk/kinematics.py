@@ -1,8 +1,9 @@
 """Forward and inverse kinematics of the legs, in closed form.
 
-Frames are the torso's: x forward, y left, z up. One motor turns both HipYawPitch joints, so that eleven
-motors control twelve values: positions, roll and pitch of the soles are exact, and so is the difference
-of their yaws; the error of their common yaw is shared between the feet.
+Frames are the torso's: x forward, y left, z up. A leg has six joints from the hip down: yaw and pitch about a
+diagonal axis, roll, pitch, the pitch of the knee, pitch and roll of the ankle. One motor turns the first
+joints of both, so that eleven motors control twelve values: positions, roll and pitch of the soles are exact,
+and so is the difference of their yaws; the error of their common yaw is shared between the feet.
 """
 
 from __future__ import annotations
@@ -12,16 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver.capabilities import Vector
 
-_LEG: Final = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
-LEG_MOTORS: Final = ("LHipYawPitch", *(f"{side}{joint}" for side in "LR" for joint in _LEG))
-"""The motors of the legs in the order of every solution."""
-LEG_JOINTS: Final = tuple(f"{side}{joint}" for side in "LR" for joint in ("HipYawPitch", *_LEG))
-"""The joints of the legs, six of the left one and six of the right one, from the hip down."""
-
-_DIAGONAL: Final = math.sqrt(0.5)  # the axis of HipYawPitch lies at 45 degrees
+_DIAGONAL: Final = math.sqrt(0.5)  # the axis of the first joint lies at 45 degrees
 _CLOSE_ENOUGH: Final = 1e-7
 _USUAL_SLOPE: Final = math.sqrt(2.0)  # of the error over the hips' yaw, for legs that stand
 _FLAT: Final = 1e-6
@@ -49,24 +44,28 @@ class FootPose:
     roll: float = 0.0
 
 
+def leg_motors(body: Body) -> tuple[str, ...]:
+    """Return the motors of a body's legs in the order of every solution."""
+    left, right = body.groups.left_leg, body.groups.right_leg
+    return (*left, *right[1:])
+
+
 class Legs:
     """Solve for both legs, starting from the last solution."""
 
-    def __init__(self) -> None:
-        size = H25.facts["dimensions"]
-        self._hip_y = float(size["hip_offset_y"])
-        self._hip_z = -float(size["hip_offset_z"])
-        self._thigh = float(size["thigh_length"])
-        self._tibia = float(size["tibia_length"])
-        self._foot_height = float(size["foot_height"])
-        hip = H25.joints[H25.joint_names.index(LEG_MOTORS[0])]
+    def __init__(self, body: Body) -> None:
+        hip, _, _, knee, ankle, _ = (body.joint[name] for name in body.groups.left_leg)
+        _, self._hip_y, self._hip_z = hip.origin
+        self._thigh = -knee.origin[2]
+        self._tibia = -ankle.origin[2]
+        self._foot_height = body.soles[0].height
         self._hip_range = hip.lower, hip.upper
         # The last solution: the next one is near.
         self._hip_yaw = 0.0
         self._slope = _USUAL_SLOPE
 
     def solve(self, left: FootPose, right: FootPose) -> list[float]:
-        """Return the angles of `LEG_MOTORS` in rad; a foot out of reach comes as near as possible."""
+        """Return the angles of `leg_motors` in rad; a foot out of reach comes as near as possible."""
         aim_left, aim_right = self._aim(left), self._aim(right)
 
         def legs(hip_yaw: float) -> tuple[list[float], list[float], float]:
@@ -93,7 +92,7 @@ class Legs:
         return [hip_yaw, *one, *other]
 
     def sole(self, side: float, angles: Sequence[float]) -> Vector:
-        """Return the point of a sole below its ankle in m, at the six angles of its `LEG_JOINTS`.
+        """Return the point of a sole below its ankle in m, at the six angles of its joints.
 
         `side` is 1 for the left leg, -1 for the right.
         """
@@ -122,7 +121,7 @@ class Legs:
         return ankle, (cy * cp, sy * cp, -sp), up
 
     def _leg(self, side: float, hip_yaw: float, aim: _Aim) -> tuple[list[float], float]:
-        """Return the angles below HipYawPitch, and the sine of the error in yaw, for the `side` 1 or -1."""
+        """Return the angles below the first one, and the sine of the error in yaw, for the `side` 1 or -1."""
         hip = _about_diagonal(side, hip_yaw)
         (x, y, z), forward, up = aim
         along, aside, above = _turned_back(hip, (x, y - side * self._hip_y, z - self._hip_z))
@@ -147,7 +146,7 @@ class Legs:
 
 
 def _about_diagonal(side: float, angle: float) -> _Rotation:
-    """Return the rotation of a HipYawPitch joint: about (0, 1, -side) / sqrt(2)."""
+    """Return the rotation of the first joint of a leg: about (0, 1, -side) / sqrt(2)."""
     c, s = math.cos(angle), math.sin(angle) * _DIAGONAL
     half, z = (1.0 - c) / 2.0, -side
     return (

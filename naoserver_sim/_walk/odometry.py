@@ -51,8 +51,8 @@ class Odometer:
     ) -> None:
         """Advance by some seconds, at the end of which the sensors have these readings.
 
-        `joints` are the angles of `LEG_JOINTS` in rad, `loads` those of the soles in N, left and right.
-        `resting` means that the legs are not walking.
+        `joints` are the angles of the legs' joints in rad, left and right, `loads` those of the soles in N,
+        left and right. `resting` means that the legs are not walking.
         """
         x, y, heading = self.pose
         rate = _yaw_rate(inertial)

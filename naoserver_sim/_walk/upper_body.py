@@ -11,14 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import Body
-from naoserver_sim._body import TORSO
 from naoserver_sim._motors import SetpointController
 from naoserver_sim._walk.gait import FootOffset
 from naoserver_sim.model import DeviceIndex
 
 _SMOOTHING: Final = 0.3
 """Time constant in s with which the feet follow."""
-_LEGS: Final = ("Hip", "Knee", "Ankle")
 
 
 class Trim:
@@ -26,17 +24,17 @@ class Trim:
 
     def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, body: Body) -> None:
         self._data = data
-        self._torso = mj.body(TORSO).id
+        self._torso = mj.body(body.root.name).id
         upper = [
             link.name
             for link in body.links
-            if link.parent_joint is not None and not any(part in link.parent_joint for part in _LEGS)
+            if link is not body.root and body.moved_by[link.name].name not in body.groups.legs
         ]
         self._bodies = np.array([mj.body(name).id for name in upper], dtype=np.intp)
         weights = mj.body_mass[self._bodies]
         self._shares = weights / float(mj.body_subtreemass[self._torso])
         self._share = float(self._shares.sum())
-        self._mj, self._posture = mj, body.postures["STAND_INIT"]
+        self._mj, self._posture = mj, body.resting_angles
         self._x, self._y = 0.0, 0.0
 
     @property
@@ -71,23 +69,25 @@ class Trim:
 
 
 _HANGING: Final = 1.4
-"""ShoulderPitch in rad of an arm that hangs down."""
+"""Tilt in rad of the shoulder of an arm that hangs down."""
 _ABOUT: Final = 0.5
 """Distance in rad from it up to which an arm counts as hanging."""
 _SWING: Final = 3.0
 """Radians of a shoulder per metre of the foot on the same side."""
-_PARTS: Final = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
+_PARTS: Final = ("Shoulder", "Elbow", "Wrist")
+"""The hinges of an arm that hangs, without its hand."""
 
 
 class ArmSwing:
     """Swing the arms that hang when the walk begins, each until one of its joints is commanded."""
 
-    def __init__(self, robot: DeviceIndex, setpoints: SetpointController) -> None:
-        motors = {joint.name: motor for joint, motor in zip(robot.joints, robot.motors, strict=True)}
+    def __init__(self, body: Body, robot: DeviceIndex, setpoints: SetpointController) -> None:
+        motors = dict(zip(body.joint_names, robot.motors, strict=True))
+        hinges = ([body.hinge(f"{side}{part}") for part in _PARTS] for side in ("Left", "Right"))
         self._setpoints = setpoints
-        # The motors of each arm, left and right; the shoulder's pitch, which swings, comes first.
+        # The motors of each arm, left and right; the shoulder's tilt, which swings, comes first.
         self._motors: NDArray[np.intp] = np.array(
-            [[motors[f"{side}{part}"] for part in _PARTS if f"{side}{part}" in motors] for side in "LR"],
+            [[motors[joint] for hinge in arm if hinge for joint in hinge.joints] for arm in hinges],
             dtype=np.intp,
         )
         self.begin()

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import astuple
 from enum import Enum, auto
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.body import Body
 from naoserver.capabilities import Odometry, WalkVelocity
-from naoserver.errors import InvalidCommand
+from naoserver_sim._commands import STILL, CommandedWay
 from naoserver_sim._senses.record import SensorRecord, encoded
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
-from naoserver_sim._walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
+from naoserver_sim._walk.kinematics import FootPose, Legs, leg_motors
 from naoserver_sim._walk.odometry import Odometer
 from naoserver_sim._walk.upper_body import ArmSwing, Trim
 from naoserver_sim.model import Model
@@ -45,9 +45,10 @@ _SMOOTHING: Final = 0.6
 class WalkController:
     """Compute the angles of the legs at each control tick; without physics, without threads."""
 
-    def __init__(self) -> None:
+    def __init__(self, body: Body) -> None:
         self.gait: Final = Gait()
-        self._legs = Legs()
+        self._body = body
+        self._legs = Legs(body)
         self.reset()
 
     def reset(self) -> None:
@@ -57,8 +58,8 @@ class WalkController:
         self._part = [0.0, 0.0]  # of the feedback for each foot: for the support foot, without a jump
 
     def stance(self, shift: tuple[float, float]) -> list[float]:
-        """Return the angles of `LEG_MOTORS` with which a step begins and ends; `shift` is that of `tick`."""
-        return Legs().solve(self._foot(LEFT, AT_REST, shift), self._foot(RIGHT, AT_REST, shift))
+        """Return the angles of `leg_motors` with which a step begins and ends; `shift` is that of `tick`."""
+        return Legs(self._body).solve(self._foot(LEFT, AT_REST, shift), self._foot(RIGHT, AT_REST, shift))
 
     def tick(
         self,
@@ -68,7 +69,7 @@ class WalkController:
         loads: tuple[float, float],
         shift: tuple[float, float],
     ) -> list[float]:
-        """Return the angles of `LEG_MOTORS`.
+        """Return the angles of `leg_motors`.
 
         `turning` is the torso's turning rate in rad/s, `loads` are those of the soles in N, left and right;
         `shift` is the displacement in m of the center of mass forwards and to the left of its usual place.
@@ -100,9 +101,6 @@ class WalkController:
 
 LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind."""
-_STILL: Final = WalkVelocity()
-_SLOWEST_WALK: Final = 1e-3
-"""Velocity in m/s and rad/s below which it does not walk."""
 
 # Factors of commanded velocities: the feet lag and slip, so the robot walks a little slower than commanded.
 # Measured by benchmarks/bench_walk.py.
@@ -133,7 +131,7 @@ class _Stage(Enum):
     SETTLING = auto()
 
 
-class SimulatedWalker:
+class SimulatedWalker(CommandedWay):
     """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
 
     Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; `tick` and
@@ -144,48 +142,31 @@ class SimulatedWalker:
     limits = LIMITS
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
+        super().__init__(simulator)
         self._data = simulator.data
         self._setpoints = simulator.setpoints
-        self._simulator = simulator
         self._sensors = sensors
         self._noise = noise
-        names = [joint.name for joint in model.robot.joints]
-        joints = [names.index(name) for name in LEG_JOINTS]
-        motors = [names.index(name) for name in LEG_MOTORS]
-        self._joints = model.robot.qpos[joints]
+        body = model.body
+        self.joints: Final = body.groups.legs
+        joints = [body.joint_names.index(name) for name in self.joints]
+        motors = [body.joint_names.index(name) for name in leg_motors(body)]
+        self._places = model.robot.qpos[joints]
         self._motors: NDArray[np.intp] = model.robot.motors[motors]
-        self._trim = Trim(model.mj, self._data, model.body)
-        self._arms = ArmSwing(model.robot, self._setpoints)
-        self._controller = WalkController()
-        self._odometer = Odometer(Legs())
+        self._trim = Trim(model.mj, self._data, body)
+        self._arms = ArmSwing(body, model.robot, self._setpoints)
+        self._controller = WalkController(body)
+        self._odometer = Odometer(Legs(body))
         self._stage = _Stage.RESTING
-        self.ended = ""
         self._time = 0.0  # since the stage began
-        self._start = np.zeros(len(LEG_MOTORS))
+        self._start = np.zeros(len(self._motors))
         self._rising = 0.0
-        self._newest = self._commanded = _STILL
-        self._velocity = _STILL  # the commanded velocity
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
 
-    def command(self, velocity: WalkVelocity) -> None:
-        if max(map(abs, astuple(velocity))) < _SLOWEST_WALK:
-            velocity = _STILL
-        snapshot = self._simulator.newest()
-        if velocity != _STILL and not self.walking:
-            hindrance = self._hindrance(snapshot.stiffnesses)
-            if hindrance:
-                raise InvalidCommand("walk", f"the robot cannot walk: {hindrance}")
-            self.ended = ""
-        self._newest = self._commanded = velocity
-        self._simulator.order(lambda: self._take(velocity))
-
-    def commanded(self) -> WalkVelocity:
-        return self._commanded
-
     @property
     def walking(self) -> bool:
-        return self._commanded != _STILL or self._stage is not _Stage.RESTING
+        return self._commanded != STILL or self._stage is not _Stage.RESTING
 
     def odometry(self) -> Odometry:
         return Odometry(self._simulator.newest().time, *self._odometer.pose)
@@ -196,11 +177,11 @@ class SimulatedWalker:
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
-        joints: Sequence[float] = self._data.qpos[self._joints].tolist()
+        joints: Sequence[float] = self._data.qpos[self._places].tolist()
         if self._noise:
             joints = encoded(joints)
         self._odometer.tick(seconds, joints, self._inertial, self._loads, resting=resting)
-        if resting and self._velocity == _STILL:
+        if resting and self._velocity == STILL:
             return
         if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
             self.abandon(hindrance)
@@ -216,20 +197,15 @@ class SimulatedWalker:
 
     def abandon(self, why: str = "the robot was moved") -> None:
         """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
-        self.ended = why
+        self._end(why)
         self._controller.reset()
         self._odometer.lose_footing()
-        self._commanded = self._velocity = _STILL
         self._enter(_Stage.RESTING)
 
-    def _take(self, velocity: WalkVelocity) -> None:
-        if velocity is self._newest:
-            self._commanded = velocity  # even if a walk was ended since then
+    def _followed(self, velocity: WalkVelocity) -> WalkVelocity:
         gains = _BACKLASH_GAINS if self._noise else _EXACT_GAINS
         turn = velocity.turn + (_BACKLASH_TURN * velocity.left if self._noise else 0.0)
-        self._velocity = WalkVelocity(
-            velocity.forward * gains.forward, velocity.left * gains.left, turn * gains.turn
-        )
+        return WalkVelocity(velocity.forward * gains.forward, velocity.left * gains.left, turn * gains.turn)
 
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
         """Return why it cannot walk; empty when it can."""

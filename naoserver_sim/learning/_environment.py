@@ -11,7 +11,8 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from naoserver.body import H25, find_body
+from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.body import Body
 from naoserver.capabilities import SenseReading, Truth
 from naoserver.robot import JointReading
 from naoserver_sim.robot import SimulatedRobot
@@ -28,7 +29,7 @@ _RENDERED: Final = ("CameraOutside", 320, 240)
 _SETTLING_TIME: Final = 0.2  # s
 _FRACTION: Final = 0.5
 """Largest fraction of the joints' full speeds at which the body stands firmly."""
-_WEIGHT: Final = 53.0  # of the body in N
+_GRAVITY: Final = 9.81  # m/s2
 _LARGEST_REQUEST: Final = 2.5  # m, m/s or rad/s that an option asks for: observations show no more
 _SEEDS: Final = 2**31
 
@@ -41,7 +42,7 @@ class Options(TypedDict, total=False):
     noise: bool
     """Whether the senses are as imperfect and late as a real robot's; by default True."""
     body: str
-    """`H25`, the default, or `H21`, whose hands do not move and are not part of any action."""
+    """The name of a body, by default `H25`; its joints decide how long actions and observations are."""
     world: str
     """The name or the file of a world (docs/how-to/worlds.md); by default `empty`."""
 
@@ -50,11 +51,12 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     """A robot that executes each action for PERIOD of simulated time.
 
     Each episode has its own robot: after `reset(seed=n)` the same actions lead to the same observations and
-    rewards, bit by bit, whatever happened before. Actions move those of the joints `moved` that the body has;
-    observations are their angles and speeds, and `more` numbers. `option` is the option of `reset`.
+    rewards, bit by bit, whatever happened before. Actions move the joints `moved` of the body; observations
+    are `each` numbers of each, such as its angle and speed, and `more` numbers. `option` is the option of
+    `reset`. Raises RobotError for an unknown body, ValueError for one that lacks what the task needs.
     """
 
-    moved: ClassVar[Sequence[str]]
+    each: ClassVar[int] = 2
     more: ClassVar[int]
     option: ClassVar[str]
     # Gymnasium declares it as the instance's own.
@@ -65,11 +67,17 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(f"there is no render mode {render_mode!r}; there is 'rgb_array'")
         self.render_mode = render_mode
-        self._body = find_body(options.get("body", H25.name))
-        self._places = [place for place, name in enumerate(self._body.joint_names) if name in self.moved]
+        self._body = find_body(options.get("body", DEFAULT_BODY))
+        if missing := self.lacks(self._body):
+            raise ValueError(
+                f"the body {self._body.name} has no {missing}, which this task needs: choose another body"
+            )
+        self._weight = round(_GRAVITY * self._body.mass)  # N
+        moved = self.moved(self._body)
+        self._places = [place for place, name in enumerate(self._body.joint_names) if name in moved]
         self._moved = [self._body.joints[place] for place in self._places]
         self.observation_space = Box(
-            -_LARGEST_NUMBER, _LARGEST_NUMBER, (2 * len(self._moved) + self.more,), np.float32
+            -_LARGEST_NUMBER, _LARGEST_NUMBER, (self.each * len(self._moved) + self.more,), np.float32
         )
         self.action_space = Box(-1.0, 1.0, (len(self._moved),), np.float32)
         self._noise = options.get("noise", True)
@@ -79,6 +87,16 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self._joints: JointReading
         self._senses: SenseReading
         self._truth: Truth
+
+    @staticmethod
+    @abstractmethod
+    def lacks(body: Body) -> str:
+        """Return what a body lacks for the task; empty when it lacks nothing."""
+
+    @staticmethod
+    @abstractmethod
+    def moved(body: Body) -> Sequence[str]:
+        """Return the joints of a body that actions move."""
 
     @property
     def robot(self) -> SimulatedRobot:
@@ -187,11 +205,19 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         return np.clip(np.array(self._features(), np.float32), -_LARGEST_NUMBER, _LARGEST_NUMBER)
 
     def _balance(self) -> list[float]:
-        """Return the sensed balance of the body: up (3), turning rate (3), loads of the soles (2)."""
+        """Return the sensed balance of the body: up (3), turning rate (3), loads of the soles (2).
+
+        Loads are parts of the weight, and 0 for soles without sensors.
+        """
         inertial = self._senses.inertial
         left = self._senses.left_foot
         right = self._senses.right_foot
-        return [*inertial.up, *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
+        return [
+            *inertial.up,
+            *inertial.angular_velocity,
+            left.total / self._weight,
+            right.total / self._weight,
+        ]
 
 
 def three_numbers(value: Any, what: str) -> NDArray[np.float64]:  # noqa: ANN401

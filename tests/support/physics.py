@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim._body import add_sensors
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim.model import build_model, standing
@@ -26,8 +26,8 @@ class Lab:
     ) -> None:
         self.model = build_model(skin=False)
         self.mj = self.model.mj
-        self.data = standing(self.model, posture or H25.postures["STAND_INIT"])
-        self.record = SensorRecord(self.mj, self.data, noise, np.random.default_rng(seed))
+        self.data = standing(self.model, posture or H25.postures["StandInit"].angles)
+        self.record = SensorRecord(self.mj, H25, self.data, noise, np.random.default_rng(seed))
         base = self.mj.joint("base")
         self.base: int = int(base.qposadr[0])
         self.dof: int = int(base.dofadr[0])
@@ -76,7 +76,7 @@ def loose_parts(*blocks: tuple[Array, Array], foot_mass: float = 1.0) -> mujoco.
     spec = mujoco.MjSpec()
     spec.option.timestep = 0.0025
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1])
-    height = H25.facts["dimensions"]["foot_height"]
+    height = H25.soles[0].height
     links = {}
     for name, place in (("torso", [0, 0, 1.0]), ("l_foot", [0, 0.1, height]), ("r_foot", [0, -0.1, height])):
         links[name] = spec.worldbody.add_body(name=name, pos=place)
@@ -92,5 +92,5 @@ def loose_parts(*blocks: tuple[Array, Array], foot_mass: float = 1.0) -> mujoco.
     for center, half_sizes in blocks:
         block = spec.worldbody.add_body(pos=center)  # its geom counts after those of the feet
         block.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half_sizes)
-    add_sensors(spec, links)
+    add_sensors(spec, H25, links)
     return spec

@@ -12,6 +12,7 @@ from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.leg_motions import KICK, ONE_LEG
 from tests.support.motion_rig import MotionRig
+from tests.support.present import present
 from tests.support.qi_service import Rig
 from zenoh_ice import VirtualClock
 
@@ -100,15 +101,15 @@ def test_motions_postures_and_walks_of_the_server_are_left_as_they_are():
     robot = SimulatedRobot(clock=clock, world=load_world("empty"), skin=False)
     try:
         rig = MotionRig(robot, clock)
-        robot.balancer.command(Support.LEGS)
+        present(robot.balancer).command(Support.LEGS)
         rig.begin("wave")
-        assert robot.balancer.support() is None
+        assert present(robot.balancer).support() is None
         rig.finish()
-        robot.balancer.command(Support.LEFT)
+        present(robot.balancer).command(Support.LEFT)
         clock.advance(0.5)
-        robot.walker.command(WalkVelocity(forward=0.1))
+        present(robot.walker).command(WalkVelocity(forward=0.1))
         clock.advance(4.0)
-        assert robot.walker.walking
+        assert present(robot.walker).walking
         assert robot.state().torso_tilt < UPRIGHT
     finally:
         robot.close()

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim._body import are_neighbors
 from naoserver_sim.model import build_model, standing
 
@@ -34,7 +34,7 @@ def commanded(model, targets):
     """Return the state after 2 s in which the motors pulled towards targets, weightless above the floor."""
     mj = copy.copy(model.mj)
     mj.opt.gravity[:] = 0
-    data = standing(model, H25.postures["STAND_INIT"])
+    data = standing(model, H25.postures["StandInit"].angles)
     data.qpos[model.base.qpos + 2] += 1.0
     for joint, motor in zip(model.robot.joints, model.robot.motors, strict=True):
         if joint.name in targets:
@@ -62,9 +62,9 @@ def test_motor_of_a_stopped_link_pulls_with_no_more_than_its_torque(model):
     assert (forces <= limits * 1.0001).all()
 
 
-@pytest.mark.parametrize("posture", ["STAND", "STAND_INIT", "STAND_ZERO"])
+@pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero"])
 def test_nothing_touches_in_a_posture(model, posture):
-    data = standing(model, H25.postures[posture])
+    data = standing(model, H25.postures[posture].angles)
     assert deepest_among_links(model, data) == -np.inf
 
 
@@ -82,5 +82,5 @@ def test_nothing_touches_in_a_posture(model, posture):
     ],
 )
 def test_neighbors_are_what_one_joint_or_one_point_joins(first, second, neighbors):
-    assert are_neighbors(first, second) is neighbors
-    assert are_neighbors(second, first) is neighbors
+    assert are_neighbors(H25, first, second) is neighbors
+    assert are_neighbors(H25, second, first) is neighbors

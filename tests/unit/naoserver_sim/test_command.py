@@ -3,6 +3,7 @@ import math
 import pytest
 import typer
 
+from naoserver.bodies.nao import H25
 from naoserver_sim._command import check_cameras, parse_cameras, parse_speed
 from naoserver_sim.model import simulated_cameras
 
@@ -41,4 +42,4 @@ def test_camera_setting_that_is_none(text):
 )
 def test_camera_setting_that_no_camera_has(text, message):
     with pytest.raises(typer.BadParameter, match=message):
-        check_cameras(parse_cameras([text]), simulated_cameras())
+        check_cameras(parse_cameras([text]), simulated_cameras(H25))

@@ -66,7 +66,7 @@ def test_each_joint_of_each_robot_has_its_own_backlash():
 class Rig:
     """A robot that stands in a posture."""
 
-    def __init__(self, *, noise, posture="STAND_INIT", **options):
+    def __init__(self, *, noise, posture="StandInit", **options):
         self.clock = VirtualClock()
         self.robot = SimulatedRobot(
             clock=self.clock,

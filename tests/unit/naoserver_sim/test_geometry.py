@@ -1,4 +1,4 @@
-"""The shapes of a world for viewers without MuJoCo: what they are, and that they are where MuJoCo has them."""
+"""Worlds and bodies for viewers without MuJoCo: what they consist of, and that it is where MuJoCo has it."""
 
 import mujoco
 import numpy as np

@@ -5,7 +5,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import parse_world

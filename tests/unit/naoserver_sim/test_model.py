@@ -6,13 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim._body import sole
 from naoserver_sim.model import build_model, standing
+from tests.support import published
 
 pytestmark = pytest.mark.sim
-
-CHECKS = H25.facts["checks"]
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +23,7 @@ def model():
 def zero_pose(model):
     """All joints at 0, the torso upright so high that the soles touch the floor."""
     data = mujoco.MjData(model.mj)
-    data.qpos[2] = CHECKS["torso_height_above_sole_zero_pose"]
+    data.qpos[2] = published.TORSO_HEIGHT
     mujoco.mj_forward(model.mj, data)
     return data
 
@@ -32,10 +31,10 @@ def zero_pose(model):
 @pytest.mark.parametrize(
     ("link", "height"),
     [
-        ("l_hip", CHECKS["hip_axis_height"]),
-        ("r_hip", CHECKS["hip_axis_height"]),
-        ("torso", CHECKS["torso_height_above_sole_zero_pose"]),
-        ("neck", CHECKS["neck_joint_height"]),
+        ("l_hip", published.HIP_HEIGHT),
+        ("r_hip", published.HIP_HEIGHT),
+        ("torso", published.TORSO_HEIGHT),
+        ("neck", published.NECK_HEIGHT),
     ],
 )
 def test_link_stands_at_its_published_height(zero_pose, link, height):
@@ -45,8 +44,8 @@ def test_link_stands_at_its_published_height(zero_pose, link, height):
 @pytest.mark.parametrize(
     ("camera", "height"),
     [
-        ("Camera", CHECKS["top_camera_height_zero_pose"]),
-        ("CameraBottom", CHECKS["bottom_camera_height_zero_pose"]),
+        ("Camera", published.TOP_CAMERA_HEIGHT),
+        ("CameraBottom", published.BOTTOM_CAMERA_HEIGHT),
     ],
 )
 def test_camera_stands_at_its_published_height(zero_pose, camera, height):
@@ -74,13 +73,13 @@ def test_soles_touch_the_floor(model, zero_pose):
 
 def test_body_weighs_what_the_facts_say(model):
     mass = sum(float(model.mj.body(link.name).mass[0]) for link in H25.links)
-    assert mass == pytest.approx(CHECKS["total_mass"], abs=1e-4)
+    assert mass == pytest.approx(published.TOTAL_MASS, abs=1e-4)
 
 
 def test_center_of_mass_is_where_the_facts_say(model, zero_pose):
     torso = model.mj.body("torso").id
     x, y, z = zero_pose.subtree_com[torso]
-    assert (x, y, z) == pytest.approx(CHECKS["whole_com_zero_pose"], abs=1e-4)
+    assert (x, y, z) == pytest.approx(published.CENTER_OF_MASS, abs=1e-4)
 
 
 @pytest.mark.parametrize("link", [link for link in H25.links if link.mass], ids=lambda link: link.name)
@@ -120,9 +119,9 @@ def test_every_other_joint_has_a_motor_of_its_own(model):
     assert len(set(model.robot.motors.tolist())) == len(H25.joints) - 1
 
 
-@pytest.mark.parametrize("posture", ["STAND", "STAND_INIT", "STAND_ZERO", "CROUCH"])
+@pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero", "Crouch"])
 def test_robot_stands_still_in_a_posture(model, posture):
-    data = standing(model, H25.postures[posture])
+    data = standing(model, H25.postures[posture].angles)
     height = data.body("torso").xpos[2]
     mujoco.mj_step(model.mj, data, nstep=800)
     assert data.body("torso").xpos[2] == pytest.approx(height, abs=0.002)
@@ -130,7 +129,7 @@ def test_robot_stands_still_in_a_posture(model, posture):
 
 
 def test_robot_stands_over_the_origin_and_looks_along_x(model):
-    data = standing(model, H25.postures["STAND_INIT"])
+    data = standing(model, H25.postures["StandInit"].angles)
     feet = (data.body("l_foot").xpos + data.body("r_foot").xpos) / 2
     assert feet[:2] == pytest.approx([0, 0], abs=0.005)
     assert data.body("torso").xmat[0] == pytest.approx(1, abs=0.02)

@@ -1,17 +1,18 @@
 """The simulated robot keeps the contract of `naoserver.robot`, in virtual time."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.errors import HardwareFailure
-from naoserver.event_log import HOT
 from naoserver.robot import Robot
 from naoserver_sim._motors import AMBIENT, Motors
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.present import present
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -57,6 +58,13 @@ def trace(seed, steps):
 def test_it_is_a_robot_with_the_joints_in_their_order(robot):
     assert isinstance(robot, Robot)
     assert tuple(joint.name for joint in robot.joints) == H25.joint_names
+
+
+def test_its_looks_are_shapes_of_its_links(robot):
+    looks = json.loads(robot.looks())
+    links = {link.name for link in robot.body.links}
+    assert looks["shapes"]
+    assert {shape["link"] for shape in looks["shapes"]} <= links
 
 
 def test_time_is_that_of_the_clock(robot, clock):
@@ -242,15 +250,17 @@ def test_motors_that_hold_a_load_grow_warm(robot, clock):
 
 def test_a_motor_that_gives_for_good_what_its_data_sheet_allows_just_becomes_hot():
     mj = build_model(skin=False).mj
-    motors = Motors(mj)
+    motors = Motors(mj, H25.motor_heat)
     lasting = mj.actuator("LKneePitch").user[0]
-    assert lasting == H25.facts["joints"][PLACE["LKneePitch"]]["motor"]["continuous_torque_out_no_loss"]
+    assert lasting == present(H25.joint["LKneePitch"].motor).continuous_torque
     torques = np.zeros(mj.nu)
     torques[mj.actuator("LKneePitch").id] = lasting
     torques[mj.actuator("LShoulderPitch").id] = mj.actuator("LShoulderPitch").forcerange[1]
     for _ in range(3600):
         motors.tick(1.0, torques)
-    assert motors.temperatures[mj.actuator("LKneePitch").id] == pytest.approx(HOT, abs=0.1)
+    assert motors.temperatures[mj.actuator("LKneePitch").id] == pytest.approx(
+        present(H25.motor_heat).hot, abs=0.1
+    )
     assert motors.temperatures[mj.actuator("HeadYaw").id] == AMBIENT
     torque = mj.actuator("LShoulderPitch").forcerange[1]
     assert torque < H25.joints[PLACE["LShoulderPitch"]].max_torque, "a hot motor gives less"

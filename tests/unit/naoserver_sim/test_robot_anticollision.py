@@ -8,7 +8,7 @@ from contextlib import closing
 import pytest
 
 from naoserver.assembly import Assembly
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -22,7 +22,7 @@ OFF = 0.03
 """Radians by which a joint may lag behind its command."""
 
 
-@pytest.mark.parametrize("table", H25.anticollision, ids=lambda table: table.dependent)
+@pytest.mark.parametrize("table", H25.tables, ids=lambda table: table.dependent)
 @pytest.mark.parametrize("side", ["lowest", "highest"])
 def test_a_joint_stays_within_its_table_while_the_other_sweeps(table, side):
     clock = VirtualClock()

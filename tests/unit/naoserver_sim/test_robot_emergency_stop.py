@@ -10,6 +10,7 @@ from naoserver.errors import CommandRefused
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
+from tests.support.present import present
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -31,15 +32,15 @@ def test_a_robot_that_walks_and_looks_around_stands_after_the_stop():
     live(0.5)
     assembly.body.move({"HeadYaw": 1.5}, {"HeadYaw": 0.2}, client="a")
     live(3.0, renew=lambda: walk.drive({"forward": 0.25}, "a"))
-    assert robot.walker.walking
-    before = robot.walker.odometry()
+    assert present(robot.walker).walking
+    before = present(robot.walker).odometry()
     assembly.gate.stop("enough")
     live(3.0)
     with pytest.raises(CommandRefused):
         walk.drive({"forward": 0.25}, "a")
-    assert not robot.walker.walking
+    assert not present(robot.walker).walking
     assert not robot.state().fallen
-    after = robot.walker.odometry()
+    after = present(robot.walker).odometry()
     assert abs(after.x - before.x) < 0.3
     reading = robot.read()
     assert abs(reading.positions[0]) < 1.0

@@ -9,8 +9,9 @@ import pytest
 
 from interfaces.nao import ActionStatus
 from naoserver._motions.routes import MotionRoute
-from naoserver._walk import Way
+from naoserver._way import way_to
 from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
@@ -44,17 +45,19 @@ class Recorder:
 
 
 def wave(robot, assembly):
-    assembly.player.begin("motion", "wave", MotionRoute(MOTIONS["wave"], MOTIONS.values()))
+    assembly.player.begin(
+        "motion", "wave", MotionRoute(assembly.player.body, MOTIONS["wave"], MOTIONS.values())
+    )
 
 
 def walk(robot, assembly):
-    assembly.walk_to.begin(Way((0.1, 0.05, 0.3), robot.walker.odometry(), robot.walker.limits), "a client")
+    assembly.walk_to.begin(way_to((0.1, 0.05, 0.3), robot.walker.odometry(), robot.walker.limits), "a client")
 
 
-def virtual(what):
+def virtual(what, body):
     """Return the digest of the states in virtual time."""
     clock = VirtualClock()
-    with closing(SimulatedRobot(clock=clock, skin=False, noise=True, seed=1)) as robot:
+    with closing(SimulatedRobot(clock=clock, skin=False, noise=True, seed=1, body=body)) as robot:
         assembly = Assembly(robot, ServerOptions(), clock)
         recorder = Recorder(robot, lambda: what(robot, assembly))
         clock.advance(SECONDS + 0.1)
@@ -62,9 +65,9 @@ def virtual(what):
         return recorder.digest.hexdigest()
 
 
-def live(what, *jobs):
+def live(what, body, *jobs):
     """Return the digest of the states of a robot with threads; `jobs` make jobs for them."""
-    with closing(SimulatedRobot(speed=10.0, skin=False, noise=True, seed=1)) as robot:
+    with closing(SimulatedRobot(speed=10.0, skin=False, noise=True, seed=1, body=body)) as robot:
         assembly = Assembly(robot, ServerOptions(), WallClock())
         recorder = Recorder(robot, lambda: what(robot, assembly))
         with JobThreads([*assembly.jobs, *(make(robot.clock) for make in jobs)]):
@@ -79,9 +82,12 @@ def late(clock):
     return Periodic("late", clock, lambda: 0.02, lambda: time.sleep(0.05), thread="state")
 
 
-@pytest.mark.parametrize("what", [wave, walk])
-def test_late_threads_change_nothing_and_live_is_as_in_virtual_time(what):
-    assert live(what, late) == virtual(what)
+@pytest.mark.parametrize(
+    ("what", "name"), [(wave, "H25"), (walk, "H25"), (walk, "T1"), (walk, "G1"), (walk, "Cart")]
+)
+def test_late_threads_change_nothing_and_live_is_as_in_virtual_time(what, name):
+    body = find_body(name)
+    assert live(what, body, late) == virtual(what, body)
 
 
 def test_a_job_that_fails_does_not_end_the_physics(caplog):

@@ -13,14 +13,19 @@ from tests.support.simulation_trace import trace
 pytestmark = pytest.mark.sim
 
 
+@pytest.fixture(scope="module", params=["H25", "T1", "G1", "Cart"])
+def body(request):
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def first():
-    return trace(3)
+def first(body):
+    return trace(3, body)
 
 
-def test_the_same_seed_is_the_same_trace_also_in_another_process(first):
+def test_the_same_seed_is_the_same_trace_also_in_another_process(first, body):
     elsewhere = subprocess.run(
-        [sys.executable, "-m", "tests.support.simulation_trace", "3"],
+        [sys.executable, "-m", "tests.support.simulation_trace", "3", body],
         cwd=REPOSITORY,
         env={**os.environ, "PYTHONHASHSEED": "17"},
         capture_output=True,
@@ -35,5 +40,5 @@ def test_another_seed_is_another_trace():
     assert trace(4, seconds=0.2) != trace(5, seconds=0.2)
 
 
-def test_how_often_somebody_looks_changes_nothing(first):
-    assert trace(3, period=0.01) == first
+def test_how_often_somebody_looks_changes_nothing(first, body):
+    assert trace(3, body, period=0.01) == first

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import Stage, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from naoserver._motions.keyframes import load_motions
-from naoserver.body import H25
+from naoserver._motions.motion_file import load_motions
+from naoserver.bodies import find_body
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim.learning import ENVIRONMENTS
 from naoserver_sim.learning._environment import PERIOD
-from naoserver_sim.learning._tasks import ARM, MOTORS, hand_at
+from naoserver_sim.learning._tasks import arm_of, hand_at, motors_of, part_of_height
 from naoserver_sim.model import build_model
 
 pytestmark = pytest.mark.sim
@@ -62,6 +63,34 @@ def test_the_same_seed_is_the_same_episode_bit_by_bit_whatever_was_before(make, 
     assert episode(used, 5, 30) == first
     other = episode(used, 6, 5)
     assert other != first[: len(other)]
+
+
+@pytest.mark.parametrize("body", ["T1", "G1"])
+@pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
+def test_a_humanoid_learns_the_same_episode_bit_by_bit(make, name, body):
+    used, fresh = make(name, body=body), make(name, body=body)
+    episode(used, 4, 2)
+    assert episode(used, 5, 10) == episode(fresh, 5, 10)
+
+
+@pytest.mark.parametrize(("name", "lacks"), [("Walk", "legs"), ("Reach", "left arm"), ("StandUp", "legs")])
+def test_a_body_that_lacks_what_a_task_needs_is_refused(make, name, lacks):
+    with pytest.raises(ValueError, match=f"the body Cart has no {lacks}, which this task needs"):
+        make(name, body="Cart")
+
+
+@pytest.mark.parametrize("body", ["H25", "H21", "T1", "G1"])
+def test_every_humanoid_is_paid_for_standing_still_and_lies_after_a_fall(make, body):
+    environment = make("Walk", body=body, disable_env_checker=True)
+    environment.reset(seed=1, options={"velocity": (0.0, 0.0, 0.0)})
+    rewards = [environment.step(still(environment))[1] for _ in range(50)]
+    assert np.mean(rewards) == pytest.approx(1.2, abs=0.02)
+    environment = make("StandUp", body=body, disable_env_checker=True)
+    environment.reset(seed=1, options={"side": "back"})
+    _, reward, ended, _, reported = environment.step(still(environment))
+    assert not ended
+    assert reward < 0.5 * PERIOD
+    assert reported["torso"][2] < 0.5 * part_of_height(find_body(body), 1.0)
 
 
 def test_an_action_that_is_too_large_is_clipped(make):
@@ -163,18 +192,16 @@ def test_where_the_hand_is_agrees_with_the_physics():
     model = build_model(skin=False).mj
     data = mujoco.MjData(model)
     rng = np.random.default_rng(3)
-    offset = np.array(
-        [H25.facts["dimensions"]["hand_offset_x"], 0, -H25.facts["dimensions"]["hand_offset_z"]]
-    )
+    offset = np.array(H25.effectors["LArm"].position)
     for _ in range(10):
-        angles = rng.uniform(-1.0, 1.0, len(ARM))
-        for name, angle in zip(ARM, angles, strict=True):
+        angles = rng.uniform(-1.0, 1.0, len(arm_of(H25)))
+        for name, angle in zip(arm_of(H25), angles, strict=True):
             data.joint(name).qpos[0] = angle
         mujoco.mj_kinematics(model, data)
         torso, hand = data.body("torso"), data.body("l_wrist_hand")
         there = hand.xpos + hand.xmat.reshape(3, 3) @ offset
         expected = torso.xmat.reshape(3, 3).T @ (there - torso.xpos)
-        assert hand_at(angles.tolist()) == pytest.approx(expected, abs=1e-9)
+        assert hand_at(H25, angles.tolist()) == pytest.approx(expected, abs=1e-9)
 
 
 def test_the_hand_is_paid_for_being_where_it_is_wanted(make):
@@ -203,13 +230,16 @@ def test_it_lies_as_it_was_thrown(make, side, up):
 def test_it_can_stand_up_by_actions(make):
     environment = make("StandUp", disable_env_checker=True)
     environment.reset(seed=1, options={"side": "belly"})
-    robot, motion = environment.unwrapped.robot, load_motions()["stand_up_from_belly"]
+    robot, motion = (
+        environment.unwrapped.robot,
+        load_motions(environment.unwrapped.robot.body)["stand_up_from_belly"],
+    )
     begin = dict(zip(H25.joint_names, robot.read().commands, strict=True))
     limits = {joint.name: joint.max_velocity for joint in H25.joints}
     for step in range(1, 1000):
         now = dict(zip(H25.joint_names, robot.read().commands, strict=True))
         goal = now | motion.at(step * PERIOD, begin)
-        action = [(goal[name] - now[name]) / (0.5 * limits[name] * PERIOD) for name in MOTORS]
+        action = [(goal[name] - now[name]) / (0.5 * limits[name] * PERIOD) for name in motors_of(H25)]
         _, reward, ended, _, reported = environment.step(np.array(action, np.float32))
         if ended:
             break

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim._senses.record import SENSORS, SensorRecord, SoleSensors
 from tests.support.physics import GRAVITY, Lab, loose_parts
 
@@ -15,9 +15,9 @@ pytestmark = pytest.mark.sim
 WEIGHT = -GRAVITY[2] * sum(link.mass for link in H25.links)
 
 
-@pytest.mark.parametrize("posture", ["STAND_INIT", "STAND_ZERO", "STAND"])
+@pytest.mark.parametrize("posture", ["StandInit", "StandZero", "Stand"])
 def test_standing_still_they_carry_the_weight_below_the_center_of_mass(posture):
-    lab = Lab(H25.postures[posture])
+    lab = Lab(H25.postures[posture].angles)
     lab.step(800)
     left, right = lab.record.feet()
     assert left.total + right.total == pytest.approx(WEIGHT, rel=0.005)
@@ -26,7 +26,7 @@ def test_standing_still_they_carry_the_weight_below_the_center_of_mass(posture):
     for side, foot in (("left", left), ("right", right)):
         body = lab.data.body(f"{side[0]}_foot")
         for name, force in zip(SENSORS, _four(foot), strict=True):
-            place = body.xpos + body.xmat.reshape(3, 3) @ H25.facts["fsr"][side][name]
+            place = body.xpos + body.xmat.reshape(3, 3) @ H25.soles[side == "right"].pressure[name]
             center += force * place[:2] / (left.total + right.total)
     assert center == pytest.approx(lab.center_of_mass()[:2], abs=0.003)
 
@@ -81,7 +81,7 @@ def test_their_center_is_that_of_the_foot(load, forward, leftward):
     four = _pressures(load, forward, leftward)
     assert sum(four) == pytest.approx(load)
     center = sum(
-        force / load * np.array(H25.facts["fsr"]["left"][name][:2])
+        force / load * np.array(H25.soles[0].pressure[name][:2])
         for name, force in zip(SENSORS, four, strict=True)
     )
     assert center == pytest.approx([forward, leftward], abs=0.0005)
@@ -104,14 +104,14 @@ def test_a_foot_on_a_block_and_one_on_the_floor_feel_alike():
     pairs = [contact.geom.tolist() for contact in data.contact[: data.ncon]]
     feet = {mj.body(f"{side}_foot").geomadr[0] for side in "lr"}
     assert {pair.index(foot) for pair in pairs for foot in feet if foot in pair} == {0, 1}
-    assert SensorRecord(mj, data).loads() == pytest.approx((9.81, 9.81), rel=0.01)
+    assert SensorRecord(mj, H25, data).loads() == pytest.approx((9.81, 9.81), rel=0.01)
 
 
 def _pressures(load, forward, leftward):
     """Return what the left sole's sensors feel of a force straight down at a point of a level sole."""
     down = [0.0, 0.0, -load]
     level = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    return SoleSensors("left").pressures(
+    return SoleSensors(H25.soles[0]).pressures(
         [*down, 0.0, 0.0, 0.0, forward + 0.3, leftward + 0.2, 0.01, 0.3, 0.2, 0.01, *level]
     )
 

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from tests.support.examples import examples
 from tests.support.physics import GRAVITY, Lab, rotation
+from tests.support.present import present
 
 pytestmark = pytest.mark.sim
 
@@ -94,7 +95,7 @@ def test_positive_is_forwards_and_to_the_right_side(standing):
 def _compare_with_motion(lab, steps):
     """Compare what is felt with the differences of where the unit is, both over a few steps."""
     step = lab.mj.opt.timestep
-    unit = np.array(H25.facts["imu"]["accelerometer"])
+    unit = np.array(present(H25.inertial_unit).accelerometer)
     places, axes, felt, turned = [], [], [], []
     for _ in range(steps):
         place, turn = lab.pose()

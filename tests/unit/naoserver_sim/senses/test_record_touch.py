@@ -4,9 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.errors import InvalidCommand
-from naoserver_sim._body import BUMPERS
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.physics import loose_parts
@@ -22,15 +21,15 @@ def bumped(*blocks, speed=0.3):
     """Return the bumpers that are pressed within 0.3 s while both feet slide forwards."""
     mj = loose_parts(*blocks).compile()
     data = mujoco.MjData(mj)
-    record = SensorRecord(mj, data)
+    record = SensorRecord(mj, H25, data)
     mujoco.mj_step(mj, data, nstep=40)
     data.qvel[[0, 6]] = speed
     pressed: set[str] = set()
     for _ in range(120):
         mujoco.mj_step(mj, data)
         record.look(data.time)
-        forces = record.bumps(record.newest)
-        pressed.update(name for name, force in zip(BUMPERS, forces, strict=True) if force >= 1.0)
+        forces = record.felt(record.newest)
+        pressed.update(name for name, force in forces.items() if force >= 1.0)
     return pressed
 
 
@@ -40,7 +39,7 @@ def block(ahead, left, width, height=0.1):
 
 
 def test_what_a_toe_runs_into_presses_its_bumpers():
-    assert bumped(block(0.001, left=0.0, width=1.0)) == set(BUMPERS)
+    assert bumped(block(0.001, left=0.0, width=1.0)) == {name for name in H25.touch if "Bumper" in name}
 
 
 def test_a_narrow_block_presses_one():

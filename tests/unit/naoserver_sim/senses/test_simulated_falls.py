@@ -4,10 +4,12 @@ import math
 
 import pytest
 
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim._senses.simulated import FALLING_TILT, FallManager
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
+from tests.support.present import present
 from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -63,7 +65,7 @@ class Watched:
 
     def __init__(self):
         self.let_go: list[float] = []
-        self.manager = FallManager(self.let_go.append)
+        self.manager = FallManager(present(H25.falls), self.let_go.append)
         self.tilt = 0.0
 
     def stand(self, seconds=1.0):

@@ -8,19 +8,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim._senses.record import SenseNoise
-from naoserver_sim._senses.simulated import RANGE, Sonar
+from naoserver_sim._senses.simulated import Sonar
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import BALL_RADIUS
 from tests.support.examples import examples
 from tests.support.physics import rotation
+from tests.support.present import present
 from zenoh_ice.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 
-FACTS = H25.facts["sonar"]
-HALF_CONE = math.radians(FACTS["cone_deg"]) / 2
+FACTS = present(H25.sonar)
+HALF_CONE = FACTS.cone / 2
 RADIUS = 0.06
 HEIGHT = 0.33
 """Of the torso above the floor in m."""
@@ -40,7 +41,7 @@ AWAY = [0.0, 0.0, 50.0, 1.0, 0.0, 0.0, 0.0]
 
 @pytest.fixture(scope="module")
 def sonar():
-    return Sonar(mujoco.MjModel.from_xml_string(SCENE))
+    return Sonar(mujoco.MjModel.from_xml_string(SCENE), H25.root.name, FACTS)
 
 
 def state(*, ball=None, wall=None, pitch=0.0):
@@ -57,9 +58,9 @@ def state(*, ball=None, wall=None, pitch=0.0):
 
 def transducer(side):
     """Return where a transducer is, and the direction of its axis, with the torso upright."""
-    _, pitch, yaw = FACTS[side]["rpy"]
+    _, pitch, yaw = getattr(FACTS, side).angles
     axis = np.array([math.cos(pitch) * math.cos(yaw), math.cos(pitch) * math.sin(yaw), -math.sin(pitch)])
-    return np.array([0.0, 0.0, HEIGHT]) + FACTS[side]["position"], axis
+    return np.array([0.0, 0.0, HEIGHT]) + getattr(FACTS, side).position, axis
 
 
 @settings(max_examples=examples(40))
@@ -77,9 +78,9 @@ def test_a_ball_is_as_far_as_its_nearest_point_within_the_cone(sonar, distance, 
         off_axis = math.acos(float((ball - place) @ axis) / away)
         half_ball = math.asin(RADIUS / away)
         reported = getattr(heard, side)
-        if off_axis < HALF_CONE and away - RADIUS < RANGE[1] - 0.01:
+        if off_axis < HALF_CONE and away - RADIUS < FACTS.farthest - 0.01:
             assert reported == pytest.approx(away - RADIUS, abs=0.01)
-        elif off_axis > HALF_CONE + half_ball or away - RADIUS > RANGE[1]:
+        elif off_axis > HALF_CONE + half_ball or away - RADIUS > FACTS.farthest:
             assert reported == math.inf
         else:  # the edge of the cone cuts through the ball
             assert reported == math.inf or away - RADIUS <= reported + 0.01 <= away + 0.01
@@ -95,13 +96,13 @@ def test_a_wall_is_as_far_as_its_nearest_point_within_the_cone(sonar, distance, 
         straight = distance * math.cos(yaw) - float(place @ normal)
         # Straight ahead of the wall if that is within the cone, else along the cone's edge nearest to it.
         off_axis = max(0.0, math.acos(float(axis @ normal)) - HALF_CONE)
-        expected = max(straight / math.cos(off_axis), RANGE[0])
+        expected = max(straight / math.cos(off_axis), FACTS.nearest)
         assert getattr(heard, side) == pytest.approx(expected, abs=0.015)
 
 
 def test_what_is_too_near_is_reported_as_the_nearest(sonar):
     place, axis = transducer("left")
-    assert sonar.measure(state(ball=place + (RADIUS + 0.1) * axis)).left == RANGE[0]
+    assert sonar.measure(state(ball=place + (RADIUS + 0.1) * axis)).left == FACTS.nearest
 
 
 def test_neither_the_floor_nor_the_own_shell_give_an_echo(sonar):
@@ -124,7 +125,7 @@ def test_the_robot_hears_a_ball_where_it_is():
         clock.advance(0.5)
         reported = robot.senses.read().sonar.left
         truth = robot.stage.truth()
-        place = truth.torso.position + rotation(np.array(truth.torso.orientation)) @ FACTS["left"]["position"]
+        place = truth.torso.position + rotation(np.array(truth.torso.orientation)) @ FACTS.left.position
         ball = np.array(truth.objects["BallRed"].position)
         assert reported == pytest.approx(np.linalg.norm(ball - place) - BALL_RADIUS, abs=0.01)
 

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver.body import H25
-from naoserver_sim._walk.kinematics import LEG_JOINTS, LEG_MOTORS, FootPose, Legs
+from naoserver.bodies.nao import H25
+from naoserver_sim._walk.kinematics import FootPose, Legs, leg_motors
 from naoserver_sim.model import build_model
 from tests.support.examples import examples
 
 pytestmark = pytest.mark.sim
 
 SIDES = (("l_foot", 1.0), ("r_foot", -1.0))
-SOLE = np.array([0.0, 0.0, -H25.facts["dimensions"]["foot_height"]])
+SOLE = np.array([0.0, 0.0, -H25.soles[0].height])
 RANGES = {joint.name: (joint.lower, joint.upper) for joint in H25.joints}
 
 
@@ -51,7 +51,7 @@ def rotation(pose):
 
 
 def solved(legs, left, right):
-    angles = dict(zip(LEG_MOTORS, legs.solve(left, right), strict=True))
+    angles = dict(zip(leg_motors(H25), legs.solve(left, right), strict=True))
     return angles | {"RHipYawPitch": angles["LHipYawPitch"]}
 
 
@@ -79,7 +79,7 @@ def stances(draw):
 @given(stances())
 @settings(max_examples=examples(60))
 def test_the_soles_come_to_lie_where_they_are_wanted(stance):
-    found = soles(solved(Legs(), *stance))
+    found = soles(solved(Legs(H25), *stance))
     for wanted, (place, turned) in zip(stance, found, strict=True):
         assert place == pytest.approx([wanted.x, wanted.y, wanted.z], abs=1e-6)
         normal = rotation(wanted)[:, 2]
@@ -89,7 +89,7 @@ def test_the_soles_come_to_lie_where_they_are_wanted(stance):
 @given(stances())
 @settings(max_examples=examples(40))
 def test_the_difference_of_the_yaws_is_met_by_the_one_motor_of_the_hips(stance):
-    found = soles(solved(Legs(), *stance))
+    found = soles(solved(Legs(H25), *stance))
     wrong = [
         math.asin((rotation(wanted).T @ turned)[1, 0])
         for wanted, (_, turned) in zip(stance, found, strict=True)
@@ -101,25 +101,25 @@ def test_the_difference_of_the_yaws_is_met_by_the_one_motor_of_the_hips(stance):
 @given(st.lists(stances(), min_size=1, max_size=5), stances())
 @settings(max_examples=examples(30))
 def test_a_solution_is_the_same_whatever_was_solved_before(before, stance):
-    legs = Legs()
+    legs = Legs(H25)
     for other in before:
         legs.solve(*other)
-    assert legs.solve(*stance) == pytest.approx(Legs().solve(*stance), abs=1e-5)
+    assert legs.solve(*stance) == pytest.approx(Legs(H25).solve(*stance), abs=1e-5)
 
 
-@given(st.tuples(*(st.floats(*RANGES[joint]) for joint in LEG_JOINTS)))
+@given(st.tuples(*(st.floats(*RANGES[joint]) for joint in H25.groups.legs)))
 @settings(max_examples=examples(60))
 def test_where_the_soles_are_is_where_mujoco_has_them(angles):
-    found = soles(dict(zip(LEG_JOINTS, angles, strict=True)))
+    found = soles(dict(zip(H25.groups.legs, angles, strict=True)))
     for (_, side), part, (place, _) in zip(SIDES, (angles[:6], angles[6:]), found, strict=True):
-        assert Legs().sole(side, part) == pytest.approx(tuple(place), abs=1e-9)
+        assert Legs(H25).sole(side, part) == pytest.approx(tuple(place), abs=1e-9)
 
 
 @given(st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), st.floats(-3.0, 3.0))
 @settings(max_examples=examples(60))
 def test_what_is_out_of_reach_gives_finite_angles_and_a_stretched_leg(x, y, z, yaw):
     far = FootPose(x, y, z, yaw)
-    angles = solved(Legs(), far, FootPose(0.0, -0.05, -0.31))
+    angles = solved(Legs(H25), far, FootPose(0.0, -0.05, -0.31))
     assert all(math.isfinite(angle) for angle in angles.values())
     lower, upper = RANGES["LHipYawPitch"]
     assert lower <= angles["LHipYawPitch"] <= upper

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import InertialReading
 from naoserver_sim._walk.kinematics import FootPose, Legs
 from naoserver_sim._walk.odometry import Odometer
@@ -17,7 +18,7 @@ STANDING = (25.0, 25.0)
 
 def joints(forward=0.0, left=0.0):
     """Return the angles of the legs when both soles are somewhere below the torso."""
-    yaw, *angles = Legs().solve(FootPose(forward, left + 0.05, -0.3), FootPose(forward, left - 0.05, -0.3))
+    yaw, *angles = Legs(H25).solve(FootPose(forward, left + 0.05, -0.3), FootPose(forward, left - 0.05, -0.3))
     return [yaw, *angles[:5], yaw, *angles[5:]]
 
 
@@ -28,14 +29,14 @@ def turning(rate):
 @given(st.floats(-0.04, 0.04), st.floats(-0.03, 0.03), st.floats(0.0, 50.0), st.floats(1.0, 50.0))
 @settings(max_examples=examples(40))
 def test_the_torso_moves_as_far_as_the_soles_that_carry_move_below_it(forward, left, one, other):
-    odometer = Odometer(Legs())
+    odometer = Odometer(Legs(H25))
     odometer.tick(TICK, joints(), turning(0.0), (one, other))
     odometer.tick(TICK, joints(forward, left), turning(0.0), (one, other))
     assert odometer.pose[:2] == pytest.approx((-forward, -left), abs=1e-6)
 
 
 def test_a_sole_that_carries_nothing_does_not_count():
-    odometer = Odometer(Legs())
+    odometer = Odometer(Legs(H25))
     still, moved = joints(), joints(0.04)
     odometer.tick(TICK, still, turning(0.0), (50.0, 0.0))
     odometer.tick(TICK, still[:6] + moved[6:], turning(0.0), (50.0, 0.0))
@@ -47,7 +48,7 @@ def test_a_sole_that_carries_nothing_does_not_count():
 @given(st.floats(-3.0, 3.0))
 @settings(max_examples=examples(20))
 def test_forward_is_where_the_robot_has_turned_to(angle):
-    odometer = Odometer(Legs())
+    odometer = Odometer(Legs(H25))
     odometer.tick(1.0, joints(), turning(angle), STANDING)
     x, y, _ = odometer.pose
     odometer.tick(TICK, joints(), turning(0.0), STANDING)
@@ -58,7 +59,7 @@ def test_forward_is_where_the_robot_has_turned_to(angle):
 
 
 def test_the_heading_of_a_robot_that_turns_on_and_on_stays_within_a_turn():
-    odometer = Odometer(Legs())
+    odometer = Odometer(Legs(H25))
     for _ in range(400):
         odometer.tick(0.1, joints(), turning(1.0), STANDING)
         assert -math.pi < odometer.pose[2] <= math.pi
@@ -66,7 +67,7 @@ def test_the_heading_of_a_robot_that_turns_on_and_on_stays_within_a_turn():
 
 
 def test_the_gyrometer_of_a_standing_robot_reads_its_offset():
-    odometer = Odometer(Legs())
+    odometer = Odometer(Legs(H25))
     for _ in range(300):
         odometer.tick(TICK, joints(), turning(0.02), STANDING, resting=True)
     begin = odometer.pose[2]
@@ -79,14 +80,14 @@ def test_the_gyrometer_of_a_standing_robot_reads_its_offset():
 
 
 def test_a_robot_that_is_turned_while_it_rests_has_turned():
-    odometer = Odometer(Legs())
+    odometer = Odometer(Legs(H25))
     for _ in range(100):
         odometer.tick(TICK, joints(), turning(0.5), STANDING, resting=True)
     assert odometer.pose[2] == pytest.approx(0.5)
 
 
 def test_soles_that_were_put_elsewhere_have_not_moved_the_robot():
-    odometer = Odometer(Legs())
+    odometer = Odometer(Legs(H25))
     odometer.tick(TICK, joints(), turning(0.0), STANDING)
     odometer.lose_footing()
     for _ in range(10):

@@ -1,7 +1,7 @@
 import mujoco
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver_sim._walk.upper_body import Trim
 from naoserver_sim.model import build_model
 
@@ -18,7 +18,7 @@ def mj():
 def posed(mj, joints):
     """Return a trim that has just begun, and the data in which arms and head are where the joints have them."""
     data = mujoco.MjData(mj)
-    for name, angle in (dict(H25.postures["STAND_INIT"]) | joints).items():
+    for name, angle in (dict(H25.postures["StandInit"].angles) | joints).items():
         data.joint(name).qpos[0] = angle
     mujoco.mj_kinematics(mj, data)
     trim = Trim(mj, data, H25)

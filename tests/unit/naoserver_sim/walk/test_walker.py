@@ -5,13 +5,13 @@ from dataclasses import astuple
 
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver_sim._walk.kinematics import LEG_JOINTS
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
+from tests.support.present import present
 from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 
@@ -45,9 +45,9 @@ class Rig:
 
     def end(self):
         """End the walk; return the seconds until it stands."""
-        self.walker.command(STILL)
+        present(self.walker).command(STILL)
         seconds = 0.0
-        while self.walker.walking:
+        while present(self.walker).walking:
             self.go(TICK)
             seconds += TICK
             assert seconds < 5.0
@@ -80,7 +80,7 @@ def test_it_is_a_walker_that_rests(rig):
 )
 def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(velocity):
     rig = Rig(noise=True, seed=1)
-    rig.walker.command(velocity)
+    present(rig.walker).command(velocity)
     rig.go(2.0)
     reached = rig.speeds(2.0)
     for value, wanted in zip(reached, astuple(velocity), strict=True):
@@ -97,9 +97,9 @@ def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(velocity):
 @pytest.mark.parametrize("velocity", [LIMITS, WalkVelocity(forward=LIMITS.forward)])
 def test_even_at_full_speed_it_comes_to_a_stand_within_a_second(velocity, walked):
     rig = Rig()
-    rig.walker.command(velocity)
+    present(rig.walker).command(velocity)
     rig.go(walked)
-    rig.walker.command(STILL)
+    present(rig.walker).command(STILL)
     rig.go(1.0)
     there = rig.commands()
     rig.go(1.0)
@@ -110,12 +110,12 @@ def test_even_at_full_speed_it_comes_to_a_stand_within_a_second(velocity, walked
 def test_the_odometry_knows_where_it_has_got_to():
     rig = Rig(noise=True, seed=2)
     rig.go(2.0)
-    begin, odometry = rig.truth(), rig.walker.odometry()
+    begin, odometry = rig.truth(), present(rig.walker).odometry()
     for velocity in (WalkVelocity(0.25), WalkVelocity(0.1, 0.05, 0.6), WalkVelocity(left=-0.1)):
-        rig.walker.command(velocity)
+        present(rig.walker).command(velocity)
         rig.go(4.0)
     rig.end()
-    end, believed = rig.truth(), rig.walker.odometry()
+    end, believed = rig.truth(), present(rig.walker).odometry()
     way = math.hypot(end[0] - begin[0], end[1] - begin[1])
     assert way > 0.8
     missed = math.hypot(
@@ -126,17 +126,17 @@ def test_the_odometry_knows_where_it_has_got_to():
     assert abs(turned) < 0.1
 
 
-@pytest.mark.parametrize("posture", ["STAND", "STAND_ZERO", "CROUCH"])
+@pytest.mark.parametrize("posture", ["Stand", "StandZero", "Crouch"])
 def test_it_begins_from_any_posture_on_its_feet(posture):
     rig = Rig(posture=posture)
-    rig.walker.command(WalkVelocity(forward=0.2))
+    present(rig.walker).command(WalkVelocity(forward=0.2))
     rig.go(5.0)
-    assert rig.walker.walking
+    assert present(rig.walker).walking
     assert rig.truth()[0] > 0.5
 
 
 def test_the_legs_are_never_asked_to_jump(rig):
-    fastest = {joint.name: joint.max_velocity for joint in rig.robot.joints if joint.name in LEG_JOINTS}
+    fastest = {joint.name: joint.max_velocity for joint in rig.robot.joints if joint.name in H25.groups.legs}
     rig.walker.command(WalkVelocity(0.2, 0.05, 0.3))
     last = rig.commands()
     for tick in range(350):
@@ -288,4 +288,4 @@ def test_what_is_as_good_as_nothing_is_no_walk(rig):
 
 
 def test_legs_are_those_of_the_body():
-    assert set(LEG_JOINTS) == {name for name in H25.joint_names if name[1:4] in ("Hip", "Kne", "Ank")}
+    assert set(H25.groups.legs) == {name for name in H25.joint_names if name[1:4] in ("Hip", "Kne", "Ank")}

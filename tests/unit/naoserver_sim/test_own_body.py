@@ -1,0 +1,353 @@
+"""A body of the user's own, from a URDF or MJCF and a TOML file."""
+
+import math
+
+import pytest
+
+from naoserver.capabilities import WalkVelocity
+from naoserver.errors import RobotError
+from naoserver.parts import Axis
+from naoserver_sim._model_file import LARGEST_FILE
+from naoserver_sim.own_body import read_own_body
+from naoserver_sim.robot import SimulatedRobot
+from tests.support.present import present
+from zenoh_ice import VirtualClock
+
+pytestmark = pytest.mark.sim
+
+INERTIAL = """
+    <inertial><origin xyz="0 0 0.1"/><mass value="1"/>
+      <inertia ixx="0.01" iyy="0.01" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>"""
+ARM = f"""<robot name="arm">
+  <link name="base">{INERTIAL}
+    <collision><origin xyz="0 0 0.05"/><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
+  <link name="upper">{INERTIAL}
+    <collision><origin xyz="0 0 0.12"/><geometry><cylinder radius="0.03" length="0.16"/></geometry></collision>
+    <visual><geometry><mesh filename="package://arm/meshes/upper.dae"/></geometry></visual></link>
+  <link name="hand">{INERTIAL}
+    <collision><origin xyz="0 0 0.1"/><geometry><box size="0.04 0.04 0.1"/></geometry></collision></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+    <origin xyz="0 0 0.12"/><limit effort="20" velocity="2"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="hand"/><axis xyz="0 1 0"/>
+    <origin xyz="0 0 0.24" rpy="0 0 1.5708"/><limit lower="-2" upper="2" effort="15" velocity="2.5"/></joint>
+</robot>"""
+ARM_TOML = """
+model = "arm.urdf"
+mounted = true
+[hinges.Elbow]
+tilt = "elbow"
+[[cameras]]
+name = "Camera"
+link = "hand"
+horizontal_fov = 1.0
+"""
+CART = """<mujoco>
+  <worldbody>
+    <geom type="plane" size="5 5 0.1"/>
+    <body name="base" pos="0 0 0.05">
+      <freejoint/>
+      <geom type="cylinder" size="0.1 0.02" mass="2" contype="1" conaffinity="1"/>
+      <geom type="sphere" size="0.02" pos="0.07 0 -0.03" mass="0.1" friction="0.02"/>
+      <body name="left" pos="0 0.12 0">
+        <joint name="left" axis="0 1 0"/><geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
+      </body>
+      <body name="right" pos="0 -0.12 0">
+        <joint name="right" axis="0 1 0"/><geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
+      </body>
+      <body name="mast" pos="0.02 0 0.05">
+        <joint name="pan" axis="0 0 1" pos="0.01 0 0" range="-1 1" limited="true" damping="0.02"/>
+        <joint name="tilt" axis="0 1 0" pos="0.01 0 0.1" range="-0.5 0.5" limited="true"/>
+        <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.2"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position name="pan" joint="pan" kp="20" kv="1" forcerange="-3 3" forcelimited="true"/>
+    <motor name="tilt" joint="tilt" ctrlrange="-2 2" ctrllimited="true"/>
+    <velocity name="left" joint="left" kv="1" forcerange="-5 5" forcelimited="true"/>
+    <velocity name="right" joint="right" kv="1" forcerange="-5 5" forcelimited="true"/>
+  </actuator>
+</mujoco>"""
+CART_TOML = """
+model = "cart.xml"
+name = "Trolley"
+[groups]
+head = ["pan", "tilt"]
+wheels = ["left", "right"]
+[hinges.Neck]
+pan = "pan"
+tilt = { joint = "tilt", sign = -1 }
+[walk]
+kind = "wheels"
+left = "left"
+right = "right"
+radius = 0.05
+distance = 0.24
+fastest = 0.4
+fastest_turn = 2.0
+[joint.left]
+max_velocity = 12.0
+[joint.right]
+max_velocity = 12.0
+"""
+LEGS = ("yaw", "roll", "pitch", "knee", "ankle", "tilt")
+
+
+def leg(side, y):
+    """The links of a leg, whose hinges have no ranges."""
+    return f"""<body name="{side}_thigh" pos="0 {y} 0">
+      <joint name="{side}_yaw" axis="0 0 1"/><joint name="{side}_roll" axis="1 0 0"/>
+      <joint name="{side}_pitch" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 -0.04 0 0 -0.14" size="0.02" mass="0.3"/>
+      <body name="{side}_shank" pos="0 0 -0.18">
+        <joint name="{side}_knee" axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 -0.04 0 0 -0.14" size="0.02" mass="0.2"/>
+        <body name="{side}_foot" pos="0 0 -0.18">
+          <joint name="{side}_ankle" axis="0 1 0"/><joint name="{side}_tilt" axis="1 0 0"/>
+          <inertial pos="0.02 0 -0.03" mass="0.15" diaginertia="0.0003 0.0003 0.0003"/>
+        </body>
+      </body>
+    </body>"""
+
+
+def stick_figure():
+    """A humanoid without arms: its MJCF, and the TOML file by which it walks."""
+    joints = [f"{side}_{joint}" for side in ("left", "right") for joint in LEGS]
+    servos = "".join(f'<position joint="{joint}" kp="150" kv="3" forcerange="-20 20"/>' for joint in joints)
+    model = f"""<mujoco>
+      <default><joint armature="0.01" damping="0.2"/></default>
+      <worldbody><body name="trunk" pos="0 0 0.4"><freejoint/>
+        <geom type="box" size="0.05 0.08 0.1" pos="0 0 0.12" mass="3"/>{leg("left", 0.05)}{leg("right", -0.05)}
+      </body></worldbody>
+      <actuator>{servos}</actuator></mujoco>"""
+    bent = {"pitch": -0.35, "knee": 0.7, "ankle": -0.35}
+    angles = ", ".join(f"{joint} = {bent.get(joint.split('_')[1], 0.0)}" for joint in joints)
+    soles = "".join(
+        f"[[soles]]\nlink = '{side}_foot'\noutline = [[0.09, 0.03], [-0.05, 0.03], [-0.05, -0.03], [0.09, -0.03]]\n"
+        "height = 0.04\n"
+        for side in ("left", "right")
+    )
+    return (
+        model,
+        f"""
+model = "figure.xml"
+rest = "Stand"
+inertial_unit = {{ accelerometer = [0.0, 0.0, 0.0], gyrometer = [0.0, 0.0, 0.0] }}
+falls = {{ standing_load = 20.0, lying_load = 12.0 }}
+groups = {{ left_leg = {joints[:6]}, right_leg = {joints[6:]} }}
+{soles}
+[postures.Stand]
+stance = "standing"
+angles = {{ {angles} }}
+[walk]
+kind = "footsteps"
+com_height = 0.4
+width = 0.11
+sole_middle = [0.02, 0.0, -0.04]
+sole_half = [0.06, 0.025]
+lift = 0.03
+limits = {{ forward = 0.2, left = 0.05, turn = 0.4 }}
+reach = 0.2
+narrowest = 0.08
+widest = 0.25
+""",
+    )
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Write a model and its TOML file; return the latter's path."""
+
+    def write(model, toml, name="arm.urdf"):
+        (tmp_path / name).write_text(model)
+        path = tmp_path / "my_robot.toml"
+        path.write_text(toml)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def arm(written):
+    return read_own_body(written(ARM, ARM_TOML))
+
+
+@pytest.fixture
+def cart(written):
+    return read_own_body(written(CART, CART_TOML, "cart.xml"))
+
+
+def test_a_urdf_gives_joints_with_their_places_ranges_torques_and_speeds(arm):
+    turn, elbow = arm.joints
+    assert arm.name == "my_robot"
+    assert [link.name for link in arm.links] == ["base", "upper", "hand"]
+    assert (turn.parent, turn.child, turn.max_torque, turn.max_velocity) == ("base", "upper", 20.0, 2.0)
+    assert (turn.lower, turn.upper) == (-math.inf, math.inf)
+    assert (elbow.lower, elbow.upper, elbow.max_velocity) == (-2.0, 2.0, 2.5)
+    assert elbow.origin == pytest.approx((0.0, 0.0, 0.24))
+    assert elbow.turn == pytest.approx((math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)), abs=1e-4)
+    assert arm.mass == pytest.approx(3.0)
+    assert arm.hinge("Elbow").axes[Axis.TILT].joint == "elbow"
+
+
+def test_a_mounted_arm_moves_and_stays_where_it_is(arm):
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, body=arm)
+    robot.command_positions({"elbow": 1.0, "turn": 4.0}, {"elbow": 1.0, "turn": 2.0})
+    clock.advance(3.0)
+    assert robot.read().positions == pytest.approx((4.0, 1.0), abs=0.02)
+    before = robot.stage.truth().torso.position
+    assert before == pytest.approx((*robot.stage.truth().torso.position[:2], 0.0), abs=2e-3)
+    assert robot.state().torso_tilt == pytest.approx(0.0, abs=0.01)
+
+
+def test_an_mjcf_gives_gains_of_its_servos_and_joints_beside_the_links_origin(cart):
+    pan, tilt = cart.joint["pan"], cart.joint["tilt"]
+    assert cart.name == "Trolley"
+    assert (cart.gears["pan"].stiffness, cart.gears["pan"].damping, pan.max_torque) == (20.0, 1.0, 3.0)
+    assert (pan.child, tilt.parent, tilt.child, tilt.max_torque) == ("mast 1", "mast 1", "mast", 2.0)
+    assert pan.origin == pytest.approx((0.03, 0.0, 0.05))
+    assert tilt.origin == pytest.approx((0.0, 0.0, 0.1))
+    assert cart.links[-1].com == pytest.approx((-0.01, 0.0, -0.05), abs=1e-3)
+
+
+def test_a_cart_of_ones_own_drives(cart):
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, body=cart)
+    begin = robot.stage.truth().torso.position
+    present(robot.walker).command(type(present(robot.walker).limits)(forward=0.3))
+    clock.advance(3.0)
+    x, y, _ = robot.stage.truth().torso.position
+    assert (x - begin[0], y - begin[1]) == pytest.approx((0.85, 0.0), abs=0.05)
+
+
+def test_a_humanoid_of_ones_own_walks_though_its_hinges_have_no_ranges(written):
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, body=read_own_body(written(*stick_figure(), "figure.xml")))
+    clock.advance(1.0)
+    begin = robot.stage.truth().torso.position
+    present(robot.walker).command(WalkVelocity(forward=0.15))
+    clock.advance(6.0)
+    assert robot.stage.truth().torso.position[0] - begin[0] > 0.5
+    assert not robot.state().fallen
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        (
+            '<link name="hand">',
+            '<link name="upper">',
+            r"arm\.urdf:\d+: a second link 'upper'; the first is in line",
+        ),
+        (
+            '<child link="hand"/>',
+            '<child link="elsewhere"/>',
+            r"arm\.urdf:\d+: joint 'elbow': there is no link",
+        ),
+        (
+            '<parent link="base"/>',
+            '<parent link="hand"/>',
+            r"arm\.urdf:\d+: joint '\w+' closes a circle of links",
+        ),
+        (
+            '<child link="hand"/>',
+            '<child link="upper"/>',
+            r"arm\.urdf:\d+: 'upper' is moved by 'turn' and by 'elbow'",
+        ),
+        (
+            '<mass value="1"/>',
+            '<mass value="nan"/>',
+            r"arm\.urdf:\d+: value of <mass> is 'nan': it must be finite",
+        ),
+        ('xyz="0 0 0.12"', 'xyz="0 inf 0.12"', r"arm\.urdf:\d+: xyz of <origin> is '0 inf 0.12'"),
+        (
+            ' effort="15"',
+            "",
+            r"arm\.urdf: joint 'elbow' has no largest torque: give one, \[joint\.elbow\] max_torque",
+        ),
+        ('type="revolute"', 'type="floating"', r"arm\.urdf"),
+        ("</robot>", "", r"arm\.urdf:\d+: not XML"),
+        (
+            '<robot name="arm">',
+            '<!DOCTYPE robot [<!ENTITY a "b">]><robot name="arm">',
+            r"arm\.urdf:1: a document type",
+        ),
+    ],
+)
+def test_a_faulty_urdf_is_refused_with_line_and_name(written, old, new, problem):
+    with pytest.raises(RobotError, match=problem):
+        read_own_body(written(ARM.replace(old, new, 1), ARM_TOML))
+
+
+def test_other_xml_is_refused(written):
+    with pytest.raises(
+        RobotError, match=r"its root is <sdf>; an MJCF begins with <mujoco>, a URDF with <robot>"
+    ):
+        read_own_body(written("<sdf/>", ARM_TOML))
+
+
+def test_a_doubled_body_of_an_mjcf_is_refused_with_its_line(written):
+    doubled = CART.replace('<body name="right"', '<body name="left"')
+    with pytest.raises(RobotError, match=r"cart\.xml:\d+: a second body 'left'"):
+        read_own_body(written(doubled, CART_TOML, "cart.xml"))
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ('rest = "Stand"', r"rest: there is no posture 'Stand'"),
+        ('[hinges.Wrist]\npan = "wrist"', r"hinge Wrist: there is no joint 'wrist'"),
+        ("[servo.stiff]\njoints = ['elbow']\nstiffness = -1.0\ndamping = 1.0", r"my_robot\.toml:\d+"),
+        ("unknown = 3", r"unknown"),
+    ],
+)
+def test_a_faulty_toml_file_is_refused_with_the_name(written, line, problem):
+    separate = line if line.startswith("[") else ""
+    first = "" if separate else line
+    with pytest.raises(RobotError, match=problem):
+        read_own_body(written(ARM, f"{first}\n{ARM_TOML}\n{separate}"))
+
+
+def test_wheels_that_are_too_slow_are_refused(written):
+    slow = CART_TOML.replace("max_velocity = 12.0", "max_velocity = 3.0", 1)
+    with pytest.raises(RobotError, match=r"its fastest is 0\.4 m/s, but joint left turns for 0\.15 m/s"):
+        read_own_body(written(CART, slow, "cart.xml"))
+
+
+def test_parts_of_the_model_are_not_given_twice(written):
+    given = "[[shapes]]\nlink = 'hand'\nkind = 'sphere'\nsize = [0.1]\n"
+    with pytest.raises(RobotError, match=r"my_robot\.toml: shapes come from the model"):
+        read_own_body(written(ARM, ARM_TOML + given))
+
+
+def test_gains_and_limits_of_joints_may_be_given(written):
+    given = "[joint.elbow]\nmax_velocity = 1.5\n[servo.soft]\njoints = ['elbow']\nstiffness = 9.0\ndamping = 1.0\n"
+    body = read_own_body(written(ARM, ARM_TOML + given))
+    assert body.joint["elbow"].max_velocity == 1.5
+    assert body.gears[body.joint["elbow"].gear].stiffness == 9.0
+
+
+def test_a_model_of_too_many_links_ends_in_a_clear_limit(written):
+    bodies = "".join(f'<body name="b{number}"><geom size="0.1"/></body>' for number in range(2000))
+    model = f'<mujoco><worldbody><body name="root"><freejoint/><geom size="1"/>{bodies}</body></worldbody></mujoco>'
+    with pytest.raises(RobotError, match="2001 links; a robot has at most 1000"):
+        read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+def test_a_huge_file_is_not_read(written):
+    with pytest.raises(RobotError, match="larger than 10 MB"):
+        read_own_body(written("<robot>" + " " * LARGEST_FILE + "</robot>", ARM_TOML))
+
+
+def test_more_than_one_tree_is_refused(written):
+    model = '<mujoco><worldbody><body name="a"><geom size="1"/></body><body name="b"><geom size="1"/></body></worldbody></mujoco>'
+    with pytest.raises(RobotError, match="a robot is one tree of links; here are 2: a, b"):
+        read_own_body(written(model, 'model = "arm.urdf"'))
+
+
+def test_files_outside_the_folder_are_not_read(written, tmp_path):
+    (tmp_path.parent / "secret.xml").write_text("<mujocoinclude/>")
+    model = '<mujoco><include file="../secret.xml"/><worldbody><body name="a"><geom size="1"/></body></worldbody></mujoco>'
+    with pytest.raises(RobotError, match=r"secret\.xml"):
+        read_own_body(written(model, 'model = "arm.urdf"'))
