@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import difflib
 import logging
+import time
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, wait
 from typing import Any, Final
 
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
+from zenoh_ice.text import few
 
 from .component import Component, proxies_of, ros_of
 from .errors import ComponentError
 
+_ROBOT: Final = "Safety"
+"""A servant that every robot has."""
+_START_LIMIT: Final = 2.0
+"""The longest wait in wall seconds for a robot that is starting in a realm with other programs."""
+_CAST_PERIOD: Final = 0.05  # s between two tries
+_MOST_NAMED: Final = 12
+"""Most servants that an error lists."""
 _STOP_LIMIT: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
 _LEASE_LIMIT: Final = 1.0
@@ -24,27 +35,71 @@ def connect(component: Component, communicator: Communicator) -> None:
     """Connect every proxy that a component declares and that is not connected yet.
 
     Raises ConnectFailedException when there is no server at all, and otherwise ComponentError, which names
-    every proxy that has no servant, or one of another interface.
+    every proxy that has no servant, or one of another interface. A robot that is starting is waited for; when
+    it is there, it has announced all that it serves.
     """
     problems: list[str] = []
+    lacking: dict[str, dict[str, str]] = {}  # by realm: who needs what, and the identity that its robot lacks
+    given_up = time.monotonic() + _START_LIMIT
     for name, declared in proxies_of(component).items():
         if name in vars(component):
             continue
+        untyped = communicator.stringToProxy(declared.identity)
+        realm = untyped.ice_getRealm()
+        identity = untyped.ice_getIdentity()
+        need = f"self.{name} needs {identity} ({declared.type.ice_interface.type_id.rpartition('::')[2]})"
+        if realm in lacking and _robot_lacks(untyped):
+            lacking[realm][need] = identity  # the wait for the first one was long enough for all
+            continue
         try:
-            untyped = communicator.stringToProxy(declared.identity)
-            proxy = declared.type.checkedCast(untyped)
+            vars(component)[name] = _cast(declared.type, untyped, given_up)
         except ConnectFailedException:
             raise
         except ObjectNotExistException as error:
+            if _robot_lacks(untyped):
+                lacking.setdefault(realm, {})[need] = identity
+                continue
             problems.append(f"self.{name}: {error}")
-            if not communicator.identities(untyped.ice_getRealm()):
+            if not communicator.identities(realm):
                 break  # the realm is empty: waiting for each of the others would show the same
         except ZenohIceError as error:
             problems.append(f"self.{name}: {error}")
-        else:
-            vars(component)[name] = proxy
+    problems += [_lack(needs, communicator.identities(realm)) for realm, needs in lacking.items()]
     if problems:
         raise ComponentError("the component cannot start: " + "; ".join(problems))
+
+
+def _cast(kind: type[ObjectPrx], proxy: ObjectPrx, given_up: float) -> ObjectPrx:
+    """Return a proxy of a type, as `checkedCast` does.
+
+    Where other programs but no robot are in the realm, it may be starting: wait for it until `given_up`.
+    """
+    while True:
+        last = _ROBOT in _served_with(proxy) or time.monotonic() >= given_up
+        try:
+            return kind.checkedCast(proxy)
+        except ObjectNotExistException:
+            if last or not _served_with(proxy):
+                raise
+        time.sleep(_CAST_PERIOD)
+
+
+def _robot_lacks(proxy: ObjectPrx) -> bool:
+    """Return whether there is a robot in the realm of a proxy, but not its servant."""
+    served = _served_with(proxy)
+    return _ROBOT in served and proxy.ice_getIdentity() not in served
+
+
+def _served_with(proxy: ObjectPrx) -> list[str]:
+    """Return what is served in the realm of a proxy, as far as is known without asking."""
+    return proxy.ice_getCommunicator().identities(proxy.ice_getRealm())
+
+
+def _lack(needs: Mapping[str, str], served: Sequence[str]) -> str:
+    """Return the problem of proxies that need what a robot lacks; similar names come first."""
+    similar = [name for identity in needs.values() for name in difflib.get_close_matches(identity, served, 1)]
+    there = few(list(dict.fromkeys((*similar, *served))), _MOST_NAMED)
+    return f"{', '.join(needs)}, which this robot does not serve; it serves {there}"
 
 
 def servers_present(component: Component, communicator: Communicator) -> bool:

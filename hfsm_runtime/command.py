@@ -173,9 +173,10 @@ class World:
 
 
 def make_app(
-    component: type[Component], trial: Callable[[], AbstractContextManager[World]] | None = None
+    component: type[Component],
+    trial: Callable[[Communicator], AbstractContextManager[World]] | None = None,
 ) -> typer.Typer:
-    """Return the command of a component; a `trial` provides a world in place of the realm's."""
+    """Return the command of a component; a `trial`, given the realm's communicator, makes another world."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     module = getattr(inspect.getmodule(component), "__spec__", None)
     name = f"python -m {module.name}" if module else f"python {PurePath(inspect.getfile(component)).name}"
@@ -223,7 +224,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
                     node = stack.enter_context(_ros_node(component, settings, ros))
                     world = replace(world, connect=_with_endpoints(world.connect, node))
             else:
-                world = stack.enter_context(trial())
+                world = stack.enter_context(trial(communicator))
             world.connect(made)
             # From here on there is a recording to close and a robot to stop.
             stop = stack.enter_context(cli.stop_on_signals())

@@ -19,6 +19,7 @@ from typing import Final, Literal
 
 import msgspec
 
+from visualhfsm._bodies import body_option, require_body
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.robot import RobotPresence
@@ -65,13 +66,16 @@ class Robots:
     """At most one robot's server, with the processes that move its balls. Used on the event loop only.
 
     All requests raise VisualHfsmError. With `settings`, the processes find the editor; at `endpoints`, other
-    programs look for a robot.
+    programs look for a robot. Bodies of the user's own are below `root`, by default the current folder.
     """
 
-    def __init__(self, publish: Publish, settings: Settings, endpoints: Sequence[str] = ()) -> None:
+    def __init__(
+        self, publish: Publish, settings: Settings, endpoints: Sequence[str] = (), root: Path | None = None
+    ) -> None:
         self._publish = publish
         self._settings = settings
         self._endpoints = endpoints
+        self._root = root or Path.cwd()
         self._server = WatchedProcess(self._take, self._end)
         self._movers = {color: WatchedProcess(_log, self._end_of_mover) for color in _BALLS}
         self._kind: Literal["", "simulation", "real"] = ""
@@ -98,6 +102,7 @@ class Robots:
             status=self._status(),
             simulated=seen.simulated or self._kind == "simulation",
             name=self._name,
+            title=seen.title,
             speed=seen.speed,
             since=self._lost_at,
             stopped=seen.stopped,
@@ -128,10 +133,16 @@ class Robots:
             raise VisualHfsmError(
                 f"{simulation.speed[:40]} is not a speed: write a number above 0, such as 1 or 5"
             )
+        body = await asyncio.to_thread(require_body, self._root, simulation.body)
+        simulation = msgspec.structs.replace(simulation, body=body)
         if self._status() == "starting" and self._kind == "simulation" and simulation == self._simulation:
             return  # another window has asked for it already
         self._simulation = simulation
-        options = [f"--world={simulation.world}", f"--speed={simulation.speed}", f"--body={simulation.body}"]
+        options = [
+            f"--world={simulation.world}",
+            f"--speed={simulation.speed}",
+            f"--body={body_option(self._root, body)}",
+        ]
         await complete(self._start("simulation", "", "naoserver_sim", options))
 
     async def connect(self, address: str, start: str) -> None:

@@ -29,6 +29,7 @@ from hfsm_runtime.recording_file.messages import Shape
 from interfaces.hfsm import ComponentStructure
 from visualhfsm._editing.views import view
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import LiveStructure
 from visualhfsm._monitoring.run_log import RunLog
 
@@ -43,7 +44,6 @@ LARGEST_PAGE: Final = 50 << 20
 _LARGEST_MOMENTS: Final = 64 << 20
 """Bytes of the moments as JSON, which the browser unpacks; some minutes at 20 a second fit, longer runs have
 fewer a second."""
-_BODY: Final = Path(__file__).parent / "_live" / "nao_h25.json"
 _ENTRY: Final = "run-page.js"
 _STYLES: Final = (
     "vendor/uplot",
@@ -67,7 +67,8 @@ class Run:
     """The content to export: the log of a component, its document if known, its world and its pictures.
 
     `imported` are the views of automata that the document imports. `pictures` are JPEG images by camera, each
-    with its wall time in s. `complete` says whether the log has the whole run.
+    with its wall time in s. `complete` says whether the log has the whole run. `body` is the robot, as
+    `_monitoring.description` describes it for the page.
     """
 
     name: str
@@ -79,6 +80,7 @@ class Run:
     pictures: Mapping[str, Sequence[tuple[float, bytes]]] = field(default_factory=dict)
     complete: bool = True
     figures: Sequence[Figure] = ()
+    body: bytes = b""
 
 
 def check_place(path: Path) -> None:
@@ -197,7 +199,7 @@ def _packed(run: Run) -> str:
         "document": document,
         "imported": run.imported,
         "world": run.world,
-        "body": msgspec.Raw(msgspec.json.format(_BODY.read_bytes(), indent=-1)),  # in one line
+        "body": msgspec.Raw(run.body or nao().page),
         "pictures": run.pictures,
         "times": [time for time, _ in moments],
     }

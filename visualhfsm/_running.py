@@ -23,6 +23,7 @@ from codegen.hfsm import (
     write_document,
 )
 from codegen.hfsm.document import Document
+from visualhfsm._bodies import body_option, require_body
 from visualhfsm._ending import LastWords, describe_end
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
@@ -72,8 +73,12 @@ class RunningComponents:
         generated = await complete(self._run_of(source.tab).generate(source))
         return {"path": str(generated.component)}
 
-    async def run(self, source: Source, arguments: Sequence[str], *, trial: bool = False) -> dict[str, str]:
+    async def run(
+        self, source: Source, arguments: Sequence[str], *, trial: str | None = None
+    ) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
+
+        A `trial` has a fake robot with the body of this name instead of the realm's robot.
 
         Nobody could distinguish two components of the same name: the second one is refused.
         """
@@ -83,6 +88,8 @@ class RunningComponents:
                 raise VisualHfsmError(
                     f"another document runs as {name}: stop it first, or save this one under another name"
                 )
+        if trial is not None:
+            trial = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, trial))
         await complete(self._run_of(source.tab).start(source, arguments, trial=trial))
         return {"component": name}
 
@@ -181,7 +188,7 @@ class _Run:
         async with self._busy:
             return await self._generate(source, beside=True)
 
-    async def start(self, source: Source, arguments: Sequence[str] = (), *, trial: bool = False) -> None:
+    async def start(self, source: Source, arguments: Sequence[str] = (), *, trial: str | None = None) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
             await self._stop(_STOP_LIMITS)
@@ -192,7 +199,7 @@ class _Run:
             try:
                 generated = await self._generate(source)
                 self._report("starting")
-                runner = ["-P", "-m", _TRIAL] if trial else []
+                runner = [] if trial is None else ["-P", "-m", _TRIAL, f"--body={trial}"]
                 await self._launch([sys.executable, *runner, str(generated.component), *arguments])
             except BaseException as error:
                 message = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"

@@ -130,12 +130,15 @@ class RunPush(Push, tag="run"):
 
 
 class Simulation(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
-    """A simulation as it is requested: options of `naoserver-sim`, and whether its balls move."""
+    """A simulation as it is requested: options of `naoserver-sim`, and whether its balls move.
+
+    Without a `body` it is of the default one.
+    """
 
     world: str = "balls"
     speed: str = "1"
     balls: bool = False
-    body: Literal["H25", "H21"] = "H25"
+    body: str = ""
 
 
 class Robot(Push, omit_defaults=True):
@@ -149,6 +152,8 @@ class Robot(Push, omit_defaults=True):
     simulated: bool = False
     name: str = ""
     """The address of a real robot that was connected here."""
+    title: str = ""
+    """What a person calls the robot, as far as it is known."""
     speed: float = 0.0
     """Measured robot seconds per second of wall time."""
     since: float = 0.0

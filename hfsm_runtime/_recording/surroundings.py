@@ -1,4 +1,4 @@
-"""Record the poses of the robot and of the things around it, for viewers.
+"""Record the robot, its poses and those of the things around it, for viewers.
 
 They are not inputs of the component, and a replay skips them: the component's own calls are recorded apart.
 """
@@ -11,8 +11,8 @@ import threading
 from collections.abc import Iterator
 from typing import Final
 
-from hfsm_runtime.recording_file.messages import RobotPose, Shape, World, values_of
-from interfaces.nao import GroundTruthPrx, JointsPrx, Pose, ScenePrx
+from hfsm_runtime.recording_file.messages import Description, RobotPose, Shape, World, values_of
+from interfaces.nao import DescriptionPrx, GroundTruthPrx, JointsPrx, Pose, ScenePrx
 from zenoh_ice import Communicator, ZenohIceError
 
 from .recorder import Recorder
@@ -60,8 +60,11 @@ class _Surroundings:
         self._body = JointsPrx.uncheckedCast(proxy("Body")).ice_invocationTimeout(_CALL_LIMIT)
         self._truth = GroundTruthPrx.uncheckedCast(proxy("GroundTruth"))
         self._scene = ScenePrx.uncheckedCast(proxy("Scene")).ice_invocationTimeout(_CALL_LIMIT)
+        self._described = DescriptionPrx.uncheckedCast(proxy("Description")).ice_invocationTimeout(
+            _CALL_LIMIT
+        )
         self._names: list[str] | None = None
-        self._has_world = False
+        self._has_world = self._has_robot = False
         self._looks = 0
         self._before: RobotPose | None = None
 
@@ -72,6 +75,12 @@ class _Surroundings:
         if self._looks % _RETRY_PERIOD == 1:
             if "Body" in present and self._names is None:
                 self._names = self._body.getJointNames()
+            if "Description" in present and not self._has_robot:
+                description = Description.of(self._described.getBody(), self._described.getLooks())
+                self._has_robot = True
+                self._recorder.put(
+                    "/description", description, len(description.body) + len(description.looks)
+                )
             if "Scene" in present and not self._has_world:
                 found = [*map(Shape.of, self._scene.getShapes()[:_MOST_SHAPES])]
                 self._has_world = True

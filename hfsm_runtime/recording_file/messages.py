@@ -24,6 +24,9 @@ METADATA: Final = "visualhfsm.component"
 SOURCES: Final = ("document", "component", "extension", "import")
 """The attachments, as `document/follow_ball.xml`: the document, and the Python that ran."""
 
+LARGEST_DESCRIPTION: Final = 3 << 20
+"""Most bytes of a robot's description, less than of any message."""
+
 Text = Annotated[str, Meta(max_length=1 << 20)]
 
 
@@ -143,6 +146,19 @@ class World(Message, frozen=True):
     """The world of a simulation, without the robot."""
 
     shapes: list[Shape]
+
+
+class Description(Message, frozen=True):
+    """The robot's body and its looks, in JSON, as `nao::Description` has them."""
+
+    body: str
+    looks: str = ""
+
+    @classmethod
+    def of(cls, body: str, looks: str) -> Description:
+        """Return the description, without looks that are too large for a recording."""
+        found = cls(body, looks)
+        return found if len(msgspec.json.encode(found)) < LARGEST_DESCRIPTION else cls(body)
 
 
 class Action(Message, frozen=True):
@@ -278,9 +294,11 @@ class Overlap(Message, frozen=True):
 
 _OURS: Final[tuple[type[Message], ...]] = (
     Cycle, Change, Guard, Firing, Variables, Timers, Failure,
-    EventSent, Mark, RobotPose, World, Action, Reading, Result, Gap, Overlap, Snapshot,
+    EventSent, Mark, RobotPose, World, Description, Action, Reading, Result, Gap, Overlap, Snapshot,
 )  # fmt: skip
-TO_LOOK_AT: Final[tuple[type[Message], ...]] = (Image, Picture, RobotPose, Snapshot, World)
+TO_LOOK_AT: Final[tuple[type[Message], ...]] = (
+    Description, Image, Picture, RobotPose, Snapshot, World,
+)  # fmt: skip
 """Messages that a replay skips: they are not inputs of the component or, like images, found by hash."""
 MESSAGES: Final[dict[str, type[Message]]] = {
     "foxglove.Log": LogLine,

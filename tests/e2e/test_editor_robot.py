@@ -61,7 +61,7 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     expect(status).to_have_text("Running", timeout=STARTED)
     eventually(lambda: len(children("ballmover")) == 2)
     shown.press("Control+Shift+Space")
-    expect(shown.page.get_by_role("button", name="Simulated Nao, stopped")).to_be_visible()
+    expect(shown.page.get_by_role("button", name="Simulated Nao H25, stopped")).to_be_visible()
     expect(status).to_have_text(re.compile("^Ended"))
     shown.press("F5")
     shown.button("Reset the emergency stop and run").click()
@@ -72,7 +72,7 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     expect(menu.get_by_role("button", name="Restart the simulation", exact=True)).to_be_visible()
     menu.get_by_label("Speed").select_option("2")
     expect(menu.get_by_role("button", name="Restart the simulation with these")).to_be_visible()
-    expect(menu).to_contain_text("World, speed and body change with a restart")
+    expect(menu).to_contain_text("Robot, world and speed change with a restart")
     assert shown.violations("header", ".menu") == []
     shown.button("Stop the simulation").click()
     shown.button("No robot: start a simulation").wait_for()

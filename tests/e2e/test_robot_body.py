@@ -3,30 +3,74 @@
 from __future__ import annotations
 
 import functools
-import json
 import math
 from collections.abc import Iterator, Mapping
-from importlib import resources
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from playwright.sync_api import Browser, Page
 
-from naoserver.body import H25
+from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.nao import H25
+from naoserver.body import Body
+from naoserver.parts import Joint, Link
 from tests.support.browser import editor_page
+from tests.support.drawn import drawn
 from tests.support.editor import editor
 
-JOINTS = {joint.name: joint for joint in H25.joints}
-BODY = json.loads((resources.files("visualhfsm._live") / "nao_h25.json").read_text())
+NAO = drawn(H25)
+LIFT = Body(
+    name="Lift",
+    links=tuple(Link(name=name, mass=1.0) for name in ("base", "lift", "tray")),
+    joints=(
+        Joint(
+            name="Lift",
+            parent="base",
+            child="lift",
+            axis=(0.0, 0.0, 1.0),
+            origin=(0.1, 0.2, 0.3),
+            turn=(math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0),
+            sliding=True,
+            max_velocity=1.0,
+            max_torque=1.0,
+        ),
+    ),
+    fixed_joints=(
+        Joint(
+            name="Tray",
+            parent="lift",
+            child="tray",
+            axis=(0.0, 0.0, 1.0),
+            origin=(0.0, 0.0, 1.0),
+            turn=(math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)),
+            max_velocity=1.0,
+            max_torque=1.0,
+        ),
+    ),
+)
+"""A lift that slides forwards, because it is turned, with a tray that is turned about that direction."""
 POSE = """async ([described, state]) => {
   const entry = document.querySelector('script[src$="/app.js"]').src;
   const {Body} = await import(entry.replace("app.js", "monitor/body.js"));
   const body = new Body(described);
   body.pose(state);
   return Object.fromEntries([...body.links].map(([name, link]) => [name, link.matrixWorld.elements]));
+}"""
+
+
+EXTENT = """async (described) => {
+  const entry = document.querySelector('script[src$="/app.js"]').src;
+  const {RobotDrawing} = await import(entry.replace("app.js", "monitor/robot-drawing.js"));
+  const {Box3} = await import("three");
+  const drawing = new RobotDrawing(document.createElement("div"));
+  drawing.build(described);
+  drawing.body.pose({joints: {}, tilt: null, torso: null});
+  const {min, max} = new Box3().setFromObject(drawing.body.torso);
+  drawing.close();
+  return [min.z, max.z];
 }"""
 
 
@@ -48,54 +92,73 @@ def poses(
     angles: Mapping[str, float],
     tilt: float | None = None,
     torso: tuple[float, ...] | None = None,
+    body: Mapping[str, Any] = NAO,
 ) -> dict[str, Pose]:
-    """Return the poses of the links as the page has them."""
+    """Return the poses of the links of a body as the page has them."""
     state = {"joints": dict(angles), "tilt": tilt, "torso": torso}
-    described = {"links": BODY["links"], "soles": BODY["soles"]}
+    described = {"links": body["links"], "soles": body["soles"]}
     found: dict[str, list[float]] = page.evaluate(POSE, [described, state])
     matrices = {name: np.array(elements).reshape(4, 4).T for name, elements in found.items()}
     return {name: Pose(matrix[:3, 3], matrix[:3, :3]) for name, matrix in matrices.items()}
 
 
 @functools.cache
-def simulated() -> tuple[Any, Any]:
+def simulated(name: str) -> tuple[Any, Any, dict[str, Any]]:
     import mujoco
 
     from naoserver_sim.model import build_model
 
-    model = build_model(skin=False)
-    return model, mujoco.MjData(model.mj)
+    model = build_model(skin=False, body=find_body(name))
+    return model, mujoco.MjData(model.mj), drawn(model.body)
 
 
 @pytest.mark.sim
-@settings(max_examples=20, deadline=None)
-@given(shares=st.lists(st.floats(0, 1), min_size=len(JOINTS), max_size=len(JOINTS)))
-def test_the_links_are_where_the_simulator_has_them(page: Page, shares: list[float]) -> None:
+@settings(
+    max_examples=20, deadline=None, phases=[Phase.generate]
+)  # a failure is not worth minutes of shrinking
+@given(name=st.sampled_from(BODY_NAMES), data=st.data())
+def test_the_links_are_where_the_simulator_has_them(page: Page, name: str, data: st.DataObject) -> None:
     import mujoco
 
     angles = {
-        joint.name: joint.lower + share * (joint.upper - joint.lower)
-        for joint, share in zip(H25.joints, shares, strict=True)
+        joint.name: data.draw(st.floats(max(joint.lower, -3.0), min(joint.upper, 3.0)))
+        for joint in find_body(name).joints
     }
-    model, data = simulated()
+    model, state, described = simulated(name)
     for joint, address in zip(model.robot.joints, model.robot.qpos, strict=True):
-        data.qpos[address] = angles[joint.name]
-    data.qpos[model.base.qpos : model.base.qpos + 7] = [1, 2, 3, 0.5, 0.5, 0.5, 0.5]
-    mujoco.mj_kinematics(model.mj, data)
-    for name, pose in poses(page, angles, torso=(1, 2, 3, 0.5, 0.5, 0.5, 0.5)).items():
-        assert data.body(name).xpos == pytest.approx(pose.position, abs=1e-5)
-        assert data.body(name).xmat.reshape(3, 3) == pytest.approx(pose.rotation, abs=1e-5)
+        state.qpos[address] = angles[joint.name]
+    state.qpos[model.base.qpos : model.base.qpos + 7] = [1, 2, 3, 0.5, 0.5, 0.5, 0.5]
+    mujoco.mj_kinematics(model.mj, state)
+    for link, pose in poses(page, angles, torso=(1, 2, 3, 0.5, 0.5, 0.5, 0.5), body=described).items():
+        assert state.body(link).xpos == pytest.approx(pose.position, abs=1e-5)
+        assert state.body(link).xmat.reshape(3, 3) == pytest.approx(pose.rotation, abs=1e-5)
+
+
+def test_a_link_slides_along_its_turned_axis_and_carries_what_is_fixed_to_it(page: Page) -> None:
+    found = poses(page, {"Lift": 0.5}, torso=(0, 0, 0, 0, 0, 0, 1), body=drawn(LIFT))
+    assert found["lift"].position == pytest.approx((0.6, 0.2, 0.3))
+    assert found["tray"].position == pytest.approx((1.6, 0.2, 0.3))
+    assert found["tray"].rotation[:, 1] == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
+
+
+@pytest.mark.parametrize(("name", "height"), [("H25", 0.575), ("T1", 1.18), ("G1", 1.32), ("Cart", 0.42)])
+def test_the_shell_of_a_body_stands_on_the_floor_and_is_as_high_as_the_robot(
+    page: Page, name: str, height: float
+) -> None:
+    lowest, highest = page.evaluate(EXTENT, drawn(find_body(name)))
+    assert lowest == pytest.approx(0.0, abs=0.003)
+    assert highest == pytest.approx(height, abs=0.01)
 
 
 def sole_heights(found: Mapping[str, Pose]) -> dict[str, list[float]]:
     return {
         foot: [float((found[foot].rotation @ point + found[foot].position)[2]) for point in outline]
-        for foot, outline in BODY["soles"].items()
+        for foot, outline in NAO["soles"].items()
     }
 
 
 def test_the_body_stands_level_on_both_soles_in_its_posture(page: Page) -> None:
-    found = poses(page, H25.facts["postures"]["STAND"])
+    found = poses(page, H25.postures["Stand"].angles)
     for heights in sole_heights(found).values():
         assert heights == pytest.approx([0.0] * len(heights), abs=0.002)
     middle = (found["l_foot"].position + found["r_foot"].position) / 2

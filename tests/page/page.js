@@ -43,4 +43,11 @@ export class Socket extends EventTarget {
 }
 
 Object.defineProperty(globalThis, "navigator", {value: {platform: "Linux x86_64"}});
+/** What the browser keeps. @type {Map<string, string>} */
+const kept = new Map();
+const localStorage = {
+  getItem: (/** @type {string} */ key) => kept.get(key) ?? null,
+  setItem: (/** @type {string} */ key, /** @type {string} */ value) => kept.set(key, value),
+};
+Object.defineProperty(globalThis, "localStorage", {value: localStorage, writable: true, configurable: true});
 Object.assign(globalThis, {WebSocket: Socket, location: {protocol: "http:", host: "127.0.0.1:1"}});

@@ -4,9 +4,8 @@ import {test} from "node:test";
 import {Socket, STATIC} from "./page.js";
 
 const {store} = await import(new URL("store.js", STATIC).href);
-const {isElsewhere, isReadyFor, needsRobot, robotComes, shownOf, simulationFor} = await import(
-  new URL("robot.js", STATIC).href
-);
+const {chooseBody, chosenBody, isElsewhere, isReadyFor, needsRobot, robotComes, shownOf, simulate, simulationFor} =
+  await import(new URL("robot.js", STATIC).href);
 
 store.connect();
 const socket = Socket.made.at(-1);
@@ -25,19 +24,26 @@ test("a realm without a robot offers a simulation", () => {
 
 test("a simulation is shown with its speed as measured", () => {
   assert.equal(pushed({status: "starting", started: "simulation"}).word, "Starting the simulation");
-  const {word, kind} = pushed({status: "present", simulated: true, speed: 1, started: "simulation"});
-  assert.deepEqual([word, kind], ["Simulated Nao, 1.0 x", "here"]);
+  const {word, kind} = pushed({
+    status: "present",
+    simulated: true,
+    title: "Booster T1",
+    speed: 1,
+    started: "simulation",
+  });
+  assert.deepEqual([word, kind], ["Simulated Booster T1, 1.0 x", "here"]);
 });
 
 test("a real robot is shown by its address, and one of somebody else as a real one", () => {
   assert.equal(pushed({status: "starting", started: "real", name: "nao.local"}).word, "Connecting to nao.local");
   assert.equal(pushed({status: "present", started: "real", name: "nao.local"}).word, "nao.local");
-  assert.equal(pushed({status: "present"}).word, "Real Nao");
+  assert.equal(pushed({status: "present", title: "Nao H25"}).word, "Real Nao H25");
+  assert.equal(pushed({status: "present"}).word, "Real robot");
 });
 
 test("a robot that is stopped or lost is not shown as one that works", () => {
-  const stopped = pushed({status: "present", simulated: true, stopped: "STOP was pressed"});
-  assert.deepEqual([stopped.word, stopped.kind], ["Simulated Nao, stopped", "stopped"]);
+  const stopped = pushed({status: "present", simulated: true, title: "Nao H25", stopped: "STOP was pressed"});
+  assert.deepEqual([stopped.word, stopped.kind], ["Simulated Nao H25, stopped", "stopped"]);
   const lost = pushed({status: "lost", since: new Date(2026, 1, 3, 19, 52, 14).getTime() / 1000});
   assert.match(lost.word, /^Robot lost since (19|07):52/);
   assert.equal(lost.kind, "amber");
@@ -46,6 +52,26 @@ test("a robot that is stopped or lost is not shown as one that works", () => {
 const uses = (...types) => ({world: "", interfaces: types.map((type) => ({name: type, type}))});
 const FOLLOWS = uses("PoseHead", "Camera");
 const DANCES = uses("Pose3DMotors");
+
+test("the robot that was chosen is simulated, as long as there is such a body", async () => {
+  store.greeting.bodies = [
+    {name: "H25", title: "Nao H25"},
+    {name: "T1", title: "Booster T1"},
+  ];
+  pushed({simulation: {world: "empty", speed: "2", balls: false, body: "H25"}});
+  assert.equal(chosenBody(), "H25");
+  chooseBody("T1");
+  assert.equal(chosenBody(), "T1");
+  const asked = simulate({speed: "1"});
+  const {id, op, body, world, speed} = socket.sent.at(-1);
+  assert.deepEqual([op, body, world, speed], ["simulate", "T1", "empty", "1"]);
+  socket.push({re: id, ok: null});
+  await asked;
+  store.greeting.bodies = [{name: "Cart", title: "Cart"}];
+  assert.equal(chosenBody(), "Cart");
+  store.greeting.bodies = [];
+  assert.equal(chosenBody(), "");
+});
 
 test("a document that looks for a ball gets balls that move", () => {
   assert.deepEqual(simulationFor(FOLLOWS), {world: "balls", balls: true});

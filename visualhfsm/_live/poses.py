@@ -1,9 +1,9 @@
-"""Data with which the page draws the robot and its world in 3D: geometry, the world, then each moment.
+"""Data with which the page draws the robot and its world in 3D: which robot, the world, then each moment.
 
 The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
-ground truth, it determines all places. All frames are JSON: the first is `nao_h25.json`, those with a field
-`world` contain the shapes of the world, and the others are a `BodyState`. The page computes the places of the
-links (`static/monitor/body.js`).
+ground truth, it determines all places. All frames are JSON: those with a field `body` name the robot by the
+hash of its description, which the page asks for once, those with a field `world` contain the shapes of the
+world, and the others are a `BodyState`. The page computes the places of the links (`static/monitor/body.js`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import asyncio
 import math
 import time
 from collections.abc import AsyncGenerator, Sequence
-from importlib import resources
 from typing import Final
 
 import msgspec
@@ -24,8 +23,6 @@ from visualhfsm._monitoring.world import Placement
 PERIOD: Final = 1 / 30
 _REPEAT: Final = 1.0
 """Seconds after which a state that has not changed is sent again."""
-_FILE: Final = "nao_h25.json"
-"""Written by naoserver_sim.geometry; this package imports no robot server."""
 
 
 class BodyState(msgspec.Struct, frozen=True):
@@ -46,18 +43,21 @@ class PoseStream:
 
     def __init__(self, robot: RobotMonitor) -> None:
         self._robot = robot
-        self._geometry = (resources.files(__package__) / _FILE).read_bytes()
 
     async def frames(self) -> AsyncGenerator[bytes, None]:
-        """Yield the geometry, the world, then states at most 30 times a second whenever they have changed.
+        """Yield the robot, the world, then states at most 30 times a second whenever they have changed.
 
-        A new world is sent before the next state.
+        Another robot and a new world are sent before the next state.
         """
-        yield self._geometry
+        body = b""
         world: Sequence[Shape] | None = None
         before, sent = b"", -math.inf
         while True:
             began = time.monotonic()
+            drawn = msgspec.json.encode(self._body())
+            if drawn != body:
+                body = drawn
+                yield drawn
             if self._robot.world.shapes is not world:
                 world = self._robot.world.shapes
                 yield msgspec.json.encode({"world": world})
@@ -66,6 +66,11 @@ class PoseStream:
                 before, sent = state, began
                 yield state
             await asyncio.sleep(max(0.0, began + PERIOD - time.monotonic()))
+
+    def _body(self) -> dict[str, str]:
+        """Return the hash of the robot's description, or why it cannot be drawn."""
+        described = self._robot.described
+        return {"body": described.hash if described else "", "why": self._robot.undescribed}
 
     def state(self) -> BodyState:
         """Return the present state, as far as it is known."""

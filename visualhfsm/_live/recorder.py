@@ -13,7 +13,7 @@ from typing import Final
 
 import msgspec
 
-from hfsm_runtime.recording_file.messages import Action, Picture, RobotPose, Snapshot, World
+from hfsm_runtime.recording_file.messages import Action, Description, Picture, RobotPose, Snapshot, World
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from interfaces.jderobot import CameraPrx
 from visualhfsm._errors import VisualHfsmError
@@ -57,6 +57,8 @@ class Recorder:
         except RecordingFailedError as error:
             raise VisualHfsmError(str(error)) from error
         self._writer.look("/world", World(list(robot.world.shapes)), self._since)
+        if (described := follower.described) is not None:
+            self._writer.look("/description", Description.of(described.body, described.looks), self._since)
         self.take(structure)
         self.take(newest)
         self._task = asyncio.create_task(self._take_pictures(pictures))

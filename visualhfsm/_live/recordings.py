@@ -18,6 +18,7 @@ from hfsm_runtime.recording_file.messages import (
     Action,
     Change,
     Cycle,
+    Description,
     Failure,
     Firing,
     Guard,
@@ -44,6 +45,7 @@ from interfaces.hfsm import (
     TimerSnapshot,
 )
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.description import DescribedRobot, describe, nao
 from visualhfsm._monitoring.pictures import OLDEST, encode_jpeg, evenly, require_pillow
 from visualhfsm._monitoring.robot import RobotState
 from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, is_sound
@@ -71,7 +73,7 @@ class RecordedRun:
     """A run that was recorded; `document` is the text of its document, empty when the recording lacks it.
 
     `complete` says whether all of it was read: a long recording takes too long. `world` are the shapes that a
-    simulation showed, and `pictures` what the component saw.
+    simulation showed, and `pictures` what the component saw. `described` is the robot, or the Nao if none is.
     """
 
     name: str
@@ -81,13 +83,15 @@ class RecordedRun:
     complete: bool
     world: Sequence[Shape]
     pictures: RecordedPictures
+    described: DescribedRobot
 
     def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> Run:
         """Return the run to export, with the document that it shows. Raises VisualHfsmError."""
         pictures = self.pictures.spread(MOST_PICTURES)
         return Run(
-            self.name, self.structure, self.log, document, imported, self.world, pictures, self.complete
-        )
+            self.name, self.structure, self.log, document, imported, self.world, pictures, self.complete,
+            body=self.described.page,
+        )  # fmt: skip
 
 
 class RecordedPictures:
@@ -169,7 +173,9 @@ def open_recording(path: Path) -> RecordedRun:
     run.finish()
     if run.log.newest is None:
         raise VisualHfsmError(f"the recording {path.name} holds no state of {recording.name}")
-    return RecordedRun(recording.name, run.structure, run.log, text, complete, run.world, run.pictures)
+    return RecordedRun(
+        recording.name, run.structure, run.log, text, complete, run.world, run.pictures, run.described
+    )
 
 
 class _Automaton:
@@ -193,6 +199,7 @@ class _Run:
         self.log = RunLog()
         self.world: Sequence[Shape] = ()
         self.pictures = pictures
+        self.described = nao()
         self._robot = RobotState()
         self._start = start
         self._automata: dict[int, _Automaton] = {}
@@ -207,6 +214,7 @@ class _Run:
         if message.kind not in (
             Action,
             Change,
+            Description,
             Image,
             Mark,
             Picture,
@@ -237,6 +245,9 @@ class _Run:
             self._pose(decoded)
         elif isinstance(decoded, Snapshot):
             self._show(decoded, message.time / 1e9)
+        elif isinstance(decoded, Description):
+            with suppress(VisualHfsmError):  # a body that cannot be drawn
+                self.described = describe(decoded.body, decoded.looks)
         elif isinstance(decoded, World):
             self.world = sound_shapes(decoded.shapes)
         elif isinstance(decoded, _OF_AUTOMATA) and decoded.automaton in self._automata:
@@ -288,9 +299,8 @@ class _Run:
             name: angle for name, angle in list(pose.joints.items())[:_MOST_JOINTS] if math.isfinite(angle)
         }
         torso = None if pose.torso is None else sound_placement(pose.torso)
-        self._robot = RobotState(
-            joints, joints.get("HeadYaw"), joints.get("HeadPitch"), None, torso, sound_objects(pose.objects)
-        )
+        pan, tilt = self.described.head(joints)
+        self._robot = RobotState(joints, pan, tilt, None, torso, sound_objects(pose.objects))
 
     def _mark(self, mark: Mark) -> None:
         self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}

@@ -18,6 +18,7 @@ from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News, Silence
 from visualhfsm._monitoring.realm import (
     MONITOR_PREFIX,
@@ -66,6 +67,10 @@ class _Series(msgspec.Struct, forbid_unknown_fields=True):
     points: Annotated[int, Meta(ge=2, le=10_000)] = 1000
 
 
+class _Body(msgspec.Struct, forbid_unknown_fields=True):
+    hash: Annotated[str, Meta(max_length=64)]
+
+
 class _Picture(msgspec.Struct, forbid_unknown_fields=True):
     camera: Annotated[str, Meta(max_length=200)]
     at: Number
@@ -75,12 +80,12 @@ class Monitoring:
     """Follows and steers components. Create it on the event loop; it listens until `close`.
 
     Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
-    past by its component time), `series` (numbers over time), `picture` (the
-    picture of a camera then), `facts` of the robot, `identities` in the realm, `emergencyStop`, the red
-    button of the operator, which also ends all components, `resetEmergencyStop`, and of a simulation
-    `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and `sayToRobot`. Those from
-    `facts` on need no component. The past of an open recording is requested by the name that `recording`
-    returned.
+    past by its component time), `series` (numbers over time), `picture` (the picture of a camera then),
+    `facts` of the robot, `body` (a robot as it is drawn, by its hash), `identities` in the realm,
+    `emergencyStop`, the red button of the operator, which also ends all components, `resetEmergencyStop`, and
+    of a simulation `standRobot`, which puts the robot on its feet, `placeObject`, `pushRobot` and
+    `sayToRobot`. Those from `facts` on need no component. The past of an open recording is requested by the
+    name that `recording` returned.
     """
 
     def __init__(
@@ -142,6 +147,8 @@ class Monitoring:
                     return await asyncio.to_thread(read_ros_graph, self._communicator.settings)
                 case "facts":
                     return self._robot.facts()
+                case "body":
+                    return self._described(msgspec.convert(arguments, _Body).hash)
                 case "picture":
                     wanted = msgspec.convert(arguments, _Picture)
                     return await self._picture(component, wanted.camera, wanted.at)
@@ -197,6 +204,7 @@ class Monitoring:
             "complete": run.complete,
             "world": run.world,
             "cameras": run.pictures.cameras,
+            "body": run.described.hash,
         }
 
     async def exported(
@@ -211,7 +219,8 @@ class Monitoring:
             raise VisualHfsmError(f"the automata of {component} are not known yet")
         structure, shapes = follower.structure.structure, self._robot.world.shapes
         pictures = self._cameras.former.spread(MOST_PICTURES)
-        run = Run(component, structure, follower.log, document, imported, shapes, pictures)
+        body = (follower.described or nao()).page
+        run = Run(component, structure, follower.log, document, imported, shapes, pictures, body=body)
         return await asyncio.to_thread(run_page, run)
 
     def camera(self, name: str) -> AsyncGenerator[bytes, None]:
@@ -219,7 +228,7 @@ class Monitoring:
         return self._cameras.frames(name)
 
     def poses(self) -> AsyncGenerator[bytes, None]:
-        """Return the robot's geometry as JSON, then its state whenever that has changed."""
+        """Return which robot it is as JSON, then its state whenever that has changed."""
         return self._poses.frames()
 
     async def close(self) -> None:
@@ -297,6 +306,17 @@ class Monitoring:
         if run is None:
             return self._cameras.former.at(camera, at)
         return await asyncio.to_thread(run.pictures.at, camera, at)
+
+    def _described(self, wanted: str) -> msgspec.Raw | None:
+        """Return the robot of a hash as the page draws it; None when it is gone."""
+        shown = (
+            self._robot.described,
+            nao(),
+            *(follower.described for follower in self._followers.values()),
+            *(run.described for run in self._recordings.values()),
+        )
+        found = (each.page for each in shown if each is not None and each.hash == wanted)
+        return next(map(msgspec.Raw, found), None)
 
     async def _set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
         """Move something in the world of a simulation, or push its robot."""

@@ -10,8 +10,9 @@ from typing import Final, NamedTuple
 import msgspec
 
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, HfsmMonitorPrx
-from visualhfsm._monitoring.realm import MONITOR_PREFIX, PolledValue
-from visualhfsm._monitoring.robot import RobotMonitor, trial_robot
+from visualhfsm._monitoring.description import DescribedRobot, DescriptionMonitor, nao
+from visualhfsm._monitoring.realm import MONITOR_PREFIX, TRIAL_PREFIX, PolledValue
+from visualhfsm._monitoring.robot import RobotMonitor, posed_robot
 from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, is_sound
 from zenoh_ice import Communicator, Sample
 
@@ -24,12 +25,16 @@ _SILENT: Final = 1.0
 
 
 class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
-    """The constant data of a component; `run` counts how many times it was started."""
+    """The constant data of a component; `run` counts how many times it was started.
+
+    `body` is the hash of a trial's robot; empty for a component that has the realm's.
+    """
 
     structure: ComponentStructure
     run: int
     breakpoints: list[Breakpoint] = []
     cameras: list[str] = []
+    body: str = ""
 
 
 class Silence(NamedTuple):
@@ -64,6 +69,7 @@ class Follower:
         self._publish = publish
         self._polled_structure = PolledValue(self.monitor.getStructure.begin)
         self._breakpoints: PolledValue[list[Breakpoint]] = PolledValue(self.monitor.getBreakpoints.begin)
+        self._tried = DescriptionMonitor(communicator, f"{TRIAL_PREFIX}{component}")
         self._structure: LiveStructure | None = None
         self._run = 1
         self._restarted = False
@@ -84,6 +90,14 @@ class Follower:
     def structure(self) -> LiveStructure | None:
         """The structure; None until it is known."""
         return self._structure
+
+    @property
+    def described(self) -> DescribedRobot | None:
+        """The robot that it drives, as it is drawn; None while that is not known."""
+        newest = self._log.newest
+        if newest is not None and newest.component.speed:
+            return self._tried.robot or nao()
+        return self._robot.described
 
     @property
     def silence(self) -> Silence:
@@ -117,11 +131,21 @@ class Follower:
         structure, breakpoints = self._polled_structure.poll(), self._breakpoints.poll()
         if structure is None or (breakpoints is None and not self._breakpoints.trouble):
             return  # unknown breakpoints must not be published as none
-        known = LiveStructure(structure, self._run, breakpoints or [], self._robot.cameras())
+        known = LiveStructure(
+            structure, self._run, breakpoints or [], self._robot.cameras(), self._body_of_trial()
+        )
         if known != self._structure:
             self._structure = known
             self._limit_rate(len(structure.automata))
             self._publish(known)
+
+    def _body_of_trial(self) -> str:
+        """Return the hash of a trial's robot; empty for a component that is none."""
+        newest = self._log.newest
+        if newest is None or not newest.component.speed:
+            return ""
+        self._tried.update()
+        return "" if self._tried.robot is None else self._tried.robot.hash
 
     def _limit_rate(self, automata: int) -> None:
         rate = min(_HIGHEST_RATE, _AUTOMATA_A_SECOND / max(automata, 1))
@@ -160,7 +184,8 @@ class Follower:
             self._run += 1
             self._log = RunLog()
             self._restarted = True
-        robot = trial_robot(snapshot.joints) if snapshot.speed else self._robot.read()
+        described = self._tried.robot or nao()
+        robot = posed_robot(snapshot.joints, described) if snapshot.speed else self._robot.read()
         live = LiveSnapshot(sample.wall_time, snapshot, robot)
         self._log.add(live)
         with self._order:

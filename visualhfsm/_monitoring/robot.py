@@ -9,6 +9,7 @@ import msgspec
 
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
+from visualhfsm._monitoring.description import DescribedRobot, DescriptionMonitor, nao
 from visualhfsm._monitoring.realm import Newest, PolledValue, has_interface
 from visualhfsm._monitoring.world import Placement, WorldMonitor
 from zenoh_ice import Communicator
@@ -42,9 +43,9 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """Why the joints of a present robot are unknown."""
 
 
-def trial_robot(joints: dict[str, float]) -> RobotState:
-    """Return the state of the fake robot of a trial, which stands upright."""
-    return RobotState(joints, joints.get("HeadYaw"), joints.get("HeadPitch"))
+def posed_robot(joints: dict[str, float], described: DescribedRobot) -> RobotState:
+    """Return the state of a robot of which only the joints are known, such as the fake one of a trial."""
+    return RobotState(joints, *described.head(joints))
 
 
 class RobotPresence(NamedTuple):
@@ -58,6 +59,8 @@ class RobotPresence(NamedTuple):
     """Whether it has balls that can be moved."""
     stopped: str = ""
     """Why its emergency stop is latched; empty while it is not."""
+    title: str = ""
+    """What a person calls it, as far as it is known."""
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -83,17 +86,42 @@ class RobotMonitor:
         self._clock = Newest(ClockPrx.uncheckedCast(proxy("Clock")).getTime.latest)
         self._names = PolledValue(body.getJointNames.begin)
         self._limits = PolledValue(body.getJointLimits.begin)
+        self._described = DescriptionMonitor(communicator)
         self.world: Final = WorldMonitor(communicator)
 
     def update(self) -> None:
         """Request missing data; without a robot, request nothing."""
         self.world.update()
+        self._described.update()
         if _BODY in self._communicator.identities():
             self._names.poll()
             self._limits.poll()
         elif self._names.value is not None:
             self._names.forget()  # another robot may appear
             self._limits.forget()
+
+    @property
+    def described(self) -> DescribedRobot | None:
+        """The robot as it is drawn; None for one whose body is not known, or not yet.
+
+        Without a robot it is the last one, or the Nao, as for a server of a Nao that describes none.
+        """
+        described = self._described
+        if described.is_present:
+            return described.robot
+        names = self._names.value
+        if _BODY not in self._communicator.identities():
+            return described.robot or nao()
+        return None if names is None or not nao().joints.issuperset(names) else nao()
+
+    @property
+    def undescribed(self) -> str:
+        """Why a present robot cannot be drawn; empty for one that can, or that is not known yet."""
+        if self._described.is_present:
+            return self._described.trouble
+        if self.described is None and self._names.value is not None:
+            return "This robot's server does not describe its body, so that it cannot be drawn."
+        return ""
 
     def facts(self) -> RobotFacts:
         """Return the constants."""
@@ -134,6 +162,7 @@ class RobotMonitor:
             speed=round(factor, 1) if math.isfinite(factor) else 0.0,
             has_balls="BallRedMotors" in identities,
             stopped=self.stop_reason(),
+            title=described.title if (described := self.described) else "",
         )
 
     def stop_reason(self) -> str:

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from visualhfsm._bodies import find_bodies
 from visualhfsm._errors import EditError
 from visualhfsm._robots import find_worlds
 from visualhfsm._services import complete
@@ -25,11 +26,13 @@ from .workspace import Workspace
 async def hello(workspace: Workspace, window: Window, _: p.Hello) -> dict[str, Any]:
     """Send a window the whole state."""
     templates = await workspace.threads.do(find_templates)
+    root = workspace.project.root.directory
     workspace.greet(window)
     return {
-        "root": str(workspace.project.root.directory),
+        "root": str(root),
         "templates": [{"name": each.name, "description": each.description} for each in templates],
         "worlds": await workspace.threads.do(find_worlds),
+        "bodies": await workspace.threads.do(partial(find_bodies, root)),
         "demo": workspace.begin_demo(),
         "run": workspace.run_id,
         "key": window.key.hex(),

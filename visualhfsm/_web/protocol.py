@@ -236,13 +236,14 @@ class Run(_Request):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
     With `record`, the run is recorded into a new file below the root, which the answer names. A `trial` runs
-    against a fake robot in its own process, whatever robot is there.
+    against a fake robot in its own process, whatever robot is there; `body` is the body of that.
     """
 
     tab: TabId
     arguments: Annotated[list[Name], msgspec.Meta(max_length=100)] = []
     record: bool = False
     trial: bool = False
+    body: Name = ""
 
 
 class StopRun(_Request):
@@ -264,7 +265,7 @@ class Simulate(_Request):
     world: Name = "balls"
     speed: Name = "1"
     balls: bool = False
-    body: Literal["H25", "H21"] = "H25"
+    body: Name = ""
 
 
 class ConnectRobot(_Request):

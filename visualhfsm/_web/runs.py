@@ -59,11 +59,12 @@ class Runs:
     # ---------------------------------------------------------------------------------------- components
 
     async def run(
-        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, trial: bool = False
+        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, trial: str | None = None
     ) -> dict[str, Any]:
         """Start the component of a tab; refused when one of its name runs that was not started here.
 
-        With `record`, its run is recorded with the images that it sees; a `trial` needs no robot.
+        With `record`, its run is recorded with the images that it sees; a `trial` needs no robot: it
+        names the body of a fake one.
         """
         name = tab.shown.component
         for _ in range(_LEAVING_ROUNDS):  # one that has just ended may still be listed

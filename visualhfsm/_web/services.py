@@ -47,7 +47,7 @@ def make_services(
         listens_anywhere = settings.mode == "peer" and settings.listen == _ANY_PORT
         listen = (free_endpoint(),) if listens_anywhere else settings.listen
         meeting = settings.connect if settings.mode == "client" else listen
-        robots = Robots(publish, settings.override(connect=meeting), settings.connect)
+        robots = Robots(publish, settings.override(connect=meeting), settings.connect, folder)
         return Services(
             code_help=CodeHelp(include=include, folder=folder),
             running=RunningComponents(

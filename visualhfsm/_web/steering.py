@@ -24,7 +24,8 @@ async def generate(workspace: Workspace, _: Window, request: p.Generate) -> obje
 async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]:
     """Generate and start the component of a document."""
     tab = workspace.tabs.get(request.tab)
-    return await workspace.runs.run(tab, request.arguments, record=request.record, trial=request.trial)
+    trial = request.body if request.trial else None
+    return await workspace.runs.run(tab, request.arguments, record=request.record, trial=trial)
 
 
 async def stop_run(workspace: Workspace, _: Window, request: p.StopRun) -> object:

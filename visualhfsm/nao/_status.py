@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import msgspec
 from rich.markup import escape
@@ -23,6 +23,13 @@ __all__ = ["status"]
 
 _MOST_EVENTS: Final = 5
 _MOST_SERVANTS: Final = 8  # of a process that are shown, besides those with troubles
+
+
+class _Named(msgspec.Struct):
+    """The beginning of a body's description."""
+
+    name: Annotated[str, msgspec.Meta(max_length=64)]
+    title: Annotated[str, msgspec.Meta(max_length=64)] = ""
 
 
 def status(settings: Settings, *, every_servant: bool, as_json: bool) -> None:
@@ -65,6 +72,10 @@ def _clock(clock: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "robot", f"{kind}, robot time {clock['time']:.1f} s, {clock['rate']:.2f} times real time"
 
 
+def _body(body: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "body", _escaped(body["title"])
+
+
 def _battery(battery: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "battery", f"{100 * battery['charge']:.0f} %" + (", charging" if battery["plugged"] else "")
 
@@ -93,6 +104,7 @@ def _health(health: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 _READINGS: Final[dict[str, tuple[str, Callable[[Mapping[str, Any]], Iterator[tuple[str, str]]]]]] = {
     "Clock": ("getTime", _clock),
+    "Description": ("getBody", _body),
     "Battery": ("getBatteryReading", _battery),
     "Safety": ("getSafetyState", _safety),
     "Health": ("getHealth", _health),
@@ -111,8 +123,17 @@ def _read_robot(communicator: Communicator, found: list[ServantInfo]) -> dict[st
         except (ZenohIceError, KeyError, ValueError) as error:
             readings[name] = {"error": str(error)}
         else:
-            readings[name] = to_json(result)
+            readings[name] = _named(result) if name == "Description" else to_json(result)
     return readings
+
+
+def _named(body: object) -> dict[str, Json]:
+    """Return what a description calls the robot; the rest of it is long."""
+    try:
+        found = msgspec.json.decode(str(body), type=_Named)
+    except (msgspec.MsgspecError, RecursionError) as error:
+        return {"error": f"the description of the body cannot be read: {error}"}
+    return {"name": found.name, "title": found.title or found.name}
 
 
 def _robot_lines(readings: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

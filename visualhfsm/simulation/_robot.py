@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
@@ -12,13 +13,16 @@ from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import UnknownName
 from hfsm_runtime.virtual.network import VirtualNetwork
 from naoserver.assembly import Assembly
-from naoserver.body import H25, find_body
+from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.body import Body
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import Point, paint
 from naoserver.jobs import Job, is_due
 from naoserver.options import ServerOptions
+from naoserver.parts import Axis
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
+from zenoh_ice import Object
 
 if TYPE_CHECKING:
     from naoserver_sim.robot import SimulatedRobot
@@ -73,7 +77,8 @@ class RobotUnderTest:
 
     `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
-    the same on every machine. `body` is the name of its body: `H25` or `H21`.
+    the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
+    or a `Body`. Raises RobotError when it cannot be read.
     """
 
     def __init__(
@@ -83,13 +88,13 @@ class RobotUnderTest:
         network: VirtualNetwork,
         *,
         camera: CameraKind = "auto",
-        body: str = H25.name,
+        body: str | Path | Body = DEFAULT_BODY,
         options: ServerOptions | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
         if kind not in ("fake", "sim"):
             raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
-        settings["body"] = find_body(body)
+        settings["body"] = body if isinstance(body, Body) else read_body(body)
         self.device: Final[Robot] = (
             FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
         )
@@ -110,9 +115,20 @@ class RobotUnderTest:
 
     @property
     def head(self) -> tuple[float, float]:
-        """Pan, positive to the left, and tilt, positive downwards, of the head in rad."""
-        joints = self.joints
-        return joints["HeadYaw"], joints["HeadPitch"]
+        """Pan, positive to the left, and tilt, positive downwards, of the head in rad.
+
+        Raises UnknownName for a body without a neck.
+        """
+        neck, joints = self.device.body.neck, self.joints
+        if neck is None:
+            raise UnknownName(f"a {self.device.body.name} has no neck that pans and tilts")
+        pan, tilt = neck.axes[Axis.PAN], neck.axes[Axis.TILT]
+        return pan.of(joints[pan.joint]), tilt.of(joints[tilt.joint])
+
+    @property
+    def description(self) -> Object:
+        """The servant that describes its body and its looks."""
+        return self._assembly.servants["Description"]
 
     @property
     def state(self) -> BodyState:
@@ -180,6 +196,15 @@ class _VirtualJobs:
         if is_due(job, self._clock.now()):
             job.run()
         self._schedule(job)
+
+
+def read_body(name: str | Path) -> Body:
+    """Return a known body by its name, or one's own by its TOML file. Raises RobotError."""
+    if str(name).endswith(".toml"):
+        from naoserver_sim.own_body import read_own_body  # load MuJoCo only when it is used
+
+        return read_own_body(Path(name))
+    return find_body(str(name))
 
 
 def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]) -> Robot:

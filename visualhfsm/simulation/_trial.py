@@ -1,7 +1,10 @@
-"""Try a component without a robot: `python -m visualhfsm.simulation._trial COMPONENT [ITS OPTIONS]`.
+"""Try a component without a robot.
+
+`python -m visualhfsm.simulation._trial [--body=BODY] COMPONENT [ITS OPTIONS]`
 
 This is *Try it* of the editor: an execution whose time passes by itself, with the fake robot, and stand-ins
-for all other interfaces. They cannot be reached from outside; the monitor is served in the realm, as always.
+for all other interfaces. They cannot be reached from outside; the monitor is served in the realm, as always,
+and beside it the description of the robot, for viewers.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
@@ -21,22 +25,29 @@ from hfsm_runtime.loading import load_module
 from hfsm_runtime.virtual.clock import PacedClock
 from hfsm_runtime.virtual.paced import PacedExecution
 from hfsm_runtime.virtual.world import VirtualWorld
-from zenoh_ice import Clock
+from naoserver.bodies import DEFAULT_BODY
+from naoserver.body import Body
+from naoserver.errors import RobotError
+from zenoh_ice import Clock, Communicator
 from zenoh_ice.application.cli import run
 
-from ._robot import RobotUnderTest
+from ._robot import RobotUnderTest, read_body
 
+_BODY = "--body="
 _KEPT = 100
 """Events and calls that a trial remembers, perhaps for hours: its monitor shows neither."""
 
 
 @contextmanager
-def trial() -> Iterator[World]:
-    """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block."""
+def trial(realm: Communicator, *, body: Body) -> Iterator[World]:
+    """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block.
+
+    In the `realm` only the robot's description is served, by the name of the component.
+    """
     clock = PacedClock()
     with (
         closing(VirtualWorld(clock, stand_ins=True, kept=_KEPT)) as world,
-        closing(RobotUnderTest("fake", clock, world.network)) as robot,
+        closing(RobotUnderTest("fake", clock, world.network, body=body)) as robot,
     ):
 
         def make(
@@ -49,6 +60,9 @@ def trial() -> Iterator[World]:
         ) -> PacedExecution:
             made = PacedExecution(component, world, on_error=on_error, on_refused=on_refused)
             made.joints = lambda: robot.joints
+            adapter = realm.createObjectAdapter("trial")
+            adapter.add(robot.description, f"Trial.{made.name}")
+            adapter.activate()
             return made
 
         yield World(world.communicator, world.connect, make)
@@ -56,8 +70,15 @@ def trial() -> Iterator[World]:
 
 def main() -> NoReturn:
     """Run the component of a file with the component's command line."""
+    body = DEFAULT_BODY
+    if len(sys.argv) > 1 and sys.argv[1].startswith(_BODY):
+        body = sys.argv.pop(1).removeprefix(_BODY)
     if len(sys.argv) < 2:
-        sys.exit("usage: python -m visualhfsm.simulation._trial COMPONENT [ITS OPTIONS]")
+        sys.exit("usage: python -m visualhfsm.simulation._trial [--body=BODY] COMPONENT [ITS OPTIONS]")
+    try:
+        described = read_body(body)
+    except RobotError as error:
+        sys.exit(f"the robot cannot be read: {error}")
     file = Path(sys.argv[1]).resolve()
     sys.argv[:2] = [str(file)]
     sys.path.insert(0, str(file.parent))  # for handwritten code beside it
@@ -68,7 +89,7 @@ def main() -> NoReturn:
         sys.exit(f"{file.name}: error: {error}")
     if len(found) != 1:
         sys.exit(f"{file.name} defines {len(found)} components, not one")
-    run(make_app(found[0], trial), expected=(ComponentError,))
+    run(make_app(found[0], partial(trial, body=described)), expected=(ComponentError,))
 
 
 if __name__ == "__main__":

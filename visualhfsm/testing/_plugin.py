@@ -54,7 +54,8 @@ class MakeBehavior(Protocol):
         A relative path is looked up next to the test, then below the project root. `robot` is `fake`,
         `sim` or None; `stubs` answer interfaces by hand; `include` are directories with packages of
         interfaces that are neither beside the document nor in the project's folder `interfaces`; `settings`
-        are those of the robot, such as `posture`, or `body="H21"`.
+        are those of the robot, such as `posture`, or `body`: the name of one that is known, such as `H21`, or
+        the TOML file of one's own, a relative path as that of a document.
         """
 
 
@@ -103,7 +104,9 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         **options: Any,  # noqa: ANN401 - those of `simulate`
     ) -> Behavior:
         if not isinstance(document, type):
-            document = _find_document(Path(document), places)
+            document = _find_file("document", Path(document), places)
+        if str(body := options.get("body", "")).endswith(".toml"):
+            options["body"] = _find_file("robot", Path(body), places)
         behavior = simulate(document, include=_find_directories(include, places), **options)
         made.append(behavior)
         if coverage is not None and behavior.document is not None:
@@ -140,13 +143,13 @@ def pytest_runtest_makereport(
     return report
 
 
-def _find_document(path: Path, directories: Sequence[Path]) -> Path:
-    """Return the path of a document; a relative one is looked up in the directories, in order."""
+def _find_file(what: str, path: Path, directories: Sequence[Path]) -> Path:
+    """Return the path of a file; a relative one is looked up in the directories, in order."""
     tried = [directory / path for directory in directories]
     for candidate in tried:
         if candidate.is_file():
             return candidate
-    raise FileNotFoundError(f"there is no document {path}; looked for {', '.join(map(str, tried))}")
+    raise FileNotFoundError(f"there is no {what} {path}; looked for {', '.join(map(str, tried))}")
 
 
 def _find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) -> list[Path]:

@@ -29,7 +29,7 @@ import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
 import {countOf} from "./problems.js";
 import {perform} from "./registry.js";
-import {isReadyFor} from "./robot.js";
+import {chosenBody, isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
 import {initTheme, switchTheme} from "./theme.js";
@@ -198,7 +198,8 @@ export class HfsmApp extends PageElement {
     const opens = !this.#wanted.bottom;
     this.showBottom("hfsm-output");
     this.outputOpened = opens;
-    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, trial});
+    const body = trial ? chosenBody() : "";
+    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, trial, body});
     if (started) monitor.expect(started.component);
     else if (store.online) this.#showErrors();
     else if (tabState) monitor.lookFor(tabState.component); // it may have started

@@ -1,5 +1,6 @@
 // Messages that Python makes as dictionaries, so that `protocol.d.ts`, which is generated, does not have them.
 
+import type {Described} from "./monitor/robot-drawing.js";
 import type {WorldShape} from "./monitor/world-drawing.js";
 import type * as protocol from "./protocol.js";
 import type {
@@ -7,6 +8,7 @@ import type {
   DocumentFields,
   Hit,
   InterfaceDescription,
+  KnownBody,
   LiveSnapshot,
   LiveStructure,
   Place,
@@ -82,6 +84,7 @@ export interface Greeting {
   demo?: boolean;
   templates?: {name: string; description: string}[];
   worlds?: World[];
+  bodies?: KnownBody[];
   run?: string;
   key?: string;
 }
@@ -130,6 +133,7 @@ export type Recording = Followed & {
   tab: number;
   world: WorldShape[];
   cameras: string[];
+  body: string;
 };
 
 /** The answers by request; `codeHelp` and `control` answer what is asked for. */
@@ -180,6 +184,7 @@ export interface Answers {
 /** What each action of the request `control` answers. */
 export interface Controls {
   facts: RobotFacts;
+  body: Described | null;
   at: LiveSnapshot | null;
   explain: protocol.Explanation;
   pause: null;

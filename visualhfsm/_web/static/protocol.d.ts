@@ -355,6 +355,12 @@ export interface JointLimits {
   maxTorque: number;
 }
 
+/** A body that can be simulated: its name, or the path of its TOML file below the root, and its title. */
+export interface KnownBody {
+  name: string;
+  title: string;
+}
+
 /** A library that the code imports: `cv2`, `numpy as np`, or `from math import pi`. */
 export interface Library {
   name: string;
@@ -374,6 +380,7 @@ export interface LiveStructure {
   run: number;
   breakpoints: Breakpoint[];
   cameras: string[];
+  body: string;
 }
 
 /** What a component marks on a camera's picture, such as where it sees a ball. */
@@ -594,7 +601,7 @@ export interface Requests {
   /** Decide about a document whose file another program changed: keep it, read the file, or merge both. */
   resolve: {tab: number; choice: "merge" | "mine" | "theirs"};
   /** Generate and start the component as a process; `arguments` are those of its command line. */
-  run: {tab: number; arguments?: string[]; record?: boolean; trial?: boolean};
+  run: {tab: number; arguments?: string[]; record?: boolean; trial?: boolean; body?: string};
   /** Save to the file that the document came from, with `overwrite` also over an older dialect. */
   save: {tab: number; overwrite?: boolean};
   /** Save to another file, which is the document's from then on. */
@@ -602,7 +609,7 @@ export interface Requests {
   /** Search names and code, in one document or in all open ones, for a text or a whole word. */
   search: {text: string; whole?: boolean; tab?: number | null};
   /** Start a simulated robot, or start it again with other options; what was started here before is ended. */
-  simulate: {world?: string; speed?: string; balls?: boolean; body?: "H21" | "H25"};
+  simulate: {world?: string; speed?: string; balls?: boolean; body?: string};
   /** Stop the process of a component that was started here. */
   stopRun: {tab: number};
   /** Undo the last step. */
@@ -621,6 +628,7 @@ export interface RobotPush {
   status?: "lost" | "none" | "present" | "starting" | "stopping";
   simulated?: boolean;
   name?: string;
+  title?: string;
   speed?: number;
   since?: number;
   stopped?: string;
@@ -677,7 +685,7 @@ export interface Simulation {
   world: string;
   speed: string;
   balls: boolean;
-  body: "H21" | "H25";
+  body: string;
 }
 
 /** The state of a running component at this moment. */

@@ -6,7 +6,7 @@ import {showDialog} from "./dialogs/dialog.js";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {notifyError} from "./notices.js";
-import {simulate} from "./robot.js";
+import {bodies, chooseBody, chosenBody, simulate} from "./robot.js";
 import {store} from "./store.js";
 
 /** @import {Close} from "./dialogs/dialog.js" */
@@ -14,11 +14,6 @@ import {store} from "./store.js";
 /** @import {Requests} from "./protocol.js" */
 
 const SPEEDS = ["0.5", "1", "2", "5", "max"];
-/** The bodies of a simulated robot. @type {[string, string][]} */
-const BODIES = [
-  ["H25", "H25"],
-  ["H21", "H21, its hands fixed"],
-];
 const ADDRESS = "visualhfsm.robot";
 /** The first action of a real robot, as `naoserver-naoqi --start`. @type {[string, string][]} */
 const STARTS = [
@@ -58,7 +53,7 @@ class RobotMenu extends PageElement {
   /** The present choices. */
   get wanted() {
     const {simulation} = store.robot;
-    const {world = simulation.world, speed = simulation.speed, body = simulation.body, balls = simulation.balls} = this;
+    const {world = simulation.world, speed = simulation.speed, body = chosenBody(), balls = simulation.balls} = this;
     return {world, speed, body, balls};
   }
 
@@ -87,6 +82,15 @@ class RobotMenu extends PageElement {
             </p>`
           : [
               choice(
+                "Robot",
+                body,
+                bodies().map(({name, title}) => [name, title, name]),
+                (chosen) => {
+                  this.body = chosen;
+                  chooseBody(chosen);
+                },
+              ),
+              choice(
                 "World",
                 world,
                 worlds.map(({name, description}) => [name, name, description]),
@@ -98,7 +102,6 @@ class RobotMenu extends PageElement {
                 speeds.map((each) => [each, each === "max" ? "as fast as possible" : `${each} x`]),
                 (chosen) => (this.speed = chosen),
               ),
-              choice("Body", body, BODIES, (chosen) => (this.body = chosen)),
             ]
       }
       ${
@@ -115,7 +118,7 @@ class RobotMenu extends PageElement {
       ${
         runs && changed
           ? html`<p class="hint" role="status">
-              World, speed and body change with a restart: the robot stands where it began.
+              Robot, world and speed change with a restart: the robot stands where it began.
             </p>`
           : nothing
       }

@@ -48,7 +48,7 @@ export class RobotPill extends PageElement {
         type="button"
         class="robot-more"
         aria-label="Robot"
-        title="Robot: world, speed, balls, a real one (${keyOf("robot")})"
+        title="Robot: which one, world, speed, balls, a real one (${keyOf("robot")})"
         aria-keyshortcuts="Alt+B"
         aria-haspopup="dialog"
         aria-expanded=${Boolean(this.open)}

@@ -6,7 +6,7 @@ import {openNew} from "./files.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {connect} from "./robot-menu.js";
-import {isElsewhere, isReadyFor, needsRobot, robotComes, simulate, simulationFor} from "./robot.js";
+import {chosenBody, isElsewhere, isReadyFor, needsRobot, robotComes, simulate, simulationFor} from "./robot.js";
 import {store} from "./store.js";
 
 /** @import {HfsmApp} from "./app.js" */
@@ -50,8 +50,9 @@ export async function settle(fields) {
 
 /** Open the behavior that ships, and run it on a simulated robot. @param {HfsmApp} app */
 export async function watchDance(app) {
-  const {status, simulated} = store.robot;
-  const isFree = status === "none" || status === "lost";
+  const {status, simulated, started, simulation} = store.robot;
+  const isOther = started === "simulation" && simulation.body !== chosenBody();
+  const isFree = isOther || status === "none" || status === "lost";
   const coming = isFree ? begin(simulate()) : Promise.resolve(simulated);
   await openNew(DANCE);
   if (page.tabState?.title !== DANCE) return;

@@ -17,14 +17,14 @@ const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString([], {ho
  * @returns {{word: string, short: string, kind: "none" | "busy" | "here" | "amber" | "stopped"}}
  */
 export function shownOf(robot) {
-  const {status, simulated, name, speed, since, stopped, started} = robot;
+  const {status, simulated, name, title, speed, since, stopped, started} = robot;
   const what = simulated ? "simulation" : "robot";
   switch (status) {
     case "present": {
-      const found = simulated ? "Simulated Nao" : name || "Real Nao";
+      const found = simulated ? `Simulated ${title || "robot"}` : name || (title && `Real ${title}`) || "Real robot";
       if (stopped) return {word: `${found}, stopped`, short: "Stopped", kind: "stopped"};
       const pace = simulated && speed ? `, ${speed.toFixed(1)} x` : "";
-      return {word: `${found}${pace}`, short: simulated ? "Simulated" : "Nao", kind: "here"};
+      return {word: `${found}${pace}`, short: simulated ? "Simulated" : title || "Robot", kind: "here"};
     }
     case "starting":
       return {
@@ -41,8 +41,26 @@ export function shownOf(robot) {
   }
 }
 
-/** Request a simulation like the last one. @param {object} [changes] to it */
-export const simulate = (changes = {}) => store.request("simulate", {...store.robot.simulation, ...changes});
+const BODY = "visualhfsm.body";
+
+/** The bodies that can be simulated. */
+export const bodies = () => store.greeting.bodies ?? [];
+
+/** The body of the next simulation, or of a trial: the chosen one, as long as there is such a body. */
+export function chosenBody() {
+  const wanted = [localStorage.getItem(BODY), store.robot.simulation.body];
+  return wanted.find((each) => bodies().some(({name}) => name === each)) ?? bodies().at(0)?.name ?? "";
+}
+
+/** Choose the body of the next simulation. @param {string} name */
+export const chooseBody = (name) => localStorage.setItem(BODY, name);
+
+/** Request a simulation like the last one, of the chosen body. @param {object} [changes] to it */
+export function simulate(changes = {}) {
+  const {body: _, ...others} = store.robot.simulation;
+  const body = chosenBody();
+  return store.request("simulate", {...others, ...(body && {body}), ...changes});
+}
 
 const LONGEST_START = 60_000; // ms
 

@@ -36,6 +36,7 @@ import {store} from "./store.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 
 const TAB = 1;
+const BODY = "recorded"; // the name of its robot
 const OLDEST = 2; // s for which a picture counts as that of a later moment, or twice the usual time between two
 const MOST_POINTS = 600; // points of a line in a plot
 
@@ -73,7 +74,7 @@ async function unpacked() {
  * @param {string[]} moments
  * @returns {(op: string, fields: {action?: string, arguments?: Wanted}) => any}
  */
-const answers = ({times, pictures}, moments) => {
+const answers = ({times, pictures, body}, moments) => {
   /** @param {string} camera @param {number} at */
   const picture = (camera, at) => {
     const taken = Object.hasOwn(pictures, camera) ? pictures[camera] : [];
@@ -94,6 +95,7 @@ const answers = ({times, pictures}, moments) => {
   };
   return (op, {action, arguments: {time = 0, camera = "", at = 0, names = [], start = 0, end = Infinity} = {}}) => {
     if (action === "at") return JSON.parse(moments[times.findLastIndex((each) => each <= time)] ?? moments[0]);
+    if (action === "body") return body;
     if (action === "series") return series(names, start, end);
     return action === "picture" ? picture(camera, at) : null;
   };
@@ -113,8 +115,8 @@ function pushes({name, document}) {
 
 async function show() {
   const {content, moments} = await unpacked();
-  const {name, complete, structure, timeline, world, pictures, body, imported} = content;
-  const frame = new TextEncoder().encode(JSON.stringify(body)).buffer;
+  const {name, complete, structure, timeline, world, pictures, imported} = content;
+  const frame = new TextEncoder().encode(JSON.stringify({body: BODY, why: ""})).buffer;
   store.show({answer: answers(content, moments), frames: {"/poses": frame}}, pushes(content));
   const tab = content.document ? TAB : 0;
   if (imported.length) store.showContent(TAB, imported);
@@ -122,7 +124,7 @@ async function show() {
   const cameras = Object.keys(pictures);
   const snapshot = JSON.parse(moments[0]);
   const found = {component: name, file: "", document: "", structure, timeline, snapshot, since: 0};
-  await monitor.lookAtRecording(name, {...found, complete, tab, world, cameras});
+  await monitor.lookAtRecording(name, {...found, complete, tab, world, cameras, body: BODY});
   const canvas = new HfsmCanvas();
   const draw = () => render(layout(content, canvas), document.body);
   draw();

@@ -6,7 +6,10 @@ import {ask} from "./commands.js";
 import {PageElement} from "./element.js";
 import {openFile, openNew, openPath, recentFiles, recover} from "./files.js";
 import {icon, iconButton} from "./icons.js";
+import {bodies, chooseBody, chosenBody} from "./robot.js";
 import {store} from "./store.js";
+
+/** @import {From} from "./element.js" */
 
 /** @param {number} x @param {number} y */
 const circle = (x, y, parent = false, initial = false) => {
@@ -62,7 +65,7 @@ const BEGINNINGS = [
 
 class Start extends PageElement {
   /** @type {typeof PageElement.watches} */
-  static watches = {page: [], store: ["workspace"]};
+  static watches = {page: [], store: ["connection", "robot", "workspace"]};
 
   render() {
     const recent = recentFiles();
@@ -74,6 +77,7 @@ class Start extends PageElement {
         <button type="button" class="button primary" @click=${() => this.#dance()}>Watch a robot dance</button>
         <button type="button" class="button" @click=${() => this.#tour()}>Take the tour</button>
         <button type="button" class="button" @click=${openFile}>Open a document</button>
+        ${bodies().length > 1 ? this.#robots() : nothing}
       </div>
       ${
         recoverable.length
@@ -120,6 +124,17 @@ class Start extends PageElement {
       }
       <p class="drop">You can also drop a document or SCXML anywhere on this page.</p>
     </div>`;
+  }
+
+  /** The choice of the robot that is simulated. */
+  #robots() {
+    const chosen = chosenBody();
+    return html`<label class="robots"
+      ><span>Robot</span
+      ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => chooseBody(target.value)}>
+        ${bodies().map(({name, title}) => html`<option value=${name} ?selected=${name === chosen}>${title}</option>`)}
+      </select></label
+    >`;
   }
 
   async #dance() {

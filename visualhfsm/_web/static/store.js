@@ -30,11 +30,12 @@ const NO_ROBOT = {
   status: "none",
   simulated: false,
   name: "",
+  title: "",
   speed: 0,
   since: 0,
   stopped: "",
   started: "",
-  simulation: {world: "balls", speed: "1", balls: false, body: "H25"},
+  simulation: {world: "balls", speed: "1", balls: false, body: ""},
   hasBalls: false,
   trouble: "",
 };

@@ -10,9 +10,11 @@ import pytest
 
 from hfsm_runtime._recording.recorder import Recorder
 from hfsm_runtime._recording.surroundings import recorded_surroundings
-from hfsm_runtime.recording_file.messages import RobotPose, World
+from hfsm_runtime.recording_file.messages import Description, RobotPose, World
 from hfsm_runtime.recording_file.writer import Entry
+from naoserver.body import write_body
 from naoserver.fake import FakeRobot
+from naoserver.looks.description import write_looks
 from tests.support.robot_server import eventually, served_to_client
 
 
@@ -41,11 +43,14 @@ def test_a_robot_without_a_world_is_recorded_by_its_joints(written: Written) -> 
         recorded_surroundings(nao.communicator, written.recorder),
     ):
         written.until(lambda: [pose for pose in written.of(RobotPose) if pose.joints])
+        written.until(lambda: written.of(Description))
     pose = written.of(RobotPose)[-1]
     assert {"HeadYaw", "LKneePitch"} <= pose.joints.keys()
     assert (pose.torso, pose.objects) == (None, {})
     assert not written.of(World)
-    assert {entry.topic for entry in written.entries} == {"/robot"}
+    (description,) = written.of(Description)
+    assert description == Description(write_body(nao.robot.body), write_looks(nao.robot.body))
+    assert {entry.topic for entry in written.entries} == {"/description", "/robot"}
 
 
 @pytest.mark.sim

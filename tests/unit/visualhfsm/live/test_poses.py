@@ -1,18 +1,26 @@
-"""The body that the editor draws in 3D is that of the simulator."""
+"""The stream of poses: which robot, the world, then moments."""
 
 from __future__ import annotations
 
+import asyncio
 import json
-from importlib import resources
+from typing import Any
 
-import pytest
+from visualhfsm._live.poses import PoseStream
+from visualhfsm._monitoring.description import nao
+from visualhfsm._monitoring.robot import RobotMonitor
+from zenoh_ice import initialize
 
 
-@pytest.mark.sim
-def test_the_geometry_is_current() -> None:
-    from naoserver_sim.geometry import describe_body
+def test_without_a_robot_the_stream_begins_with_a_nao_the_balls_and_a_state_without_joints() -> None:
+    async def first(count: int) -> list[dict[str, Any]]:
+        with initialize(connect=[], listen=[], clock="wall") as communicator:
+            frames = PoseStream(RobotMonitor(communicator)).frames()
+            found = [json.loads(await anext(frames)) for _ in range(count)]
+            await frames.aclose()
+            return found
 
-    packaged = (resources.files("visualhfsm._live") / "nao_h25.json").read_text()
-    assert json.loads(packaged) == describe_body(), (
-        "type: python -m naoserver_sim.geometry visualhfsm/_live/nao_h25.json"
-    )
+    robot, world, state = asyncio.run(first(3))
+    assert robot == {"body": nao().hash, "why": ""}
+    assert {shape["object"] for shape in world["world"]} == {"BallGreen", "BallRed"}
+    assert state == {"joints": {}, "tilt": None, "torso": None, "objects": {}}

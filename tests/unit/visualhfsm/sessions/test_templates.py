@@ -14,7 +14,14 @@ from visualhfsm._sessions.templates import find_templates, make_template
 def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -> None:
     modules = set(sys.modules)
     templates = find_templates()
-    assert [each.name for each in templates] == ["empty", "dance", "dance_and_follow", "follow_ball", "score"]
+    assert [each.name for each in templates] == [
+        "empty",
+        "dance",
+        "dance_and_follow",
+        "drive_to_ball",
+        "follow_ball",
+        "score",
+    ]
     assert all(each.description for each in templates)
     assert not {name for name in set(sys.modules) - modules if name.startswith("behaviors")}
     assert make_template("")[1] == make_template("empty")[1]

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, State
+from hfsm_runtime.virtual.errors import UnknownName
 from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
 from interfaces.nao import ActionStatus, HealthPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
+from naoserver.bodies import BODY_NAMES
+from naoserver.errors import RobotError
+from tests.support.arm import ARM, ARM_TOML
 from visualhfsm.testing import MakeBehavior
 
 
@@ -16,6 +22,13 @@ class Whole(Component):
     Postures = Proxy("Postures", PosturesPrx)
     Safety = Proxy("Safety", SafetyPrx)
     Health = Proxy("Health", HealthPrx)
+
+    def automaton(self) -> Automaton:
+        return Automaton(id=1, name="nothing", states=(State(id=1, name="idle", initial=True),))
+
+
+class Looks(Component):
+    Head = Proxy("Head", PoseHeadPrx)
 
     def automaton(self) -> Automaton:
         return Automaton(id=1, name="nothing", states=(State(id=1, name="idle", initial=True),))
@@ -80,3 +93,29 @@ def test_a_behavior_pauses_at_an_emergency_stop_and_goes_on_after_the_reset(beha
     b.component.Safety.resetEmergencyStop()
     b.advance(2.0)
     assert b.time > 1.5
+
+
+@pytest.mark.parametrize("name", BODY_NAMES)
+def test_any_known_body_turns_what_carries_its_camera(name: str, behavior: MakeBehavior) -> None:
+    b = behavior(Looks, robot="fake", body=name)
+    assert b.robot.device.body.name == name
+    b.component.Head.setPose(0.3, 0.1, 1.0)
+    b.advance(2.0)
+    assert b.robot.head == pytest.approx((0.3, 0.1), abs=0.01)
+
+
+@pytest.mark.sim
+def test_a_body_of_ones_own_is_given_by_its_file(tmp_path: Path, behavior: MakeBehavior) -> None:
+    (tmp_path / "arm.toml").write_text(ARM_TOML)
+    (tmp_path / "arm.urdf").write_text(ARM)
+    b = behavior(Whole, robot="fake", body=tmp_path / "arm.toml")
+    assert [*b.robot.joints] == ["turn", "elbow"]
+    with pytest.raises(UnknownName, match="has no neck"):
+        _ = b.robot.head
+
+
+def test_a_body_that_is_not_there_is_named(tmp_path: Path, behavior: MakeBehavior) -> None:
+    with pytest.raises(RobotError, match=r"there is no body 'R2D2'; there are H25"):
+        behavior(Whole, robot="fake", body="R2D2")
+    with pytest.raises(FileNotFoundError, match=r"there is no robot robots/none\.toml; looked for"):
+        behavior(Whole, robot="fake", body="robots/none.toml")

@@ -14,10 +14,13 @@ import pytest
 from hfsm_runtime import Automaton, Component, Proxy, State
 from hfsm_runtime.virtual import PacedExecution
 from interfaces.nao import HeadPose, PoseHeadPrx, SpeechPrx
+from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.parts import Axis
 from tests.support.automata import automaton
 from tests.support.limits import START_LIMIT
 from tests.support.running import eventually
 from visualhfsm.simulation._trial import trial
+from zenoh_ice import initialize
 
 
 class Looks(Component):
@@ -40,9 +43,12 @@ class Turns(Looks):
 
 
 @contextmanager
-def tried(component: Any) -> Iterator[PacedExecution]:
+def tried(component: Any, body: str = DEFAULT_BODY) -> Iterator[PacedExecution]:
     """Try a component for the time of a `with` block."""
-    with trial() as world:
+    with (
+        initialize(connect=[], listen=[], clock="wall") as realm,
+        trial(realm, body=find_body(body)) as world,
+    ):
         world.connect(component)
         run = world.runtime(component, world.communicator.clock)
         assert isinstance(run, PacedExecution)
@@ -57,6 +63,13 @@ def test_the_fake_robot_moves_as_its_servants_are_called() -> None:
         assert run.joints()["HeadYaw"] == 0.0
         run.start()
         eventually(lambda: math.isclose(run.joints()["HeadYaw"], 0.5, abs_tol=1e-3))
+
+
+def test_a_trial_has_the_body_that_was_chosen() -> None:
+    with tried(Looks(), "T1") as run:
+        run.start()
+        pan = find_body("T1").hinges["Neck"][Axis.PAN].joint
+        eventually(lambda: math.isclose(run.joints()[pan], 0.5, abs_tol=1e-3))
 
 
 def test_a_command_expires_by_the_time_of_the_trial() -> None:

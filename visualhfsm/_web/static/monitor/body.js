@@ -1,6 +1,17 @@
 /** The links of the robot's body as three.js groups, nested as the links carry each other. */
 
-import {DoubleSide, Group, Mesh, MeshBasicMaterial, Quaternion, Shape, ShapeGeometry, Vector2, Vector3} from "three";
+import {
+  Box3,
+  DoubleSide,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  Quaternion,
+  Shape,
+  ShapeGeometry,
+  Vector2,
+  Vector3,
+} from "three";
 
 import {required} from "../required.js";
 
@@ -29,24 +40,32 @@ const LIFT = 0.003;
  *
  * @typedef {{joints: Record<string, number>, tilt: number | null, torso: number[] | null}} BodyState
  * @typedef {[number, number, number]} Triple
- * @typedef {{name: string, parent?: string, joint?: string, axis?: Triple, origin?: Triple}} Link
- * @typedef {{links: Link[], soles: Record<string, Triple[]>}} DescribedBody as `nao_h25.json` has it
+ * @typedef {{name: string, parent?: string, joint?: string, axis?: Triple, origin?: Triple, turn?: number[],
+ *   sliding?: boolean}} Link `origin` and `turn`, a quaternion x, y, z, w, are those of its frame in its parent's while
+ *   its joint is at 0; the joint turns it about `axis` in its own frame, or moves it along that
+ * @typedef {{link: string, position: Triple, tilt: number}} Eye where it sees from; radians downwards
+ * @typedef {{links: Link[], soles: Record<string, Triple[]>, eye?: Eye}} DescribedBody as
+ *   visualhfsm/_monitoring/description.py makes it
  */
 
 export class Body {
   /** @param {DescribedBody} described @param {import("three").ColorRepresentation} [color] of the marks of contacts */
-  constructor({links, soles}, color = 0x2f7de1) {
-    /** Each sits at its parent joint, and is parallel to the torso when all joints are 0. @type {Map<string, Group>} */
+  constructor({links, soles, eye}, color = 0x2f7de1) {
+    /** Each sits at its parent joint. @type {Map<string, Group>} */
     this.links = new Map();
-    /** @type {{link: Group, joint: string, axis: Vector3}[]} */
+    /** @type {{link: Group, joint: string, axis: Vector3, sliding: boolean, origin: Vector3, turn: Quaternion}[]} */
     this.joints = [];
-    for (const {name, parent, joint, axis = [0, 0, 1], origin = [0, 0, 0]} of links) {
+    for (const {name, parent, joint, axis = [0, 0, 1], origin = [0, 0, 0], turn, sliding = false} of links) {
       const link = new Group();
       link.position.fromArray(origin);
+      if (turn) link.quaternion.fromArray(turn);
       this.links.set(name, link);
       if (parent) this.#link(parent).add(link);
-      if (joint) this.joints.push({link, joint, axis: new Vector3(...axis)});
+      if (!joint) continue;
+      const zero = {origin: link.position.clone(), turn: link.quaternion.clone()};
+      this.joints.push({link, joint, axis: new Vector3(...axis), sliding, ...zero});
     }
+    this.eye = eye ?? {link: links[0].name, position: [0, 0, 0], tilt: 0};
     this.torso = this.#link(links[0].name);
     this.soles = Object.entries(soles).map(([name, outline]) => {
       const foot = this.#link(name);
@@ -64,7 +83,11 @@ export class Body {
 
   /** Place the links. @param {BodyState} state */
   pose({joints, tilt, torso}) {
-    for (const {link, joint, axis} of this.joints) link.quaternion.setFromAxisAngle(axis, joints[joint] ?? 0);
+    for (const {link, joint, axis, sliding, origin, turn} of this.joints) {
+      const at = joints[joint] ?? 0;
+      if (sliding) link.position.copy(axis).multiplyScalar(at).applyQuaternion(turn).add(origin);
+      else link.quaternion.setFromAxisAngle(axis, at).premultiply(turn);
+    }
     if (torso) {
       this.torso.position.fromArray(torso);
       this.torso.quaternion.fromArray(torso, 3);
@@ -77,18 +100,24 @@ export class Body {
       mark.visible = outline.every((point) => point.clone().applyMatrix4(foot.matrixWorld).z < TOUCHING);
   }
 
-  /** The link that carries the cameras. */
+  /** The link that carries the first camera. */
   get head() {
-    return this.#link("head");
+    return this.#link(this.eye.link);
   }
 
   /** The visible parts of the head. */
   get headParts() {
-    return this.head.children;
+    return this.head.children.filter((child) => child instanceof Mesh);
+  }
+
+  /** The height in m of what is visible of it in its present pose; undefined when nothing is. */
+  get height() {
+    const {min, max} = new Box3().setFromObject(this.torso);
+    return max.z > min.z ? max.z - min.z : undefined;
   }
 
   /**
-   * Let the body stand level on the sole whose floor the other sole penetrates least.
+   * Let the body stand level on the sole whose floor the other sole penetrates least; without soles, on what is lowest.
    *
    * No encoder measures the place of the torso: x is its forward direction, and the origin lies between the feet, as if
    * the robot had been put there.
@@ -98,6 +127,11 @@ export class Body {
     torso.position.set(0, 0, 0);
     torso.quaternion.identity();
     torso.updateMatrixWorld(true);
+    if (this.soles.length === 0) {
+      const {min, max} = new Box3().setFromObject(torso);
+      if (max.z > min.z) torso.position.z = -min.z;
+      return;
+    }
     const feet = this.soles.map(({foot, outline}) => ({
       foot,
       points: outline.map((point) => point.clone().applyMatrix4(foot.matrixWorld)),

@@ -13,8 +13,16 @@ import {MonitorElement} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {monitor} from "./monitor.js";
 
+const BOTTOM = "CameraBottom";
 /** @type {Record<string, string>} */
-const TITLES = {Camera: "Top camera", CameraBottom: "Bottom camera", CameraOutside: "From outside"};
+const TITLES = {Camera: "Top camera", [BOTTOM]: "Bottom camera", CameraOutside: "From outside"};
+
+/** The title of a camera; one without another below it is just the camera. @param {string} name */
+function titleOf(name) {
+  const {recording, robot} = monitor;
+  const known = recording ? recordedCameras(recording.cameras) : robot.cameras;
+  return (known.includes(BOTTOM) || name !== "Camera" ? TITLES[name] : undefined) ?? name;
+}
 
 /** @param {HTMLCanvasElement} canvas */
 const penOf = (canvas) => required(canvas.getContext("2d"), "canvas");
@@ -126,7 +134,7 @@ class Camera extends MonitorElement {
   }
 
   render() {
-    const title = TITLES[this.name] ?? this.name;
+    const title = titleOf(this.name);
     const size = this.isLarge ? "Smaller" : "Larger";
     const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
     return html`<figure class="camera ${this.problem ? "lost" : ""}">

@@ -33,12 +33,14 @@ export class Followed {
   /**
    * The recording that is shown; `tab` is that of its document, 0 for none.
    *
-   * @type {{file: string, complete: boolean, tab: number, world: WorldShape[], cameras: string[]} | undefined}
+   * @type {{file: string, complete: boolean, tab: number, world: WorldShape[], cameras: string[], body: string}
+   *   | undefined}
    */
   recording = undefined;
 
   /** The automata by their ids. */
   known = new Structure(undefined);
+  #body = "";
   #run = 0; // how many times the component was started
 
   get snapshot() {
@@ -48,6 +50,11 @@ export class Followed {
   /** Whether it is tried without a robot. */
   get isTrial() {
     return Boolean(this.newest?.component.speed);
+  }
+
+  /** The robot of a trial, by the hash of its description; "" for what is no trial. */
+  get trialBody() {
+    return this.isTrial ? this.#body : "";
   }
 
   /** The places of the robot and the things around it, at a moment of the past or in a trial. */
@@ -106,7 +113,8 @@ export class Followed {
    * @param {LiveStructure} value
    * @returns {boolean} whether they are those of another run than before
    */
-  learn({structure, run}) {
+  learn({structure, run, body = ""}) {
+    this.#body = body;
     const renewed = this.#run > 0 && run !== this.#run;
     this.#run = run;
     this.structure = structure;

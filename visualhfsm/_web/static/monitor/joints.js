@@ -31,6 +31,7 @@ class Joints extends MonitorElement {
 
   /** @param {string} name @param {number} angle */
   #row(name, angle) {
+    // Those of a joint that turns without end, such as a wheel, are null.
     const {lower, upper} = monitor.robot.limits.get(name) ?? {lower: 0, upper: 0};
     const part = upper > lower ? (angle - lower) / (upper - lower) : undefined;
     const near = part !== undefined && (part < NEAR || part > 1 - NEAR);

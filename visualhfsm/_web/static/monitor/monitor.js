@@ -119,10 +119,10 @@ class Monitor extends Shown {
     await this.detach();
     this.#attaching = undefined;
     const {followed} = this;
-    const {component, complete, tab, world, cameras} = found;
+    const {component, complete, tab, world, cameras, body} = found;
     followed.component = component;
     followed.writable = false;
-    followed.recording = {file: path, complete, tab, world, cameras};
+    followed.recording = {file: path, complete, tab, world, cameras, body};
     this.#begin(found);
     followed.looking = found.snapshot ?? undefined;
     this.#emit("mode", "shown");
@@ -161,9 +161,9 @@ class Monitor extends Shown {
     this.#emit("shown");
   }
 
-  /** Request the constants of a present robot, unless they are known. */
-  async learnRobot() {
-    if (await this.robot.complete(() => this.control("facts"))) this.#emit("structure");
+  /** Request the constants of a present robot, unless they are known. @param {string[]} [joints] that it has */
+  async learnRobot(joints) {
+    if (await this.robot.complete(joints, () => this.control("facts"))) this.#emit("structure");
   }
 
   /**
@@ -231,7 +231,8 @@ class Monitor extends Shown {
     if (!this.looking) this.#emit("shown");
     this.#emit("snapshot");
     if (changed) this.#emit("mode");
-    if (Object.keys(value.robot.joints).length) this.learnRobot();
+    const names = Object.keys(value.robot.joints);
+    if (names.length) this.learnRobot(names);
   }
 
   /** Decide whether a run that has begun may be steered. @param {number} startedAt which run it is */

@@ -6,7 +6,7 @@
  * @import {View} from "./viewpoints.js"
  * @import {Placement} from "./world-drawing.js"
  * @typedef {DescribedBody & {meshUnit: number, meshes: DescribedMesh[], shapes: (Shape & {link: string})[]}} Described
- *   as `nao_h25.json` has it
+ *   as visualhfsm/_monitoring/description.py makes it
  * @typedef {BodyState & {objects: Record<string, Placement>}} Moment
  */
 
@@ -67,7 +67,7 @@ export class RobotDrawing {
 
   /** Create the body. @param {Described} described */
   build(described) {
-    this.#clear();
+    this.clear();
     const workshop = new Workshop();
     workshop.take(described.meshes, described.meshUnit);
     const color = new Color(getComputedStyle(document.documentElement).getPropertyValue("--accent").trim());
@@ -80,12 +80,17 @@ export class RobotDrawing {
     }
     body.torso.visible = false;
     this.scene.add(body.torso);
+    this.viewpoints.fit(body.height);
   }
 
   /** Place everything; returns whether anything of the robot is known. @param {Moment} moment */
   pose(moment) {
     const {body, world, viewpoints} = this;
-    if (!body) return false;
+    if (!body) {
+      world.pose(moment.objects);
+      this.redraw();
+      return false;
+    }
     body.torso.visible = Object.keys(moment.joints).length > 0;
     if (body.torso.visible) body.pose(moment);
     world.pose(moment.objects);
@@ -149,7 +154,7 @@ export class RobotDrawing {
   }
 
   /** Remove the body. */
-  #clear() {
+  clear() {
     if (!this.body) return;
     this.scene.remove(this.body.torso);
     dispose([this.body.torso]);
@@ -157,7 +162,7 @@ export class RobotDrawing {
   }
 
   close() {
-    this.#clear();
+    this.clear();
     this.world.close();
     this.blobs.close();
     this.sizes.disconnect();

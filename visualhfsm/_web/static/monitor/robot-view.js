@@ -9,6 +9,7 @@ import {html, nothing} from "lit";
 import {messageOf, notify} from "../notices.js";
 import {required} from "../required.js";
 import {store} from "../store.js";
+import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {Grabbing} from "./grabbing.js";
@@ -24,7 +25,7 @@ const VIEWS = [
   {id: "home", label: "Home", title: "The robot and what is near it; resets the view"},
   {id: "top", label: "Top", title: "From above"},
   {id: "follow", label: "Behind", title: "From behind the robot, wherever it walks"},
-  {id: "head", label: "Head", title: "As the robot's upper camera sees it"},
+  {id: "head", label: "Head", title: "As the robot's first camera sees it"},
 ];
 
 class RobotView extends MonitorElement {
@@ -36,6 +37,7 @@ class RobotView extends MonitorElement {
     simulated: {state: true},
     pushes: {state: true},
     says: {state: true},
+    sees: {state: true},
   };
 
   constructor() {
@@ -50,10 +52,18 @@ class RobotView extends MonitorElement {
     this.pushes = false;
     /** Whether there is a line for what the robot is to hear. */
     this.says = false;
+    /** Whether the robot has a camera. */
+    this.sees = true;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
     /** @type {RobotDrawing | undefined} */
     this.drawing = undefined;
+    /** The present robot, by the hash of its description; "" while it is unknown. */
+    this.body = "";
+    /** Why the present robot cannot be drawn. */
+    this.why = "";
+    /** The robot that is drawn, or on its way. */
+    this.worn = "";
     /** The present world. @type {WorldShape[]} */
     this.world = [];
     /** The world that is drawn. @type {WorldShape[] | undefined} */
@@ -66,7 +76,7 @@ class RobotView extends MonitorElement {
     const {problem} = this;
     return html`<div class="robot-view ${problem && monitor.looking ? "unknown" : ""}">
       <div class="view-tools" role="toolbar" aria-label="View">
-        ${VIEWS.map(
+        ${VIEWS.filter(({id}) => this.sees || id !== "head").map(
           ({id, label, title}) =>
             html`<button type="button" title=${title} @click=${() => this.drawing?.look(id)}>${label}</button>`,
         )}
@@ -140,6 +150,7 @@ class RobotView extends MonitorElement {
   updated(changed) {
     super.updated(changed);
     if (!this.frames && this.isConnected) this.#begin();
+    this.#wear();
     this.#learn();
     this.#showPast();
     if (!this.grabbing) return;
@@ -153,6 +164,7 @@ class RobotView extends MonitorElement {
     this.grabbing?.close();
     this.drawing?.close();
     this.frames = this.drawing = this.grabbing = this.shown = undefined;
+    this.worn = "";
   }
 
   #begin() {
@@ -174,11 +186,14 @@ class RobotView extends MonitorElement {
       report: (message) => (this.message = message),
     });
     this.frames = receiveFrames("/poses", {
-      draw: async (frame, isFirst) => {
+      draw: async (frame) => {
         if (!this.drawing) return;
         const content = JSON.parse(new TextDecoder().decode(frame));
-        if (isFirst) this.drawing.build(content);
-        else if (content.world) this.#learn(content.world);
+        if (content.body !== undefined) {
+          this.body = content.body;
+          this.why = content.why;
+          await this.#wear();
+        } else if (content.world) this.#learn(content.world);
         else await this.#showNow(content);
       },
       lost: (reason) => (this.problem = reason || "The editor is offline."),
@@ -193,8 +208,9 @@ class RobotView extends MonitorElement {
       await new Promise((resolve) => setTimeout(resolve, IDLE));
       return;
     }
+    await this.#wear();
     const known = this.drawing?.pose(moment);
-    this.problem = known ? undefined : whyUnknown();
+    this.problem = known ? undefined : this.why || whyUnknown();
     if (!document.hidden) await this.drawing?.drawn();
   }
 
@@ -209,6 +225,24 @@ class RobotView extends MonitorElement {
     if (this.shown === shown || !this.drawing) return;
     this.shown = shown;
     this.drawing.world.build(shown);
+  }
+
+  /** Draw the robot of the recording, of the trial, or the present one. */
+  async #wear() {
+    const hash = monitor.recording?.body ?? (monitor.trialBody || this.body);
+    if (hash === this.worn || !this.drawing) return;
+    this.worn = hash;
+    this.drawing.clear();
+    if (!hash) return;
+    try {
+      const described = await bodyOf(hash);
+      if (hash !== this.worn || !this.drawing) return;
+      this.drawing.build(described);
+      this.sees = described.eye !== undefined;
+      this.#showPast();
+    } catch {
+      if (hash === this.worn) this.worn = ""; // the next moment asks again
+    }
   }
 
   /** Show the past or trial moment, never mixed with the present robot. */

@@ -71,6 +71,10 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     return this.followed.isTrial;
   }
 
+  get trialBody() {
+    return this.followed.trialBody;
+  }
+
   get isLive() {
     return this.followed.isLive;
   }

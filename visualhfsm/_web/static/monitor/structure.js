@@ -25,11 +25,13 @@ export class RobotFacts {
   /**
    * Request the missing facts of a present robot from time to time.
    *
+   * @param {string[] | undefined} joints that it has, if they are known; another robot has others
    * @param {() => Promise<Facts>} ask
    * @returns {Promise<boolean>} whether they arrived
    */
-  async complete(ask) {
-    if (this.limits.size || performance.now() - this.#asked < FACTS_AGAIN) return false;
+  async complete(joints, ask) {
+    const isComplete = joints ? joints.every((name) => this.limits.has(name)) : this.limits.size > 0;
+    if (isComplete || performance.now() - this.#asked < FACTS_AGAIN) return false;
     this.#asked = performance.now();
     try {
       this.take(await ask());

@@ -9,9 +9,8 @@
 import {Matrix4, MOUSE, OrbitControls, PerspectiveCamera, Quaternion, Vector3} from "three";
 
 const ANGLE = 40; // degrees from the lower edge to the upper
-/** As the cameras of the head have it, which look straight ahead from above the eyes. */
+/** As the cameras of the head have it. */
 const HEAD_ANGLE = 44;
-const IN_HEAD = new Vector3(0.07, 0, 0.062);
 /** The rotation of a three.js camera that looks along x, with z up. */
 const AHEAD = new Quaternion().setFromRotationMatrix(
   new Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0)),
@@ -20,19 +19,20 @@ const AHEAD = new Quaternion().setFromRotationMatrix(
 /** Directions relative to where the robot looks: its left, half behind it; and above. */
 const FROM = {home: new Vector3(-0.55, 1, 0.5), top: new Vector3(-0.001, 0, 1)};
 
-/** The place behind the robot, and the point in front of it to look at. */
-const BEHIND = new Vector3(-1.25, 0, 0.85);
-const BEFORE = new Vector3(0.35, 0, 0.25);
+/** The place behind the robot, and the point in front of it to look at, relative to its height. */
+const BEHIND = new Vector3(-2.16, 0, 1.47);
+const BEFORE = new Vector3(0.6, 0, 0.43);
 const SWING = 0.2; // part of the remaining way at each moment
 
 const FAR = 2; // m from the robot beyond which things are not framed
-const MIDDLE = new Vector3(0, 0, 0.29); // of the robot, above where it stands
-const RADIUS = 0.52; // m around that in which the robot is, with a margin
+const HEIGHT = 0.58; // m, that of a robot of which none is known
+const RADIUS = 0.9; // around its middle in which the robot is, with a margin, relative to its height
 const MARGIN = 0.12; // m around the middle of a thing
 /** Metres that a robot may sway before the view follows it. */
 const NEAR = 0.05;
 
 const UP = new Vector3(0, 0, 1);
+const LEFT = new Vector3(0, 1, 0);
 
 export class Viewpoints {
   /** @param {HTMLElement} element that is dragged on @param {() => void} changed */
@@ -58,7 +58,14 @@ export class Viewpoints {
 
   #changed;
   #framed = -1; // things that were framed
+  #height = HEIGHT;
   #heading = 0;
+
+  /** Show a robot of another height in m. @param {number} [height] */
+  fit(height = HEIGHT) {
+    this.#height = height;
+    this.#framed = -1;
+  }
 
   /** @param {View} view @param {Body | undefined} body @param {Object3D[]} things */
   choose(view, body, things) {
@@ -116,13 +123,14 @@ export class Viewpoints {
     const above = new Vector3().crossVectors(away, right);
     const half = (camera.fov * Math.PI) / 360;
     const [high, wide] = [Math.tan(half), Math.tan(half) * camera.aspect];
-    controls.target.copy(this.at).add(MIDDLE);
+    controls.target.copy(this.at).add({x: 0, y: 0, z: this.#height / 2});
     const distances = near.map(({position}) => {
       const offset = position.clone().sub(controls.target);
       const across = (Math.abs(offset.dot(right)) + MARGIN) / wide;
       return offset.dot(away) + Math.max(across, (Math.abs(offset.dot(above)) + MARGIN) / high);
     });
-    const distance = Math.max(RADIUS / Math.sin(half) / Math.min(1, camera.aspect), ...distances);
+    const radius = RADIUS * this.#height;
+    const distance = Math.max(radius / Math.sin(half) / Math.min(1, camera.aspect), ...distances);
     camera.position.copy(controls.target).addScaledVector(away, distance);
     this.controls.update();
   }
@@ -130,18 +138,19 @@ export class Viewpoints {
   /** @param {Object3D} torso @param {number} swing */
   #trail(torso, swing) {
     const {x, y} = torso.position;
-    const place = (/** @type {Vector3} */ offset) => offset.clone().applyAxisAngle(UP, this.#heading).add({x, y, z: 0});
+    const place = (/** @type {Vector3} */ offset) =>
+      offset.clone().multiplyScalar(this.#height).applyAxisAngle(UP, this.#heading).add({x, y, z: 0});
     this.camera.position.lerp(place(BEHIND), swing);
     this.controls.target.lerp(place(BEFORE), swing);
     this.controls.update();
   }
 
   /** @param {Body} body */
-  #lookAhead({head}) {
+  #lookAhead({head, eye}) {
     head.getWorldQuaternion(this.camera.quaternion);
-    this.camera.position.copy(IN_HEAD).applyQuaternion(this.camera.quaternion);
+    this.camera.position.fromArray(eye.position).applyQuaternion(this.camera.quaternion);
     this.camera.position.add(head.getWorldPosition(new Vector3()));
-    this.camera.quaternion.multiply(AHEAD);
+    this.camera.quaternion.multiply(new Quaternion().setFromAxisAngle(LEFT, eye.tilt)).multiply(AHEAD);
   }
 
   /** @param {number} width @param {number} height */

@@ -1,0 +1,90 @@
+"""Another robot than the Nao in the page: chosen, simulated, tried, and seen in 3D, in Chromium."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from naoserver.bodies import find_body
+from tests.support.arm import ARM, ARM_TOML
+from tests.support.browser import EditorPage, editor_page
+from tests.support.editor import editor
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.monitor import comes_true, patient_services, status
+from tests.support.processes import children, free_endpoint
+from visualhfsm._web.services import make_services
+from zenoh_ice import Settings
+
+STARTED = RUN_LIMIT * 1000
+LINKS = """(names) => {
+  const body = document.querySelector("hfsm-robot-view")?.drawing?.body;
+  return body?.torso.visible && names.every((name) => body.links.has(name));
+}"""
+ON_THE_FLOOR = """() => {
+  const {height} = document.querySelector("hfsm-robot-view").drawing.body;
+  return height > 0.3 && height < 1;
+}"""
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    robots = tmp_path / "robots"
+    robots.mkdir()
+    (robots / "arm.toml").write_text(ARM_TOML)
+    (robots / "arm.urdf").write_text(ARM)
+    (robots / "faulty.toml").write_text('model = "arm.urdf"\nmounted = 7\n')
+    settings = Settings(realm="test-bodies", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with (
+        patient_services(),
+        editor(tmp_path, make_services=make_services(settings, folder=tmp_path)) as running,
+        editor_page(browser, running) as shown,
+    ):
+        yield shown
+    assert not children("naoserver_sim")
+
+
+@pytest.mark.sim
+def test_a_robot_of_the_project_is_chosen_on_the_start_page_and_seen_in_3d(shown: EditorPage) -> None:
+    page = shown.page
+    choice = page.get_by_role("combobox", name="Robot")
+    assert choice.evaluate("(each) => each.value") == "H25"
+    choice.select_option("robots/faulty.toml")
+    shown.button("No robot: start a simulation").click()
+    expect(page.get_by_text("robots/faulty.toml:2")).to_be_visible(timeout=STARTED)
+    choice.select_option(label="An arm")
+    shown.button("No robot: start a simulation").click()
+    expect(page.get_by_role("button", name="Simulated An arm")).to_be_visible(timeout=STARTED)
+    shown.button("Empty An empty component.").click()
+    shown.press("Alt+l")
+    expect(page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
+    comes_true(shown, LINKS, ["base", "upper", "hand"])
+    assert page.evaluate(f"({ON_THE_FLOOR})()")
+    expect(page.locator(".view-tools").get_by_role("button", name="Head")).to_have_count(
+        0
+    )  # it has no camera
+
+    shown.press("Alt+b")
+    menu = page.get_by_role("dialog", name="Robot")
+    expect(menu.get_by_label("Robot")).to_have_value("robots/arm.toml")
+    menu.get_by_label("Robot").select_option("H21")
+    shown.button("Restart the simulation with these").click()
+    expect(page.get_by_role("button", name="Simulated Nao H21")).to_be_visible(timeout=STARTED)
+    comes_true(shown, LINKS, ["torso", "l_foot", "r_foot"])
+    expect(page.locator(".view-tools").get_by_role("button", name="Head")).to_be_visible()
+
+
+def test_try_it_moves_the_robot_that_was_chosen(shown: EditorPage) -> None:
+    page = shown.page
+    page.get_by_role("combobox", name="Robot").select_option("T1")
+    shown.button("Dance Both arms move from pose to pose, following the encoders.").click()
+    page.locator(".state").first.wait_for()
+    shown.press("Alt+Shift+t")
+    expect(status(shown)).to_contain_text("Trying", timeout=STARTED)
+    page.get_by_role("tab", name="3D").click()
+    comes_true(shown, LINKS, [link.name for link in find_body("T1").links])
+    page.get_by_role("tab", name="Joints").click()
+    row = page.get_by_role("row").filter(has_text=find_body("T1").groups.left_arm[0])
+    expect(row).to_be_visible()
