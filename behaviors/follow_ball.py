@@ -68,12 +68,11 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
 
     def sweep(self, corner):
         """Send the head to a corner of the search; return the next corner once it is there."""
-        # Pan and tilt in rad: with the width of the picture, all that the neck can reach. It tilts less to the sides.
+        # Pan and tilt in rad: with the width of the picture, all that a Nao's neck can reach. It tilts less to the sides.
         corners = [(1.8, 0.2), (-1.8, 0.2), (-1.8, -0.3), (1.8, -0.3), (0.45, -0.65), (-0.45, -0.65), (0.0, 0.45)]
-        pan, tilt = corners[corner]
-        self.Head.setPose(pan, tilt, 0.2)
+        aim = self.Head.setPose(*corners[corner], 0.2)  # as far as this neck reaches
         pose = self.Head.getPose()
-        there = abs(pose.pan - pan) < 0.1 and abs(pose.tilt - tilt) < 0.1
+        there = abs(pose.pan - aim.pan) < 0.1 and abs(pose.tilt - aim.tilt) < 0.1
         return (corner + 1) % len(corners) if there else corner
     # </functions 1>
 

@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
 DOCUMENT = "behaviors/follow_ball.xml"
 CORNERS = [(1.8, 0.2), (-1.8, 0.2), (-1.8, -0.3), (1.8, -0.3), (0.45, -0.65), (-0.45, -0.65), (0.0, 0.45)]
-(NECK,) = (table for table in H25.anticollision if table.dependent == "HeadPitch")
+(NECK,) = (table for table in H25.tables if table.dependent == "HeadPitch")
 EYES = 0.5  # m above the floor
 
 

@@ -1,0 +1,108 @@
+"""The same behaviors, unchanged, on every body that has what they need."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from msgspec.structs import replace
+
+from naoserver_sim.world import Start, load_world
+from visualhfsm.testing import Behavior, MakeBehavior
+
+pytestmark = pytest.mark.sim
+
+ORDER = ["up", "out", "front", "low"]
+HUMANOIDS = ["H25", "H21", "T1", "G1"]
+WITH_NECKS = [*HUMANOIDS, "Cart"]
+CORNERS = 7
+"""Number of poses of the head in a search."""
+ARMS = ("RightShoulder", "RightElbow", "LeftShoulder", "LeftElbow")
+
+
+def off_the_middle(b: Behavior, automaton: str) -> float:
+    """Return how far from the picture's middle the ball is that is followed, in degrees."""
+    seen = b.variables(automaton)
+    assert seen["ball_seen"]
+    focal = b.component.camera().fdistx
+    return math.degrees(math.atan(math.hypot(seen["error_u"], seen["error_v"]) / focal))
+
+
+@pytest.mark.parametrize("body", HUMANOIDS)
+def test_it_dances_and_stays_on_its_feet(behavior: MakeBehavior, body: str) -> None:
+    b = behavior("behaviors/dance.xml", robot="sim", body=body)
+    b.run_until(lambda: len(b.changes("dance")) == 9, limit=60.0)
+    assert [state for _, state in b.changes("dance")] == (ORDER * 3)[:9]
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.parametrize("body", WITH_NECKS)
+def test_it_turns_its_camera_to_the_ball(behavior: MakeBehavior, body: str) -> None:
+    b = behavior("behaviors/follow_ball.xml", robot="sim", body=body)
+    b.advance(6.0)
+    assert b.active == "follow"
+    assert off_the_middle(b, "follow_ball") < 2.0
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.parametrize("body", WITH_NECKS)
+def test_it_looks_everywhere_for_a_lost_ball_as_far_as_its_neck_reaches(
+    behavior: MakeBehavior, body: str
+) -> None:
+    b = behavior("behaviors/follow_ball.xml", robot="sim", body=body, camera="drawn")
+    b.robot.ball("green").place(pan=math.pi, distance=3.0)
+    visited = set()
+
+    def has_looked_everywhere() -> bool:
+        visited.add(b.variables("follow_ball")["corner"])
+        return len(visited) == CORNERS
+
+    b.run_until(has_looked_everywhere, limit=60.0)
+    assert b.active == "search"
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.parametrize("body", HUMANOIDS)
+def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str) -> None:
+    b = behavior("behaviors/dance_and_follow.xml", robot="sim", body=body)
+    b.advance(7.9)
+    assert b.is_active("followBall/red")
+    assert off_the_middle(b, "red") < 2.0
+    assert not [call for arm in ARMS for call in b.calls(f"{arm}Motors")]
+    b.advance(12.0)
+    assert b.changes("dance_and_follow") == [(0.0, "followBall"), (10.0, "dance")]
+    assert [state for _, state in b.changes("dance")][:2] == ["right", "left"], "ten positions are reached"
+    assert {call.automaton for arm in ARMS for call in b.calls(f"{arm}Motors")} == {"dance"}
+    b.run_until("followBall", limit=1.0)
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("body", ["H25", "T1", "G1", "Cart"])
+@pytest.mark.parametrize("at", [(1.2, 0.5), (-0.9, -0.8)], ids=["ahead", "behind"])
+def test_it_goes_to_the_ball(behavior: MakeBehavior, body: str, at: tuple[float, float]) -> None:
+    soccer = load_world("soccer")
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=at),), robot=Start())
+    b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world, camera="rendered")
+    b.run_until("there", limit=60.0)
+    b.advance(2.0)
+    assert b.active == "there"
+    truth = b.robot.device.stage.truth()  # type: ignore[union-attr]
+    (x, y, _), torso = truth.objects["Ball"].position, truth.torso
+    assert math.dist((x, y), at) < 0.01, "it does not run into it"
+    assert math.dist((x, y), torso.position[:2]) == pytest.approx(b.component.near, abs=0.15)
+    bearing = math.atan2(y - torso.position[1], x - torso.position[0])
+    assert abs(math.remainder(bearing - torso.heading, math.tau)) < 0.4
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("body", ["H25", "Cart"])
+def test_it_goes_after_a_ball_that_is_taken_away(behavior: MakeBehavior, body: str) -> None:
+    soccer = load_world("soccer")
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.7, 0.0)),), robot=Start())
+    b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world, camera="rendered")
+    b.run_until("there", limit=20.0)
+    b.robot.device.stage.place_object("Ball", (1.3, -0.4, 0.05))  # type: ignore[union-attr]
+    b.run_until("go", limit=5.0)
+    b.run_until("there", limit=40.0)
