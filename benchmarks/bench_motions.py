@@ -21,13 +21,15 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.postures import POSTURES, STANCES, situation_of
-from naoserver._motions.routes import UPRIGHT, changes_stance
+from naoserver._motions.postures import UPRIGHT, situation_of
+from naoserver._motions.routes import changes_stance
+from naoserver.bodies import find_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.motion_rig import MOTIONS, MotionRig
 from zenoh_ice import VirtualClock
 
 CONSOLE = Console(width=110)
+H25 = find_body("H25")
 ON_THE_FEET = ("kick", "kick_left", "wave", "dance")
 
 
@@ -52,7 +54,9 @@ def disturbed(posture: str, run: int) -> MotionRig:
     joints = rig.robot.joints
     targets = {
         joint.name: float(
-            np.clip(POSTURES[posture][joint.name] + noise.normal(0.0, 0.1), joint.lower, joint.upper)
+            np.clip(
+                H25.postures[posture].angles[joint.name] + noise.normal(0.0, 0.1), joint.lower, joint.upper
+            )
         )
         for joint in joints
     }
@@ -63,14 +67,14 @@ def disturbed(posture: str, run: int) -> MotionRig:
 
 def getting_up(posture: str, runs: int) -> tuple[str, ...]:
     """Count how often it stands, or sits, after playing the motion that gets up from a posture once."""
-    ways = (motion for motion in MOTIONS.values() if motion.start == posture and changes_stance(motion))
-    motion = next(way for way in ways if STANCES[way.end] in UPRIGHT)
+    ways = (motion for motion in MOTIONS.values() if motion.start == posture and changes_stance(H25, motion))
+    motion = next(way for way in ways if H25.postures[way.end].stance in UPRIGHT)
     done = 0
     for run in range(runs):
         rig = disturbed(posture, run)
-        if rig.stance == STANCES[posture]:
+        if rig.stance == H25.postures[posture].stance:
             rig.play(motion.name)
-        done += rig.stance is STANCES[motion.end]
+        done += rig.stance is H25.postures[motion.end].stance
     return f"{motion.name}, each joint off by 0.1 rad", "10 of 10", f"{done} of {runs}"
 
 

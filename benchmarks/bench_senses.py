@@ -23,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim._simulator import STEPS_PER_TICK
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.present import present
 from zenoh_ice import VirtualClock
 
 CONSOLE = Console(width=100)
@@ -73,7 +74,7 @@ def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
 def cost_of_walking(rounds: int, *, noise: bool) -> float:
     """Return the time of a control tick in s of a robot that walks, with its senses."""
     robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
-    robot.walker.command(WalkVelocity(forward=0.1))
+    present(robot.walker).command(WalkVelocity(forward=0.1))
     return least(rounds, {"walk": lambda: robot._simulator.advance(TICKS)})["walk"] / TICKS
 
 

@@ -31,11 +31,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver_sim.learning import ENVIRONMENTS
 from naoserver_sim.model import build_model, standing
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.present import present
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import VirtualClock, initialize
 
@@ -120,7 +121,7 @@ def paces(work: Callable[[], float]) -> list[float]:
 def stepping() -> dict[str, list[float]]:
     """Return the speed of one core as a multiple of real time, by the content of a step."""
     model = build_model(skin=False)
-    data = standing(model, H25.postures["STAND_INIT"])
+    data = standing(model, H25.postures["StandInit"].angles)
 
     def bare() -> float:
         mujoco.mj_step(model.mj, data, nstep=4 * TICKS)
@@ -145,7 +146,7 @@ def stepping() -> dict[str, list[float]]:
 
     figures["standing, senses with noise"] = paces(advance)
     figures["the same, read and commanded at 50 Hz"] = paces(read_and_command)
-    robot.walker.command(WalkVelocity(0.2))
+    present(robot.walker).command(WalkVelocity(0.2))
     advance()
     figures["walking, senses with noise"] = paces(advance)
     robot.close()

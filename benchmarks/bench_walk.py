@@ -28,6 +28,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.present import present
 from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 
@@ -56,7 +57,7 @@ class Run:
 
     def walk(self, velocity: WalkVelocity, seconds: float = 0.0) -> None:
         """Command a velocity and let time pass."""
-        self.robot.walker.command(velocity)
+        present(self.robot.walker).command(velocity)
         self.go(seconds)
 
     @property
@@ -101,14 +102,14 @@ def print_drift(runs: int = 10) -> None:
     for seed in range(runs):
         run = Run(seed)
         x, y, heading = run.place()
-        begin = run.robot.walker.odometry()
+        begin = present(run.robot.walker).odometry()
         way = 0.0
         run.walk(WalkVelocity(forward=0.25))
         while way < 3.0:
             run.go(0.1)
             to_x, to_y, to_heading = run.place()
             way = math.hypot(to_x - x, to_y - y)
-        odometry = run.robot.walker.odometry()
+        odometry = present(run.robot.walker).odometry()
         drifts.append(abs(math.cos(heading) * (to_y - y) - math.sin(heading) * (to_x - x)))
         # Both in the frame of the robot at the start.
         turn = heading - begin.heading
@@ -146,7 +147,7 @@ def programme(seed: int, seconds: float = 60.0) -> tuple[float | None, float, fl
         x, y = to_x, to_y
         if run.fallen:
             return 0.5 * step, way, math.nan, math.nan
-    odometry = run.robot.walker.odometry()
+    odometry = present(run.robot.walker).odometry()
     return None, way, math.hypot(odometry.x - x, odometry.y - y), time.process_time() - begin
 
 

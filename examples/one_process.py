@@ -27,19 +27,21 @@ def main() -> None:
     """Walk each side of the square and turn by a quarter to the left."""
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, noise=True, seed=1)
+    walker = robot.walker
+    assert walker is not None  # as other robots may have none
     began = time.perf_counter()
     for side in range(4):
         for velocity, seconds in (
             (WalkVelocity(forward=SPEED), SIDE / SPEED),
             (WalkVelocity(turn=TURN), math.pi / 2 / TURN),
         ):
-            robot.walker.command(velocity)
+            walker.command(velocity)
             until = clock.now() + seconds
             while clock.now() < until:  # here a controller of your own reads and commands
                 clock.advance(PERIOD)
                 if robot.state().fallen:
                     sys.exit("it fell")
-        odometry, truth = robot.walker.odometry(), robot.stage.truth().torso.position
+        odometry, truth = walker.odometry(), robot.stage.truth().torso.position
         believed = f"({odometry.x:+.2f}, {odometry.y:+.2f}) m"
         print(f"side {side + 1}: believes to be at {believed}, is at ({truth[0]:+.2f}, {truth[1]:+.2f}) m")
     robot.close()

@@ -81,7 +81,9 @@ def test_an_urgent_service_waits_for_no_other_callback() -> None:
 
         for number in range(12):  # more than there are threads for callbacks
             robot.create_service(TRIGGER, f"/hang{number}", hang)
-            tool.create_client(TRIGGER, f"/hang{number}").call_async()
+            client = tool.create_client(TRIGGER, f"/hang{number}")
+            client.wait(EVENT_LIMIT)
+            client.call_async()
         assert entered.acquire(timeout=EVENT_LIMIT)
         assert tool.create_client(TRIGGER, "/stop").call(timeout=CALL_LIMIT).success
 

@@ -58,9 +58,20 @@ SUPPLIED: Final = {
 PAGES: Final = sorted(
     str(path.relative_to(DOCS)) for part in ("tutorial", "how-to") for path in (DOCS / part).rglob("*.md")
 )
-CHECKOUT: Final = ("tutorial/", "how-to/editor.md", "how-to/recording.md", "how-to/several-robots.md")
+CHECKOUT: Final = (
+    "tutorial/",
+    "how-to/editor.md",
+    "how-to/own-robot.md",
+    "how-to/recording.md",
+    "how-to/several-robots.md",
+)
 """Pages whose reader is in the checkout, in which `make demo` has made `.venv`."""
-PICTURES: Final = ("tutorial/football.md", "how-to/troubleshooting.md", "how-to/virtual-nao.md")
+PICTURES: Final = (
+    "tutorial/football.md",
+    "how-to/own-robot.md",
+    "how-to/troubleshooting.md",
+    "how-to/virtual-nao.md",
+)
 """Pages whose robot needs cameras."""
 
 

@@ -9,13 +9,14 @@ import sys
 
 import pytest
 
-from naoserver._motions.keyframes import MotionError, parse_motion
+from naoserver._motions.motion_file import MotionError, load_motions, parse_motion
+from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
 from tests.support.limits import RUN_LIMIT
-from tests.support.motion_rig import MOTIONS
 from tests.support.pages import DOCS
 from tests.support.robot_server import served
 
+H25 = find_body("H25")
 PAGE = (DOCS / "how-to/motions.md").read_text(encoding="utf-8")
 
 
@@ -38,14 +39,15 @@ def test_the_program_does_what_the_page_says():
 
 def test_the_file_is_a_motion_and_what_is_wrong_is_reported_as_the_page_says():
     (text,) = blocks("toml")
-    assert parse_motion(text, "nod", "nod.toml").duration == 1.0
+    assert parse_motion(text, "nod", "nod.toml", H25).duration == 1.0
     with pytest.raises(MotionError) as reported:
-        parse_motion(text.replace("HeadPitch = 0.3", "HeadPitch = 0.9"), "nod", "nod.toml")
+        parse_motion(text.replace("HeadPitch = 0.3", "HeadPitch = 0.9"), "nod", "nod.toml", H25)
     assert f"{reported.value}\n" == blocks("text")[1]
 
 
-def test_the_table_reports_every_motion():
-    rows = re.findall(r"^\| (`.*?`) \| (.*?) \| (.*?) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
+@pytest.mark.parametrize(("body", "column"), [("H25", ""), ("T1", r"T1 \| "), ("G1", r"G1 \| ")])
+def test_the_tables_report_every_motion(body, column):
+    rows = re.findall(rf"^\| {column}(`.*?`) \| (.*?) \| (.*?) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
     reported: dict[str, object] = {
         name: (begin, end, float(seconds))
         for names, begin, end, seconds in rows
@@ -53,5 +55,5 @@ def test_the_table_reports_every_motion():
     }
     assert reported == {
         name: (of.start or "any posture", of.end or "as it began", pytest.approx(of.duration, abs=0.06))
-        for name, of in MOTIONS.items()
+        for name, of in load_motions(find_body(body)).items()
     }

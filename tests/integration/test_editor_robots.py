@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from naoserver.fake import FakeRobot
+from tests.support.arm import ARM, ARM_TOML
 from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import children, free_endpoint
@@ -56,6 +57,7 @@ def opened(
     realm: str = "test-robots",
     endpoint: str = "",
     settings: Settings | None = None,
+    folder: Path | None = None,
 ) -> None:
     """Do something as a page in a realm without a robot, or in that of one at an `endpoint`."""
     connect = (endpoint or free_endpoint(),)
@@ -63,7 +65,7 @@ def opened(
 
     async def run() -> None:
         pushes = Pushes()
-        services = make_services(chosen)(pushes)
+        services = make_services(chosen, folder=folder)(pushes)
         try:
             async with asyncio.timeout(RUN_LIMIT):
                 await go(Page(services, pushes))
@@ -88,6 +90,7 @@ def test_a_simulation_is_started_with_moving_balls_killed_started_again_and_ende
         await page.robots.simulate(Simulation(speed="2", balls=True, body="H21"))  # from another window
         robot = await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
         assert robot.simulation == Simulation(speed="2", balls=True, body="H21")
+        assert (await page.until(lambda robot: robot.title)).title == "Nao H21"
         assert children("naoserver_sim") == [simulation]
         await page.balls_are_moved()
         await page.live.control("", "standRobot", {})
@@ -206,6 +209,26 @@ def test_a_missing_package_is_reported_with_the_command_that_installs_it(
     opened(go)
 
 
+@pytest.mark.sim
+def test_a_robot_of_the_project_is_simulated_and_a_faulty_file_is_said_with_its_line(tmp_path: Path) -> None:
+    robots = tmp_path / "robots"
+    robots.mkdir()
+    (robots / "arm.toml").write_text(ARM_TOML)
+    (robots / "arm.urdf").write_text(ARM)
+    (robots / "faulty.toml").write_text('model = "arm.urdf"\nmounted = 7\n')
+
+    async def go(page: Page) -> None:
+        await page.robots.simulate(Simulation(world="empty", body="robots/faulty.toml"))
+        trouble = (await page.until(lambda robot: robot.trouble)).trouble
+        assert "The simulation could not be started: " in trouble
+        assert f"{robots}/faulty.toml:2" in trouble
+        await page.robots.simulate(Simulation(world="empty", body="robots/arm.toml"))
+        robot = await page.until(lambda robot: robot.status == "present" and robot.title == "An arm")
+        assert robot.simulation.body == "robots/arm.toml"
+
+    opened(go, folder=tmp_path)
+
+
 def test_a_real_robot_that_is_not_there_says_so() -> None:
     async def go(page: Page) -> None:
         await page.robots.connect("127.0.0.1:1", "leave")
@@ -218,12 +241,19 @@ def test_a_real_robot_that_is_not_there_says_so() -> None:
 
 
 @pytest.mark.parametrize(
-    "simulation", [Simulation(world="../../etc/passwd"), Simulation(speed="--help"), Simulation(speed="0.0")]
+    "simulation",
+    [
+        Simulation(world="../../etc/passwd"),
+        Simulation(speed="--help"),
+        Simulation(speed="0.0"),
+        Simulation(body="../robots/arm.toml"),
+        Simulation(body="--help"),
+    ],
 )
 def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> None:
     async def go() -> None:
         robots = Robots(lambda _: None, Settings())
-        with pytest.raises(VisualHfsmError, match=r"world|speed"):
+        with pytest.raises(VisualHfsmError, match=r"world|speed|there is no robot"):
             await robots.simulate(simulation)
         assert robots.state.started == ""
 

@@ -9,8 +9,8 @@ import pytest
 from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import CameraPrx, InvalidValueException, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, ScenePrx, TouchPrx
-from naoserver._motions.postures import Stance
-from naoserver.body import H21, H25
+from naoserver.bodies.nao import H21, H25
+from naoserver.parts import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -34,7 +34,7 @@ def test_its_facts_are_those_of_the_h25_without_four_joints():
     assert set(H25.joint_names) - set(H21.joint_names) == FIXED
     assert [joint for joint in H25.joints if joint.name not in FIXED] == list(H21.joints)
     assert H21.links == H25.links
-    assert all(angles.keys() == set(H21.joint_names) for angles in H21.postures.values())
+    assert all(posture.angles.keys() == set(H21.joint_names) for posture in H21.postures.values())
     assert len(H21.touch_sensors) == len(H25.touch_sensors) - 6
 
 

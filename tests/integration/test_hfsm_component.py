@@ -5,16 +5,20 @@ from __future__ import annotations
 import re
 import signal
 import sys
-from contextlib import AbstractContextManager, ExitStack
+import threading
+from contextlib import AbstractContextManager, ExitStack, closing
 from pathlib import Path
 
 import pytest
 
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
+from naoserver import server
 from naoserver.fake import FakeRobot
+from tests.support.bodies import ARM
 from tests.support.carriers import is_used, over_both
 from tests.support.commands import run_file_here
+from tests.support.component import MonitorStub
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess
@@ -73,8 +77,47 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
     with serve(endpoint):
         code, output = run(file, endpoint)
     assert code == 1
-    assert "the component cannot start: self.tail:" in output
+    assert (
+        "the component cannot start: self.tail needs Tail (PoseHead), which this robot does not serve"
+        in output
+    )
     assert "Traceback" not in output
+
+
+def test_what_a_robot_lacks_is_named_with_what_it_serves(tmp_path: Path, endpoint: str) -> None:
+    config = HEAD + HEAD.replace(">Head<", ">Motors<").replace(">head<", ">wheels<")
+    file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
+    with served(FakeRobot(body=ARM), realm="nao", endpoint=endpoint):
+        code, output = run(file, endpoint)
+    assert code == 1
+    needs = "self.head needs Head (PoseHead), self.wheels needs Motors (PoseHead), which this robot does not serve"
+    assert f"the component cannot start: {needs}; it serves " in output
+    served_there = output.partition("it serves ")[2]
+    assert "CraneMotors" in served_there
+    assert "Body" in served_there
+
+
+def test_a_robot_that_starts_beside_another_program_is_waited_for(
+    tmp_path: Path, endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hfsm_runtime._robot._START_LIMIT", START_LIMIT)
+    with ExitStack() as stack:
+        robot = stack.enter_context(closing(FakeRobot()))
+        there = stack.enter_context(initialize(realm="nao", listen=[endpoint], connect=[], clock="wall"))
+        other, adapter = there.createObjectAdapter("Other"), there.createObjectAdapter("Robot")
+        other.add(MonitorStub(), "Other")
+        other.activate()
+
+        def start_robot() -> None:
+            stack.enter_context(server.serve(robot, adapter))
+            adapter.activate()
+
+        starting = threading.Timer(0.8, start_robot)
+        starting.start()
+        stack.callback(starting.join)
+        code, output = run(turning(tmp_path), endpoint, "--seconds", "0.2", "--timeout", "0.6")
+        starting.join()
+    assert (code, "turning" in output) == (0, True), output
 
 
 def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path, endpoint: str) -> None:

@@ -6,9 +6,10 @@ import asyncio
 import io
 import json
 import math
+import re
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,8 +25,12 @@ from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import PoseHeadPrx
+from interfaces.nao import Description, PoseHeadPrx
+from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.server import serve
 from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
@@ -35,6 +40,7 @@ from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.service import Monitoring
+from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, Silence
 from visualhfsm._monitoring.robot import RobotMonitor, RobotState
 from visualhfsm._monitoring.run_log import LiveSnapshot
@@ -498,20 +504,34 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
     on_page(robot, go)
 
 
+async def described_body(opened: Page, named: str) -> Any:
+    """Return the robot of a name in the poses, as the page asks for it."""
+    return json.loads(bytes(await opened.service.control("", "body", {"hash": named})))
+
+
 def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
     async def go(opened: Page) -> None:
         stream = opened.service.poses()
-        described = json.loads(await anext(stream))
-        assert described["links"][0] == {"name": "torso"}
-        world = json.loads(await anext(stream))["world"]
-        assert {(shape["object"], shape["kind"]) for shape in world} == {
-            ("BallGreen", "sphere"),
-            ("BallRed", "sphere"),
-        }
+        body, state, seen = "", {}, set()
         async for frame in stream:
-            state = json.loads(frame)
-            if state["joints"] and state["tilt"] is not None and len(state["objects"]) == 2:
+            content = json.loads(frame)
+            if "body" in content:
+                body = content["body"]
+            elif "world" in content:
+                seen = {(shape["object"], shape["kind"]) for shape in content["world"]}
+            else:
+                state = content
+            if (
+                body
+                and state
+                and state["joints"]
+                and state["tilt"] is not None
+                and len(state["objects"]) == 2
+            ):
                 break
+        assert seen == {("BallGreen", "sphere"), ("BallRed", "sphere")}
+        described = await described_body(opened, body)
+        assert described["links"][0] == {"name": "torso"}
         assert set(state["joints"]) == {link["joint"] for link in described["links"] if "joint" in link}
         assert state["tilt"] == pytest.approx(0.0, abs=0.01)
         assert state["torso"] is None
@@ -521,6 +541,96 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
             await opened.service.control("", "pushRobot", {})
 
     on_page(robot, go)
+
+
+def test_the_page_shows_another_robot_when_that_has_replaced_the_first(robot: ServedRobot) -> None:
+    async def go(opened: Page) -> None:
+        async def names(title: str) -> Any:
+            async for frame in opened.service.poses():
+                named = json.loads(frame).get("body")
+                if named and (found := await described_body(opened, named))["title"] == title:
+                    return found
+            return None
+
+        assert (await names("Nao H25"))["name"] == "H25"
+        robot.serving.close()
+        await names("Nao H25")  # until there is another one, it is the last one
+        adapter = robot.served_by.createObjectAdapter("another")
+        with closing(FakeRobot(body=find_body("T1"))) as another, serve(another, adapter):
+            adapter.activate()
+            other = await names("Booster T1")
+        assert {link["joint"] for link in other["links"] if "joint" in link} == {*find_body("T1").joint_names}
+        with pytest.raises(VisualHfsmError, match="cannot be requested like this"):
+            await opened.service.control("", "body", {"hash": 7})
+        assert await opened.service.control("", "body", {"hash": "unknown"}) is None
+
+    on_page(robot, go)
+
+
+def test_the_wheels_of_a_cart_have_no_limits_and_its_head_pans() -> None:
+    async def go(opened: Page) -> None:
+        while not (facts := await opened.service.control("", "facts", {})).limits:
+            await asyncio.sleep(0.01)
+        limits = {each["name"]: each for each in json.loads(msgspec.json.encode(facts))["limits"]}
+        wheels = cart.groups.wheels
+        assert [(limits[wheel]["lower"], limits[wheel]["upper"]) for wheel in wheels] == [(None, None)] * 2
+
+    cart = find_body("Cart")
+    with served(FakeRobot(body=cart)) as robot:
+        on_page(robot, go)
+
+
+class Undescribed(Description):
+    """A description of which a stranger says anything."""
+
+    def __init__(self, body: str, looks: str) -> None:
+        self.body = body
+        self.looks = looks
+
+    def getBody(self, current: Current) -> str:
+        return self.body
+
+    def getLooks(self, current: Current) -> str:
+        return self.looks
+
+
+@pytest.mark.parametrize(
+    "body", ["[" * 10_000, '{"name": "X", "links": []}', "x" * ((8 << 20) + 1)], ids=range(3)
+)
+def test_a_description_that_is_not_sound_is_said_and_nothing_is_drawn(pair: Pair, body: str) -> None:
+    server = pair.server.createObjectAdapter("stranger")
+    server.add(Undescribed(body, ""), "Description")
+    server.activate()
+    monitor = RobotMonitor(pair.client)
+
+    def is_refused() -> bool:
+        monitor.update()
+        return bool(monitor.undescribed)
+
+    eventually(is_refused)
+    assert re.search("the robot's body|bytes", monitor.undescribed)
+    assert monitor.described is None
+
+
+@pytest.mark.parametrize(("name", "is_drawn"), [("H21", True), ("T1", False)])
+def test_a_robot_that_describes_nothing_is_drawn_if_it_is_a_nao(
+    pair: Pair, name: str, is_drawn: bool
+) -> None:
+    with closing(FakeRobot(body=find_body(name))) as robot:
+        adapter = pair.server.createObjectAdapter("undescribed")
+        adapter.add(Assembly(robot, ServerOptions(), WallClock()).servants["Body"], "Body")
+        adapter.activate()
+        monitor = RobotMonitor(pair.client)
+
+        def limits_are_known() -> bool:
+            monitor.update()
+            return bool(monitor.facts().limits)
+
+        eventually(limits_are_known)
+        assert monitor.described == (nao() if is_drawn else None)
+        assert monitor.undescribed == (
+            "" if is_drawn else "This robot's server does not describe its body, so that it cannot be drawn."
+        )
 
 
 @pytest.mark.sim

@@ -21,8 +21,21 @@ from mcap.stream_reader import StreamReader
 from hfsm_runtime._recording.run import RecordedRuntime, recording
 from hfsm_runtime.debugger._snapshot import structure_of
 from hfsm_runtime.loading import load_module
-from hfsm_runtime.recording_file.messages import Change, Image, Message, RobotPose, Shape, Stamp, World
+from hfsm_runtime.recording_file.messages import (
+    Change,
+    Description,
+    Image,
+    Message,
+    RobotPose,
+    Shape,
+    Stamp,
+    World,
+)
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
+from naoserver.bodies import find_body
+from naoserver.body import write_body
+from naoserver.looks.description import write_looks
+from naoserver.parts import Axis
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
@@ -33,6 +46,7 @@ from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import RecordedRun, open_recording
 from visualhfsm._live.service import Monitoring
+from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.robot import RobotState
 from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
 from zenoh_ice import Settings, VirtualClock
@@ -181,6 +195,34 @@ def test_the_robot_and_its_world_are_those_of_the_moment(tmp_path: Path) -> None
     assert then.objects == {"Ball": (2.0, 0.0, 0.0, *upright)}
     later = at(run.log, 0.8).robot
     assert (later.joints, later.torso, later.objects) == ({"HeadYaw": 0.7}, None, {})
+
+
+def test_the_robot_is_the_one_that_was_recorded(tmp_path: Path) -> None:
+    body = find_body("T1")
+    pan = body.hinges["Neck"][Axis.PAN].joint
+    run = recorded(
+        tmp_path / "run.mcap",
+        ("/description", Description.of(write_body(body), write_looks(body))),
+        CHANGE,
+        ("/robot", RobotPose({pan: 0.2})),
+        CHANGE,
+    )
+    assert run.described.title == "Booster T1"
+    assert run.exported(None).body == run.described.page
+    assert at(run.log, 0.9).robot.pan == 0.2
+
+
+@pytest.mark.parametrize("body", ["", "[]", '{"name": "X", "links": []}'])
+def test_a_recording_without_a_sound_description_shows_a_nao(tmp_path: Path, body: str) -> None:
+    run = recorded(tmp_path / "run.mcap", CHANGE, ("/description", Description(body, "{}")), CHANGE)
+    assert run.described == nao()
+    assert recorded(tmp_path / "old.mcap", CHANGE, CHANGE).described == nao()
+
+
+def test_looks_that_are_too_large_for_a_recording_are_left_out() -> None:
+    large = " " * (4 << 20)
+    assert Description.of("{}", large) == Description("{}", "")
+    assert Description.of("{}", "{}") == Description("{}", "{}")
 
 
 def test_pictures_are_those_that_the_component_saw(tmp_path: Path) -> None:

@@ -324,6 +324,7 @@ def test_status_reports_robot_and_processes(
     nao("call", "Speech.ice_ping")
     message = json.loads(nao("status", "--json").out)
     assert message["robot"]["Clock"]["simulated"] in {True, False}
+    assert message["robot"]["Description"] == {"name": "H25", "title": "Nao H25"}
     (process,) = message["processes"]
     assert process["pid"] == os.getpid()
     speech = next(each for name, each in process["servants"].items() if name.startswith("Speech"))
@@ -331,6 +332,7 @@ def test_status_reports_robot_and_processes(
     assert bool(over_network) is (carrier == NETWORK)
     text = nao("status", "--all").out
     assert "upright" in text
+    assert "Nao H25" in text
     assert "Speech" in text
 
 

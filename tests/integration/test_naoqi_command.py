@@ -119,6 +119,13 @@ def test_a_robot_that_is_not_there_is_one_line():
     assert re.search(r"cannot connect to tcp://127\.0\.0\.1:1: .*refused.*is the robot on", done.stderr)
 
 
+def test_a_robot_that_is_no_nao_is_refused_by_name():
+    options = ("--robot", "tcp://127.0.0.1:1", "--body", "T1")
+    done = run_here(app, "naoserver-naoqi", *options, expected=(RobotError,))
+    assert done.returncode == 1
+    assert "drives NAOqi, the system of the Nao; this robot is a Booster T1" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("robot", "reason"), [("ftp://nao.local", "tcp://"), ("tcps://nao.local", "requires a login")]
 )

@@ -9,7 +9,7 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from contextlib import closing
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress

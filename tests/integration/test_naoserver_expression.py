@@ -6,7 +6,7 @@ import pytest
 
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import LedColor, LedsPrx, SpeechPrx
-from naoserver.expression import START
+from naoserver.bodies.nao import H25
 from naoserver.fake import FakeRobot
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import served_to_client, wait_for
@@ -35,7 +35,7 @@ def speech(nao):
 
 
 def test_lights_are_named_set_and_reported(leds):
-    assert leds.getLedNames() == list(START)
+    assert leds.getLedNames() == list(H25.lights)
     leds.setLed("LeftEye", RED, 0.0)
     assert leds.getLeds().colors["LeftEye"] == RED
     leds.reset()

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from interfaces.nao import BatteryPrx, FootPressurePrx, InertialUnitPrx, SonarPrx, TouchPrx
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.fake import FakeRobot
 from tests.support.robot_server import served_to_client, wait_for
@@ -40,7 +40,7 @@ def test_the_feet_with_their_centers_of_pressure(client):
         left_foot=FootReading(3.0, 0.0, 1.0, 0.0), right_foot=FootReading(0.0, 0.0, 0.0, 0.0)
     )
     reading = wait_for(feet.getFeetReading, lambda reading: reading.left.total == 4.0)
-    front, rear = (H25.facts["fsr"]["left"][sensor] for sensor in ("FrontLeft", "RearLeft"))
+    front, rear = (H25.soles[0].pressure[sensor] for sensor in ("FrontLeft", "RearLeft"))
     assert reading.left.frontLeft == 3.0
     assert reading.left.rearLeft == 1.0
     assert reading.left.centerX == pytest.approx((3 * front[0] + rear[0]) / 4)
@@ -53,9 +53,10 @@ def test_the_sonar_also_when_it_hears_nothing(client):
     client.robot.senses.feel(sonar=SonarReading(left=0.7))
     reading = wait_for(sonar.getSonarReading, lambda reading: reading.left == 0.7)
     assert reading.right == math.inf
-    limits = sonar.getSonarLimits()
+    limits, facts = sonar.getSonarLimits(), H25.sonar
+    assert facts is not None
     assert 0.0 < limits.nearest < limits.farthest
-    assert limits.cone == pytest.approx(math.radians(H25.facts["sonar"]["cone_deg"]))
+    assert limits.cone == pytest.approx(facts.cone)
 
 
 def test_what_is_touched_in_the_order_of_the_names(client):

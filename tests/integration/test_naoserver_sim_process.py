@@ -7,7 +7,7 @@ import pytest
 
 from interfaces.jderobot import CameraPrx, HardwareFailedException, Pose3DEncodersPrx
 from interfaces.nao import ClockPrx, PoseHeadPrx
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.errors import RobotError
 from naoserver_sim._command import app
 from tests.support.commands import run_here

@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("qi")
 
 from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx, ScenePrx
-from naoserver.body import H21, H25
+from naoserver.bodies.nao import H21, H25
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
@@ -108,8 +108,8 @@ def test_a_program_runs_on_an_h21_and_learns_that_it_has_no_hands(session):
 
 
 def arm_masses():
-    return [link.mass for link in H25.links if link.parent_joint and link.parent_joint[0] == "L"
-            and link.parent_joint[1:].startswith(("Shoulder", "Elbow", "Wrist"))]  # fmt: skip
+    links = {link.name: link.mass for link in H25.links}
+    return [links[H25.joint[joint].child] for joint in H25.groups.left_arm if joint != "LHand"]
 
 
 def test_it_walks_and_comes_into_a_posture(session):

@@ -28,19 +28,33 @@ from interfaces.nao import (
     Vector3,
     WalkPrx,
 )
-from naoserver._motions.postures import POSTURES
-from tests.support.conformance import PATIENT, ROBOTS, WITH_AN_H21, in_simulation
+from naoserver._motions.motion_file import load_motions
+from naoserver.bodies.nao import H21
+from naoserver.kinematics import kinematics_of
+from naoserver.parts import Axis, Steps
+from tests.support.conformance import (
+    FAMILIES,
+    PATIENT,
+    ROBOTS,
+    in_simulation,
+    pan_of,
+    robots,
+    simulated,
+)
 from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually, wait_for
 
 SPEED = 0.08
-"""Forward velocity in m/s that every robot walks at: NAOqi's walk reaches 0.095 m/s."""
+"""Forward velocity in m/s that every Nao walks at: NAOqi's walk reaches 0.095 m/s."""
 SPEED_TOLERANCE = 0.25
 """Part of a velocity by which what is reached, by odometry over some steps, may miss it."""
 POSTURE_TOLERANCE = 0.1
 """In rad, of a joint that carries the body in a posture."""
 COLOR_TOLERANCE = 0.01
 """NAOqi has 256 shades."""
+
+WITH_AN_H21 = (*robots(bodies=FAMILIES), *robots(bodies=[H21], ways=[simulated]))
+"""Each implementation of each family, and an H21 in simulation."""
 
 RED = LedColor(red=1.0, green=0.0, blue=0.0)
 
@@ -52,7 +66,7 @@ def nao(request):
         yield nao
 
 
-@pytest.fixture(params=ROBOTS)
+@pytest.fixture(params=robots(lambda body: body.walk, bodies=FAMILIES))
 def walking(request):
     """A robot that is served, whose velocities need not be renewed, and a client's session."""
     with request.param(PATIENT) as nao:
@@ -68,6 +82,20 @@ def joint(nao, state, name):
     return state.positions[nao.robot.body.joint_names.index(name)]
 
 
+def joint_of(nao, hinge, axis):
+    return nao.robot.body.hinges[hinge][axis].joint
+
+
+def speed_of(nao):
+    """Return the velocity in m/s for a test: a bigger robot has no time for a Nao's."""
+    return SPEED if isinstance(nao.robot.body.walk, Steps) else nao.robot.walker.limits.forward / 2
+
+
+def sway_of(nao):
+    """Return by how many m the trunk may be off while it turns: a bigger robot sways more from foot to foot."""
+    return 0.08 if isinstance(nao.robot.body.walk, Steps) else 0.15
+
+
 def ended(state):
     return state.status not in (ActionStatus.Idle, ActionStatus.Moving)
 
@@ -81,9 +109,9 @@ def test_it_walks_as_commanded_and_stops(walking):
     def stands():
         return not walking.robot.walker.walking
 
-    check_it_walks_as_fast_as_commanded_and_straight(motors, encoders)
+    check_it_walks_as_fast_as_commanded_and_straight(motors, encoders, speed_of(walking))
     eventually(stands)
-    check_it_turns_to_the_left_where_it_stands(motors, encoders)
+    check_it_turns_to_the_left_where_it_stands(motors, encoders, sway_of(walking))
     check_velocities_are_in_si_units_both_ways_and_limited(walking, motors)
     # A stop ends the walk in every direction.
     eventually(stands)
@@ -96,39 +124,40 @@ def test_it_walks_as_commanded_and_stops(walking):
     check_while_it_walks_the_head_is_free_and_the_legs_are_not(walking, motors)
 
 
-def check_it_walks_as_fast_as_commanded_and_straight(motors, encoders):
+def check_it_walks_as_fast_as_commanded_and_straight(motors, encoders, speed):
     start = encoders.getEncodersData()
     seen: deque[tuple[float, float]] = deque()
     """When it was where, over the last 0.1 m."""
-    assert motors.setV(SPEED) == 0
+    assert motors.setV(speed) == 0
     for sample in encoders.getEncodersData.samples(timeout=EVENT_LIMIT):
         time, x = sample.time, sample.value.robotx - start.robotx
         while len(seen) > 1 and x - seen[1][1] > 0.1:
             seen.popleft()
         seen.append((time, x))
         begin, near = seen[0]
-        if x - near > 0.1 and (x - near) / (time - begin) == pytest.approx(SPEED, rel=SPEED_TOLERANCE):
+        if x - near > 0.1 and (x - near) / (time - begin) == pytest.approx(speed, rel=SPEED_TOLERANCE):
             break
-        assert x < MOVE_LIMIT * SPEED, "it does not walk at this speed"
+        assert x < MOVE_LIMIT * speed, "it does not walk at this speed"
     assert motors.setV(0.0) == 0
     after = encoders.getEncodersData()
     assert abs(after.roboty - start.roboty) < 0.05
     assert abs(after.robottheta - start.robottheta) < 0.15
 
 
-def check_it_turns_to_the_left_where_it_stands(motors, encoders):
+def check_it_turns_to_the_left_where_it_stands(motors, encoders, sway):
     start = encoders.getEncodersData()
     assert motors.setW(0.5) == 0
     there = wait_for(encoders.getEncodersData, lambda data: data.robottheta - start.robottheta > 0.3)
     assert motors.setW(0.0) == 0
-    assert math.hypot(there.robotx - start.robotx, there.roboty - start.roboty) < 0.08
+    assert math.hypot(there.robotx - start.robotx, there.roboty - start.roboty) < sway
     assert math.atan2(there.robotsin, there.robotcos) == pytest.approx(there.robottheta, abs=1e-5)
 
 
 def check_velocities_are_in_si_units_both_ways_and_limited(walking, motors):
-    assert (motors.setV(SPEED), motors.setW(-0.2), motors.setL(0.04)) == (0, 0, 0)
-    assert (motors.getV(), motors.getW(), motors.getL()) == pytest.approx((SPEED, -0.2, 0.04), abs=1e-4)
     limits = walking.robot.walker.limits
+    sideways = min(0.04, limits.left)
+    assert (motors.setV(SPEED), motors.setW(-0.2), motors.setL(sideways)) == (0, 0, 0)
+    assert (motors.getV(), motors.getW(), motors.getL()) == pytest.approx((SPEED, -0.2, sideways), abs=1e-4)
     assert (motors.setV(-9.0), motors.setW(9.0), motors.setL(-9.0)) == (1, 1, 1)
     reached = (motors.getV(), motors.getW(), motors.getL())
     assert reached == pytest.approx((-limits.forward, limits.turn, -limits.left), abs=1e-3)
@@ -137,17 +166,18 @@ def check_velocities_are_in_si_units_both_ways_and_limited(walking, motors):
 
 def check_while_it_walks_the_head_is_free_and_the_legs_are_not(walking, motors):
     body = walking.proxy(JointsPrx, "Body")
+    moved, free_one = walking.robot.walker.joints[0], pan_of(walking.robot.body)
     motors.setV(SPEED)
     with pytest.raises(InvalidValueException, match="the walk") as refusal:
-        body.setJointPositions({"LKneePitch": 0.5}, 0.2)
-    assert refusal.value.field == "LKneePitch"
-    body.setJointPositions({"HeadYaw": 0.3}, 1.0)
-    wait_for(body.getJointState, lambda state: abs(joint(walking, state, "HeadYaw") - 0.3) < 0.05)
+        body.setJointPositions({moved: 0.0}, 0.2)
+    assert refusal.value.field == moved
+    body.setJointPositions({free_one: 0.3}, 1.0)
+    wait_for(body.getJointState, lambda state: abs(joint(walking, state, free_one) - 0.3) < 0.05)
     motors.setV(0.0)
 
     def free():
         try:
-            return bool(body.setJointPositions({"LKneePitch": 0.6}, 0.2))
+            return bool(body.setJointPositions({moved: 0.0}, 0.2))
         except InvalidValueException:
             return False
 
@@ -170,19 +200,19 @@ def test_it_walks_to_a_place(walking):
 # -- lights and voice ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("nao", robots(lambda body: body.lights, bodies=FAMILIES), indirect=True)
 def test_lights_fade_and_a_text_is_begun_reported_and_ended(nao):
     leds = nao.proxy(LedsPrx, "Leds")
     names = leds.getLedNames()
-    assert {"LeftEye", "RightEye", "LeftEar", "RightEar", "Head", "Chest", "LeftFoot", "RightFoot"} == set(
-        names
-    )
+    assert set(names) == nao.robot.body.lights.keys()
+    lamp = next(name for name, facts in nao.robot.body.lights.items() if not facts.single_colored)
     leds.reset()
     before = leds.getLeds().colors
-    leds.setLed("LeftEye", RED, 0.2)
+    leds.setLed(lamp, RED, 0.2)
 
     def shows(color):
         def does(state):
-            now = state.colors["LeftEye"]
+            now = state.colors[lamp]
             far = max(abs(now.red - color.red), abs(now.green - color.green), abs(now.blue - color.blue))
             return far < COLOR_TOLERANCE
 
@@ -190,7 +220,7 @@ def test_lights_fade_and_a_text_is_begun_reported_and_ended(nao):
 
     wait_for(leds.getLeds, shows(RED))
     leds.reset()  # back to what they began with
-    wait_for(leds.getLeds, shows(before["LeftEye"]))
+    wait_for(leds.getLeds, shows(before[lamp]))
 
     speech = nao.proxy(SpeechPrx, "Speech")
     count = speech.getSpeech().count
@@ -210,9 +240,13 @@ def test_lights_fade_and_a_text_is_begun_reported_and_ended(nao):
 # -- postures and motions ------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "nao", robots(lambda body: "Crouch" in body.postures, bodies=FAMILIES), indirect=True
+)
 def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
     postures = nao.proxy(PosturesPrx, "Postures")
-    assert set(postures.getPostures()) >= POSTURES.keys()
+    assert set(postures.getPostures()) >= nao.robot.body.postures.keys()
+    bent = joint_of(nao, "LeftKnee", Axis.TILT)
     eventually(lambda: postures.getPosture() == "StandInit")  # a robot with NAOqi is asked twice a second
     for name, fraction, field in (
         ("Handstand", 0.5, "name"),
@@ -223,9 +257,9 @@ def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
             postures.goToPosture(name, fraction)
         assert refusal.value.field == field
 
-    knee = POSTURES["StandInit"]["LKneePitch"]
+    knee = nao.robot.body.postures["StandInit"].angles[bent]
     postures.goToPosture("Crouch", 0.15)  # slowly: the stop is to come in time on a busy machine, too
-    wait_for(body.getJointState, lambda state: abs(joint(nao, state, "LKneePitch") - knee) > 0.1)
+    wait_for(body.getJointState, lambda state: abs(joint(nao, state, bent) - knee) > 0.1)
     postures.stop()
     stopped = wait_for(postures.getPostureState, ended)
     assert stopped.status in (ActionStatus.Stopped, ActionStatus.Failed)
@@ -237,17 +271,22 @@ def test_it_goes_into_a_posture_stops_on_the_way_and_reports_it(nao, body):
         state.message
     )
     eventually(lambda: postures.getPosture() == "Crouch")
-    knee = POSTURES["Crouch"]["LKneePitch"]
-    wait_for(
-        body.getJointState, lambda state: abs(joint(nao, state, "LKneePitch") - knee) < POSTURE_TOLERANCE
-    )
+    knee = nao.robot.body.postures["Crouch"].angles[bent]
+    wait_for(body.getJointState, lambda state: abs(joint(nao, state, bent) - knee) < POSTURE_TOLERANCE)
 
 
-@pytest.mark.parametrize("nao", WITH_AN_H21, indirect=True)
+@pytest.mark.parametrize(
+    "nao",
+    [
+        *robots(lambda body: "wave" in load_motions(body), bodies=FAMILIES),
+        *robots(bodies=[H21], ways=[simulated]),
+    ],
+    indirect=True,
+)
 def test_it_waves_and_the_motion_owns_its_joints_until_it_ends(nao, body):
     motions = nao.proxy(MotionsPrx, "Motions")
     facts = {motion.name: motion for motion in motions.getMotions()}
-    assert facts.keys() >= {"dance", "kick", "sit_down", "stand_up_from_sit", "stand_up_from_belly", "wave"}
+    assert facts.keys() == load_motions(nao.robot.body).keys()
     with pytest.raises(InvalidValueException) as refusal:
         motions.play("somersault", 1.0)
     assert refusal.value.field == "name"
@@ -263,7 +302,7 @@ def test_it_waves_and_the_motion_owns_its_joints_until_it_ends(nao, body):
     motions.play("wave", 2.0)
     state = wait_for(motions.getMotionState, lambda state: state.count > stopped.count and ended(state))
     assert (state.status, state.name, state.progress) == (ActionStatus.Done, "wave", 1.0), state.message
-    assert body.setJointPositions({"RShoulderPitch": 1.4}, 0.3)
+    assert body.setJointPositions({joint_of(nao, "RightShoulder", Axis.TILT): 0.0}, 0.3)
 
 
 # -- safety --------------------------------------------------------------------------------------------------
@@ -272,20 +311,27 @@ def test_it_waves_and_the_motion_owns_its_joints_until_it_ends(nao, body):
 def commands(nao):
     """Every way to command the robot."""
     head, body = nao.proxy(PoseHeadPrx, "Head"), nao.proxy(JointsPrx, "Body")
-    elbow, motors = nao.proxy(Pose3DMotorsPrx, "LeftElbowMotors"), nao.proxy(MotorsPrx, "Motors")
-    motions, postures = nao.proxy(MotionsPrx, "Motions"), nao.proxy(PosturesPrx, "Postures")
-    return (
+    neck, motors = nao.proxy(Pose3DMotorsPrx, "NeckMotors"), nao.proxy(MotorsPrx, "Motors")
+    pan = pan_of(nao.robot.body)
+    always = [
         lambda: head.setPose(0.1, 0.0, 0.2),
         lambda: head.setSpeed(0.1, 0.0),
-        lambda: body.setJointPositions({"HeadYaw": 0.1}, 0.2),
-        lambda: body.setStiffnesses({"HeadYaw": 0.9}, 0.0),
-        lambda: elbow.setPose3DMotorsData(elbow.getPose3DMotorsData()),
+        lambda: body.setJointPositions({pan: 0.1}, 0.2),
+        lambda: body.setStiffnesses({pan: 0.9}, 0.0),
+        lambda: neck.setPose3DMotorsData(neck.getPose3DMotorsData()),
         lambda: motors.setV(SPEED),
+    ]
+    if not nao.robot.body.postures:
+        return always
+    motions, postures = nao.proxy(MotionsPrx, "Motions"), nao.proxy(PosturesPrx, "Postures")
+    return [
+        *always,
         lambda: motions.play("wave", 1.0),
         lambda: postures.goToPosture("Crouch", 0.5),
-    )
+    ]
 
 
+@pytest.mark.parametrize("nao", robots(bodies=FAMILIES), indirect=True)
 def test_a_lease_and_an_emergency_stop_refuse_every_command(nao, body):
     with nao.client() as other:
         other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
@@ -298,14 +344,14 @@ def test_a_lease_and_an_emergency_stop_refuse_every_command(nao, body):
         nao.proxy(PoseHeadPrx, "Head").setPose(0.0, 0.0, 0.2)
 
     safety, head = nao.proxy(SafetyPrx, "Safety"), nao.proxy(PoseHeadPrx, "Head")
-    head.setPose(1.5, 0.0, 0.02)
+    head.setPose(1.0, 0.0, 0.02)
     wait_for(head.getPose, lambda pose: pose.pan > 0.1)
     safety.emergencyStop("enough")
     for command in commands(nao):
         with pytest.raises(CommandRefusedException):
             command()
     held = wait_for(body.getJointState, lambda state: max(map(abs, state.velocities)) < 0.1)
-    assert joint(nao, held, "HeadYaw") < 1.0
+    assert joint(nao, held, pan_of(nao.robot.body)) < 0.8
     state = safety.getSafetyState()
     assert (state.stopped, state.reason) == (True, "enough")
     safety.resetEmergencyStop()
@@ -316,11 +362,15 @@ def test_a_lease_and_an_emergency_stop_refuse_every_command(nao, body):
 # -- what only a simulation has ------------------------------------------------------------------------------
 
 
-@in_simulation
+@in_simulation(bodies=FAMILIES)
 def test_ground_truth_and_scene_are_there(nao):
     truth, scene = nao.proxy(GroundTruthPrx, "GroundTruth"), nao.proxy(ScenePrx, "Scene")
-    assert truth.getGroundTruth().torso.position.z == pytest.approx(0.32, abs=0.02)
+    body = nao.robot.body
+    height = kinematics_of(body).torso_place(body.resting_angles)[2, 3]
+    assert truth.getGroundTruth().torso.position.z == pytest.approx(height, abs=0.02)
     scene.placeObject("BallRed", Vector3(x=0.8, y=0.1, z=0.4))
     wait_for(truth.getGroundTruth, lambda seen: abs(seen.objects["BallRed"].position.y - 0.1) < 0.02)
-    scene.pressSensor("HeadFront", 5.0)
-    wait_for(nao.proxy(TouchPrx, "Touch").getTouchReading, lambda reading: reading.touched == ["HeadFront"])
+    if body.touch_sensors:
+        sensor = body.touch_sensors[1]
+        scene.pressSensor(sensor, 5.0)
+        wait_for(nao.proxy(TouchPrx, "Touch").getTouchReading, lambda reading: reading.touched == [sensor])

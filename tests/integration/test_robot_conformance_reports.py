@@ -1,7 +1,9 @@
 """What every robot reports and refuses while it stands: tests that change nothing, so it is started once for all."""
 
 import math
+from collections.abc import Callable, Mapping
 from itertools import pairwise
+from typing import Final
 
 import pytest
 
@@ -26,9 +28,9 @@ from interfaces.nao import (
     SonarPrx,
     TouchPrx,
 )
-from naoserver._servants.hinge import HINGES
-from naoserver.body import H25
-from tests.support.conformance import BODIES, ROBOTS, motors
+from naoserver._motions.motion_file import load_motions
+from naoserver.body import Body
+from tests.support.conformance import BODIES, FAMILIES, motors, pan_of, robots, tilt_of
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import wait_for
 from zenoh_ice import MarshalException
@@ -40,26 +42,47 @@ GRAVITY_TOLERANCE = 0.3
 """In m/s2, at rest."""
 TILT_TOLERANCE = 0.12
 """In rad, of a torso that stands: its posture leans forwards a little."""
-WEIGHT = GRAVITY * sum(link.mass for link in H25.links)
 WEIGHT_TOLERANCE = 0.1
 """Part of the weight by which what the soles feel may miss it."""
 RATE_TOLERANCE = 0.1
 """In rad/s, at rest."""
 
-COMMON = {
-    *("Battery", "Body", "Camera", "CameraBottom", "Clock", "Encoders", "FootPressure", "Head", "Health"),
-    *("InertialUnit", "Leds", "Motions", "Motors", "NeckSpeed", "Postures", "Safety", "Sonar", "Speech"),
-    *("Touch", "Walk"),
+ALWAYS = {"Body", "Clock", "Description", "Health", "Safety"}
+OF_A_PART: Final[Mapping[str, Callable[[Body], object]]] = {
+    "Battery": lambda body: body.battery,
+    "Encoders": lambda body: body.walk,
+    "FootPressure": lambda body: has_pressure(body),
+    "Head": lambda body: body.neck,
+    "InertialUnit": lambda body: body.inertial_unit,
+    "Leds": lambda body: body.lights,
+    "Motions": load_motions,
+    "Motors": lambda body: body.walk,
+    "NeckSpeed": lambda body: body.neck,
+    "Postures": lambda body: body.postures,
+    "Sonar": lambda body: body.sonar,
+    "Speech": lambda body: body.voice,
+    "Touch": lambda body: body.touch,
+    "Walk": lambda body: body.walk,
 }
+"""The identities that are served where the body has a part."""
 BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors", "Encoders")}
 SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}
 
 
-on_an_h25 = pytest.mark.parametrize("served", ROBOTS, indirect=True)
-"""For what is the same for each body."""
+def has_pressure(body):
+    return any(sole.pressure for sole in body.soles)
 
 
-@pytest.fixture(scope="module", params=BODIES)
+def on_each_with(*parts, bodies=BODIES):
+    """Run a test with each body that has some parts."""
+    return pytest.mark.parametrize("served", robots(*parts, bodies=bodies), indirect=True)
+
+
+on_each_family = on_each_with(bodies=FAMILIES)
+"""For what is the same for an H21 as for an H25."""
+
+
+@pytest.fixture(scope="module", params=robots())
 def served(request):
     """A robot that is served."""
     with request.param(None) as nao:
@@ -94,10 +117,11 @@ def camera(nao):
 
 
 def test_it_serves_what_such_a_robot_has(nao):
-    joints, expected = set(nao.robot.body.joint_names), set(COMMON)
-    for hinge in HINGES:
-        if joints.issuperset(joint for _, joint in hinge.joints):
-            expected |= {f"{hinge.name}Motors", f"{hinge.name}Encoders"}
+    body = nao.robot.body
+    expected = ALWAYS | {identity for identity, part in OF_A_PART.items() if part(body)}
+    expected |= {camera.name for camera in body.cameras}
+    for hinge in body.hinges:
+        expected |= {f"{hinge}Motors", f"{hinge}Encoders"}
     if nao.robot.mechanisms:
         expected |= BALLS
     if nao.robot.stage is not None:
@@ -131,16 +155,17 @@ def test_the_motors_are_warm_and_stiff(nao, body):
 
 
 def test_every_hinge_is_served_with_the_limits_of_its_joints(nao):
-    facts = {joint.name: joint for joint in nao.robot.body.joints}
-    for hinge in (hinge for hinge in HINGES if facts.keys() >= {joint for _, joint in hinge.joints}):
-        params = nao.proxy(Pose3DMotorsPrx, f"{hinge.name}Motors").getPose3DMotorsParams()
-        for axis, joint in hinge.joints:
-            assert getattr(params, f"max{axis.capitalize()}") == facts[joint].upper
-            assert getattr(params, f"min{axis.capitalize()}") == facts[joint].lower
-        nao.proxy(Pose3DEncodersPrx, f"{hinge.name}Encoders").getPose3DEncodersData()
+    facts = nao.robot.body.joint
+    for hinge, axes in nao.robot.body.hinges.items():
+        params = nao.proxy(Pose3DMotorsPrx, f"{hinge}Motors").getPose3DMotorsParams()
+        for axis, of in axes.items():
+            ends = sorted((of.of(facts[of.joint].lower), of.of(facts[of.joint].upper)))
+            assert getattr(params, f"min{axis.capitalize()}") == ends[0]
+            assert getattr(params, f"max{axis.capitalize()}") == ends[1]
+        nao.proxy(Pose3DEncodersPrx, f"{hinge}Encoders").getPose3DEncodersData()
 
 
-@on_an_h25
+@on_each_family
 def test_the_clock_streams_a_time_that_goes_on(nao):
     clock = nao.proxy(ClockPrx, "Clock")
     first = clock.getTime.wait(timeout=EVENT_LIMIT).value
@@ -151,23 +176,25 @@ def test_the_clock_streams_a_time_that_goes_on(nao):
     assert later.simulated == nao.robot.clock.simulated
 
 
-@on_an_h25
+@on_each_family
 def test_health_reports_that_it_stands(nao):
     report = nao.proxy(HealthPrx, "Health").getHealth.wait(timeout=EVENT_LIMIT).value
     assert not report.fallen
     assert report.torsoTilt < 0.2
-    assert report.cameraRates.keys() >= {"Camera", "CameraBottom"}
+    assert report.cameraRates.keys() >= {camera.name for camera in nao.robot.body.cameras}
     assert report.uptime > 0
 
 
 def test_streams_go_on_in_time(nao):
     """Each stream has the robot's time, which advances, and no older state after a newer one."""
-    for interface, identity, operation in (
-        (JointsPrx, "Body", "getJointState"),
-        (EncodersPrx, "Encoders", "getEncodersData"),
-        (FootPressurePrx, "FootPressure", "getFeetReading"),
-        (InertialUnitPrx, "InertialUnit", "getInertialReading"),
-    ):
+    streams = {
+        "Body": (JointsPrx, "getJointState"),
+        "Encoders": (EncodersPrx, "getEncodersData"),
+        "FootPressure": (FootPressurePrx, "getFeetReading"),
+        "InertialUnit": (InertialUnitPrx, "getInertialReading"),
+    }
+    for identity in streams.keys() & nao.assembly.servants.keys():
+        interface, operation = streams[identity]
         times = []
         for sample in getattr(nao.proxy(interface, identity), operation).samples(timeout=EVENT_LIMIT):
             times.append(sample.time)
@@ -179,6 +206,7 @@ def test_streams_go_on_in_time(nao):
 # -- the senses -----------------------------------------------------------------------------------------------
 
 
+@on_each_with(lambda body: body.inertial_unit)
 def test_the_inertial_unit_feels_a_robot_that_stands(nao):
     unit = nao.proxy(InertialUnitPrx, "InertialUnit")
     first = unit.getInertialReading.wait(timeout=EVENT_LIMIT)
@@ -196,24 +224,26 @@ def test_the_inertial_unit_feels_a_robot_that_stands(nao):
     wait_for(unit.getInertialReading, at_rest)
 
 
+@on_each_with(has_pressure)
 def test_the_feet_carry_the_weight_between_them(nao):
     feet = nao.proxy(FootPressurePrx, "FootPressure")
+    weight = GRAVITY * nao.robot.body.mass
 
     def carries(reading):
         left, right = reading.left, reading.right
-        return left.total + right.total == pytest.approx(WEIGHT, rel=WEIGHT_TOLERANCE)
+        return left.total + right.total == pytest.approx(weight, rel=WEIGHT_TOLERANCE)
 
     reading = wait_for(feet.getFeetReading, carries)
     for foot in (reading.left, reading.right):
         parts = (foot.frontLeft, foot.frontRight, foot.rearLeft, foot.rearRight)
         assert min(parts) >= 0.0
         assert sum(parts) == pytest.approx(foot.total)
-        assert foot.total > 0.2 * WEIGHT
+        assert foot.total > 0.2 * weight
         assert -0.05 < foot.centerX < 0.11
         assert abs(foot.centerY) < 0.06
 
 
-@on_an_h25
+@on_each_with(lambda body: body.sonar, bodies=FAMILIES)
 def test_the_sonar_reports_distances_within_its_limits_or_none(nao):
     sonar = nao.proxy(SonarPrx, "Sonar")
     limits = sonar.getSonarLimits()
@@ -224,13 +254,14 @@ def test_the_sonar_reports_distances_within_its_limits_or_none(nao):
         assert distance == math.inf or limits.nearest <= distance <= limits.farthest
 
 
+@on_each_with(lambda body: body.touch)
 def test_nothing_touches_it_and_the_sensors_have_names(nao):
     touch = nao.proxy(TouchPrx, "Touch")
     assert touch.getTouchNames() == list(nao.robot.body.touch_sensors)
     wait_for(touch.getTouchReading, lambda reading: reading.touched == [])
 
 
-@on_an_h25
+@on_each_with(lambda body: body.battery, bodies=FAMILIES)
 def test_the_battery_is_reported(nao):
     reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=EVENT_LIMIT).value
     assert 0.0 <= reading.charge <= 1.0
@@ -242,9 +273,9 @@ def test_the_battery_is_reported(nao):
 # -- cameras --------------------------------------------------------------------------------------------------
 
 
-@on_an_h25
+@on_each_family
 @pytest.mark.gl
-def test_a_camera_describes_itself(camera):
+def test_a_camera_describes_itself(nao, camera):
     description = camera.getCameraDescription()
     assert (description.name, description.width, description.height, description.rate) == (
         "Camera",
@@ -252,11 +283,13 @@ def test_a_camera_describes_itself(camera):
         240,
         10.0,
     )
-    assert 2 * math.atan(160 / description.fdistx) == pytest.approx(math.radians(56.3), abs=0.01)
+    assert 2 * math.atan(160 / description.fdistx) == pytest.approx(
+        nao.robot.body.cameras[0].horizontal_fov, abs=0.01
+    )
     assert (description.u0, description.v0) == (159.5, 119.5)
 
 
-@on_an_h25
+@on_each_family
 @pytest.mark.gl
 def test_an_image_is_what_its_description_says(camera):
     for name, channels in (("RGB8", 3), ("BGR8", 3), ("GRAY8", 1)):
@@ -267,7 +300,7 @@ def test_an_image_is_what_its_description_says(camera):
         assert shape.size == len(image.pixelData) == 320 * 240 * channels
 
 
-@on_an_h25
+@on_each_family
 @pytest.mark.gl
 def test_images_are_timed_by_the_robots_clock(nao, camera):
     clock = nao.proxy(ClockPrx, "Clock")
@@ -277,7 +310,7 @@ def test_images_are_timed_by_the_robots_clock(nao, camera):
     assert before - 5.0 <= time <= clock.getTime().time + 0.01
 
 
-@on_an_h25
+@on_each_family
 @pytest.mark.gl
 def test_images_of_the_stream_are_a_period_apart(camera):
     assert camera.getImageFormat()[0] == "RGB8"
@@ -293,7 +326,7 @@ def test_images_of_the_stream_are_a_period_apart(camera):
     assert all(after > before for before, after in pairwise(times))
 
 
-@on_an_h25
+@on_each_family
 def test_a_setting_that_a_camera_does_not_have_is_refused(camera):
     for setting, value, reason in (
         ("width", 321, "321x240"),
@@ -308,7 +341,7 @@ def test_a_setting_that_a_camera_does_not_have_is_refused(camera):
     assert camera.getCameraDescription().width == 320
 
 
-@on_an_h25
+@on_each_family
 def test_an_unknown_pixel_format_is_refused_with_those_there_are(camera):
     with pytest.raises(ConfigurationNotExistException, match=r"'PNG'.*RGB8"):
         camera.getImageData("PNG")
@@ -317,14 +350,15 @@ def test_an_unknown_pixel_format_is_refused_with_those_there_are(camera):
 # -- what is refused ------------------------------------------------------------------------------------------
 
 
-@on_an_h25
-def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body):
+@on_each_family
+def test_a_stiffness_that_cannot_be_is_refused_with_its_field(nao, body):
+    joint = pan_of(nao.robot.body)
     for stiffnesses, seconds, field in (
-        ({"HeadYaw": 1.1}, 0.0, "HeadYaw"),
-        ({"HeadYaw": math.nan}, 0.0, "HeadYaw"),
+        ({joint: 1.1}, 0.0, joint),
+        ({joint: math.nan}, 0.0, joint),
         ({"Tail": 0.5}, 0.0, "Tail"),
-        ({"HeadYaw": 0.5}, -1.0, "seconds"),
-        ({"HeadYaw": 0.5}, math.inf, "seconds"),
+        ({joint: 0.5}, -1.0, "seconds"),
+        ({joint: 0.5}, math.inf, "seconds"),
     ):
         with pytest.raises(InvalidValueException) as refusal:
             body.setStiffnesses(stiffnesses, seconds)
@@ -332,26 +366,27 @@ def test_a_stiffness_that_cannot_be_is_refused_with_its_field(body):
     assert set(body.getJointState().stiffnesses) == {1.0}
 
 
-@on_an_h25
+@on_each_family
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_value_that_is_not_finite_is_refused_with_its_field(nao, head, body, value):
+    first, second = pan_of(nao.robot.body), tilt_of(nao.robot.body)
     refused = []
     for call in (
         lambda: head.setPose(value, 0.0, 0.5),
         lambda: head.setPose(0.0, 0.0, value),
         lambda: head.setSpeed(0.0, value),
-        lambda: body.setJointPositions({"HeadYaw": 0.0, "LKneePitch": value}, 0.1),
+        lambda: body.setJointPositions({first: 0.0, second: value}, 0.1),
         lambda: nao.proxy(Pose3DMotorsPrx, "NeckMotors").setPose3DMotorsData(motors(roll=value)),
         lambda: nao.proxy(Pose3DMotorsPrx, "NeckSpeed").setPose3DMotorsData(motors(tiltSpeed=value)),
     ):
         with pytest.raises(InvalidValueException) as refusal:
             call()
         refused.append(refusal.value.field)
-    assert refused == ["pan", "fraction", "tilt", "LKneePitch", "roll", "tiltSpeed"]
+    assert refused == ["pan", "fraction", "tilt", second, "roll", "tiltSpeed"]
     assert abs(head.getPose().pan) < TOLERANCE, "nothing moved, and the server lives"
 
 
-@on_an_h25
+@on_each_family
 @pytest.mark.parametrize("fraction", [0.0, -0.1, 1.01])
 def test_a_fraction_out_of_its_domain_is_refused(head, fraction):
     with pytest.raises(InvalidValueException) as refusal:
@@ -359,29 +394,32 @@ def test_a_fraction_out_of_its_domain_is_refused(head, fraction):
     assert refusal.value.field == "fraction"
 
 
-@on_an_h25
+@on_each_family
 def test_a_negative_speed_of_a_position_is_refused(nao):
     with pytest.raises(InvalidValueException) as refusal:
         nao.proxy(Pose3DMotorsPrx, "NeckMotors").setPose3DMotorsData(motors(panSpeed=-1.0))
     assert refusal.value.field == "panSpeed"
 
 
-@on_an_h25
-def test_an_unknown_joint_is_refused_and_no_joint_moves(body):
-    with pytest.raises(InvalidValueException, match="HeadYaw") as refusal:
-        body.setJointPositions({"HeadYaw": 0.5, "Tail": 0.0}, 0.5)
+@on_each_family
+def test_an_unknown_joint_is_refused_and_no_joint_moves(nao, body):
+    joint = pan_of(nao.robot.body)
+    place = nao.robot.body.joint_names.index(joint)
+    with pytest.raises(InvalidValueException, match=nao.robot.body.joint_names[0]) as refusal:
+        body.setJointPositions({joint: 0.5, "Tail": 0.0}, 0.5)
     assert refusal.value.field == "Tail"
-    assert body.getJointState().commands[0] == pytest.approx(0.0, abs=1e-6)
+    assert body.getJointState().commands[place] == pytest.approx(0.0, abs=1e-6)
 
 
-@on_an_h25
+@on_each_family
 def test_a_wrong_type_is_refused_with_the_field(nao, body):
+    joint = pan_of(nao.robot.body)
     with pytest.raises(MarshalException, match="targets"):
-        body.setJointPositions({"HeadYaw": "left"}, 0.5)
+        body.setJointPositions({joint: "left"}, 0.5)
     assert len(body.getJointState().positions) == len(nao.robot.body.joints)
 
 
-@on_an_h25
+@on_each_family
 def test_a_light_that_is_not_there_is_refused_by_name(nao):
     leds = nao.proxy(LedsPrx, "Leds")
     with pytest.raises(InvalidValueException) as refusal:

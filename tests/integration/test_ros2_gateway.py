@@ -11,15 +11,18 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import pytest
 from PIL import Image
 
 from interfaces.jderobot import CameraPrx, EncodersPrx, MotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, SafetyPrx, SpeechPrx, WalkPrx
-from naoserver._motions.keyframes import load_motions
+from naoserver._motions.motion_file import load_motions
 from naoserver._motions.routes import MotionRoute
-from naoserver.body import H21, H25
+from naoserver.bodies import find_body
+from naoserver.bodies.nao import H21, H25
+from naoserver.body import Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot as NaoRobot
@@ -34,6 +37,7 @@ from naoserver.ros2._trajectory import (
     SUCCESSFUL,
     TYPE,
 )
+from tests.support.bodies import CART
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -43,6 +47,7 @@ from zenoh_ice import Settings, initialize
 from zenoh_ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
 from zenoh_ros2._wire import Attachment, key
 
+T1, G1 = find_body("T1"), find_body("G1")
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity is to last."""
 UNHURRIED = ServerOptions(safety=SafetyOptions(velocity_timeout=2.0))
@@ -155,7 +160,7 @@ def shared(robot: FakeRobot) -> Iterator[Robot]:
 def test_joint_states_are_those_of_the_robot(shared: Robot) -> None:
     message = shared.topic("/joint_states")
     assert tuple(message.name) == H25.joint_names
-    expected = [H25.postures["STAND_INIT"][name] for name in message.name]
+    expected = [H25.postures["StandInit"].angles[name] for name in message.name]
     assert [*message.position] == pytest.approx(expected, abs=0.01)
     assert abs(message.header.stamp.sec - shared.ros.now().sec) < 60
 
@@ -227,6 +232,39 @@ def test_an_h21_has_no_hands_that_feel_and_names_are_remapped_and_in_the_namespa
         assert "base_footprint" in {each.child_frame_id for each in robot.topic("/tf").transforms}
         assert "/red/head_touch" in graph.topics()
         assert "/red/hand_touch" not in graph.topics()
+
+
+@pytest.mark.parametrize("body", [T1, G1, CART], ids=lambda body: str(body.name))
+def test_any_robot_is_shown_as_its_server_describes_it(body: Body) -> None:
+    with gateway(FakeRobot(body=body)) as robot:
+        description = ET.fromstring(robot.topic("/robot_description", LATCHED).data)
+        assert {link.name for link in body.links} <= {link.get("name") for link in description.iter("link")}
+        assert tuple(robot.topic("/joint_states").name) == body.joint_names
+        moving, fixed = robot.topic("/tf"), robot.topic("/tf_static", LATCHED)
+        shown = {each.child_frame_id for each in [*moving.transforms, *fixed.transforms]}
+        assert {link.name for link in body.links} <= shown
+        assert {"base_footprint", "Camera_optical_frame"} <= shown
+        topics = robot.ros.graph.topics().keys()
+        assert "/camera/front/image_raw" in topics
+        assert ("/cmd_vel" in topics) is (body.walk is not None)
+        assert ("/imu/torso" in topics) is (body.inertial_unit is not None)
+        assert ("/sonar/left" in topics) is (body.sonar is not None)
+        assert "/bumper" not in topics
+        assert "/camera/bottom/image_raw" not in topics
+
+
+def test_any_robot_moves_by_the_names_of_its_joints_and_limbs() -> None:
+    with gateway(FakeRobot(body=T1)) as robot:
+        kind = "naoqi_bridge_msgs/msg/JointAnglesWithSpeed"
+        body, angles = robot.nao.proxy(JointsPrx, "Body"), robot.publisher(kind, "/joint_angles")
+        angles.publish(joint_names=["Head"], joint_angles=[0.3, 0.2], speed=1.0)
+        head = [T1.joint_names.index(joint) for joint in T1.groups.head]
+        wait_for(
+            body.getJointState,
+            lambda state: [state.positions[joint] for joint in head] == pytest.approx([0.3, 0.2], abs=0.01),
+        )
+        angles.publish(joint_names=["LShoulderPitch"], joint_angles=[0.3], speed=1.0)
+        eventually(lambda: robot.logs("there is no joint 'LShoulderPitch'; there are "))
 
 
 # What ROS asks of it
@@ -353,7 +391,7 @@ def test_the_emergency_stop_latches_until_its_reset(shared: Robot) -> None:
     [
         (["HeadYaw", "HeadPitch"], [0.4, 0.2], 0, {"HeadYaw": 0.4, "HeadPitch": 0.2}),
         (["Head"], [-0.3, 0.1], 0, {"HeadYaw": -0.3, "HeadPitch": 0.1}),
-        (["LElbowYaw"], [0.2], 1, {"LElbowYaw": H25.postures["STAND_INIT"]["LElbowYaw"] + 0.2}),
+        (["LElbowYaw"], [0.2], 1, {"LElbowYaw": H25.postures["StandInit"].angles["LElbowYaw"] + 0.2}),
     ],
 )
 def test_joints_go_to_angles(
@@ -777,7 +815,7 @@ def test_a_motion_of_somebody_else_is_not_taken_for_the_goals_own(
     def begin_and_lose(kind: str, name: str, route: Any, **options: Any) -> None:
         begin(kind, name, route, **options)
         if name == "dance":
-            begin(kind, "wave", MotionRoute(load_motions()["wave"]), **options)
+            begin(kind, "wave", MotionRoute(player.body, load_motions(player.body)["wave"]), **options)
 
     monkeypatch.setattr(player, "begin", begin_and_lose)
     goal = shared.action("naoqi_bridge_msgs/action/RunBehavior", "/run_behavior").send(behavior="dance")

@@ -64,7 +64,9 @@ def end_of(path: Path, content: str, *, trial: bool = False, kill: int = 0) -> t
         settings = Settings(realm="test-ends", connect=(free_endpoint(),), timeout=CALL_LIMIT)
         service = RunningComponents(pushes, settings)
         try:
-            await service.run(Source(1, 1, found, path, False), ["--clock", "wall"], trial=trial)
+            await service.run(
+                Source(1, 1, found, path, False), ["--clock", "wall"], trial="" if trial else None
+            )
             if kill:
                 pid = await pushes.until(lambda: re.search(r"pid (\d+)", output()))
                 os.kill(int(pid[1]), kill)

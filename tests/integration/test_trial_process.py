@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,8 @@ from pathlib import Path
 import pytest
 
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx, InvalidValue, NoSuchElement, ReloadRefused
+from interfaces.nao import DescriptionPrx
+from naoserver.bodies import find_body
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import END_LIMIT
 from tests.support.processes import ComponentProcess, module
@@ -20,13 +23,14 @@ Tried = tuple[ComponentProcess, HfsmMonitorPrx]
 
 
 @contextmanager
-def tried(directory: Path, endpoint: str, code: str, *options: str) -> Iterator[Tried]:
+def tried(directory: Path, endpoint: str, code: str, *options: str, body: str = "") -> Iterator[Tried]:
     """Try a document with some code in its second state; yield its process and its monitor, once there."""
     states = state(1, "first", initial=True), state(2, "second", code)
     root = sub(1, 0, *states, transition(1, 1, 2, "100", type="time", name="time"), period="50")
     file = compile_to(directory, document(root), "odd")
     where = ("--connect", endpoint, "--clock", "wall")
-    command = module("visualhfsm.simulation._trial", str(file), *where, *options)
+    chosen = [f"--body={body}"] if body else []
+    command = module("visualhfsm.simulation._trial", *chosen, str(file), *where, *options)
     with (
         initialize(connect=[], listen=[endpoint], clock="wall") as communicator,
         ComponentProcess(command) as process,
@@ -35,6 +39,24 @@ def tried(directory: Path, endpoint: str, code: str, *options: str) -> Iterator[
         yield process, HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.odd"))
 
 
+def test_a_trial_describes_the_robot_that_was_chosen(tmp_path: Path, endpoint: str) -> None:
+    with tried(tmp_path, endpoint, SHOWS, body="T1") as (_, monitor):
+        proxy = monitor.ice_getCommunicator().stringToProxy("Trial.odd")
+        described = DescriptionPrx.checkedCast(proxy)
+        assert json.loads(described.getBody())["name"] == "T1"
+        joints = json.loads(described.getLooks())["shapes"]
+        assert joints
+        eventually(lambda: {*monitor.getSnapshot().joints} == {*find_body("T1").joint_names})
+
+
+def test_a_trial_of_a_robot_that_is_not_there_says_so(tmp_path: Path) -> None:
+    command = module("visualhfsm.simulation._trial", f"--body={tmp_path}/robots/none.toml", "odd.py")
+    with ComponentProcess(command) as process:
+        assert process.wait(END_LIMIT) == 1
+    assert "robots/none.toml" in process.output
+
+
+SHOWS = "print('second', flush=True)"
 HANGS = "print('second', flush=True)\nwhile True: pass"
 
 

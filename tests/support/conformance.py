@@ -2,38 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
-from functools import partial
+from dataclasses import dataclass
 from typing import Final
 from unittest.mock import patch
 
 import pytest
 
 from interfaces.jderobot import Pose3DMotorsData
-from naoserver.body import H21, H25, Body
+from naoserver.bodies import find_body
+from naoserver.bodies.nao import H21, H25
+from naoserver.body import Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.parts import Axis, Steps
 from naoserver.server import serve
 from tests.support.limits import FOREVER
+from tests.support.present import present
 from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, served_to_client
 from zenoh_ice import initialize
 
 __all__ = [
     "BODIES",
+    "FAMILIES",
     "PATIENT",
     "ROBOTS",
-    "WITH_AN_H21",
-    "Served",
+    "WAYS",
+    "Implementation",
+    "fake",
     "fake_as_naoqi",
     "in_simulation",
     "motors",
     "on_each_body",
+    "on_each_with",
+    "pan_of",
+    "robots",
+    "simulated",
+    "tilt_of",
 ]
-
-Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
-"""Serves a robot with some options, or with the defaults."""
 
 PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity must last."""
@@ -89,28 +97,75 @@ def naoqi(options: ServerOptions | None, body: Body = H25) -> Iterator[RobotClie
             yield nao
 
 
-ROBOTS: Final = (
-    pytest.param(fake, id="fake"),
-    pytest.param(simulated, id="simulated", marks=pytest.mark.sim),
-    pytest.param(naoqi, id="naoqi"),
-)
-"""Each implementation, with the body of an H25."""
-BODIES: Final = (
-    *ROBOTS,
-    pytest.param(partial(fake, body=H21), id="fake H21"),
-    pytest.param(partial(naoqi, body=H21), id="naoqi H21"),
-    pytest.param(partial(simulated, body=H21), id="simulated H21", marks=pytest.mark.sim),
-)
-"""Each implementation with each body: for what depends on which joints and sensors there are."""
+BODIES: Final = (H25, H21, *(find_body(name) for name in ("T1", "G1", "Cart")))
+"""Every body."""
 
-on_each_body: Final = pytest.mark.parametrize("nao", BODIES, indirect=True)
+FAMILIES: Final = tuple(body for body in BODIES if body is not H21)
+"""A body of each kind of robot: for what is the same for an H21 as for an H25."""
+
+Serve = Callable[..., AbstractContextManager[RobotClient]]
+WAYS: Final[tuple[Serve, ...]] = (fake, simulated, naoqi)
+"""The ways to serve a robot; only a Nao has NAOqi."""
+
+
+@dataclass(frozen=True)
+class Implementation:
+    """A way to serve a body: without physics, in the simulation, or over NAOqi."""
+
+    serve: Serve
+    body: Body
+
+    def __call__(self, options: ServerOptions | None) -> AbstractContextManager[RobotClient]:
+        return self.serve(options, self.body)
+
+    @property
+    def parameter(self) -> object:
+        """The value of a test's parameter."""
+        kind = self.serve.__name__
+        marks = [pytest.mark.sim] if kind == "simulated" else []
+        return pytest.param(self, id=kind if self.body is H25 else f"{kind} {self.body.name}", marks=marks)
+
+
+Part = Callable[[Body], object]
+"""What a test needs of a body: it returns whether the body has it."""
+
+
+def robots(*parts: Part, bodies: Iterable[Body] = BODIES, ways: Sequence[Serve] = WAYS) -> list[object]:
+    """Return the parameters of a test: some bodies, those that have the parts, served in some ways."""
+    able = [body for body in bodies if all(part(body) for part in parts)]
+    return [
+        Implementation(serve, body).parameter
+        for body in able
+        for serve in ways
+        if serve is not naoqi or isinstance(body.walk, Steps)
+    ]
+
+
+def on_each_with(*parts: Part, fixture: str = "nao") -> pytest.MarkDecorator:
+    """Run a test whose robot is `fixture` with each body that has some parts."""
+    return pytest.mark.parametrize(fixture, robots(*parts), indirect=True)
+
+
+def in_simulation(*parts: Part, bodies: Iterable[Body] = BODIES) -> pytest.MarkDecorator:
+    """Run a test whose robot is the fixture `nao` with simulated bodies that have some parts."""
+    return pytest.mark.parametrize("nao", robots(*parts, bodies=bodies, ways=[simulated]), indirect=True)
+
+
+ROBOTS: Final = robots(bodies=[H25])
+"""Each implementation, with the body of an H25."""
+
+on_each_body: Final = on_each_with()
 """Runs a test whose robot is the fixture `nao` with each body."""
 
-WITH_AN_H21: Final = (*ROBOTS, BODIES[-1])
-"""Each implementation with the body of an H25, and an H21 in simulation."""
 
-in_simulation: Final = pytest.mark.parametrize("nao", ROBOTS[1:2], indirect=True)
-"""Runs a test whose robot is the fixture `nao` with the simulated one."""
+def pan_of(body: Body) -> str:
+    """Return the joint that turns the head, or what stands for one, to the left."""
+    return present(body.neck).axes[Axis.PAN].joint
+
+
+def tilt_of(body: Body) -> str:
+    """Return the joint that bends the head, or what stands for one, downwards."""
+    return present(body.neck).axes[Axis.TILT].joint
 
 
 def motors(**values: float) -> Pose3DMotorsData:

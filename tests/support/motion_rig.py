@@ -5,15 +5,17 @@ from __future__ import annotations
 from typing import Any, Final
 
 from interfaces.nao import ActionState
-from naoserver._motions.keyframes import load_motions
+from naoserver._motions.motion_file import load_motions
 from naoserver._motions.player import PERIOD
 from naoserver._motions.postures import nearest_posture, situation_of, stance_of
 from naoserver._motions.routes import MotionRoute, PostureRoute
 from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
 from naoserver.options import ServerOptions
 from zenoh_ice import VirtualClock
 
-MOTIONS: Final = load_motions()
+MOTIONS: Final = load_motions(find_body("H25"))
+"""The motions of the Nao."""
 LONGEST: Final = 120.0
 """The limit of any motion in robot seconds."""
 
@@ -42,7 +44,8 @@ class MotionRig:
 
     def begin(self, motion: str, pace: float = 1.0, client: str = "") -> None:
         """Start a motion."""
-        route = MotionRoute(MOTIONS[motion], MOTIONS.values())
+        motions = self.player.motions
+        route = MotionRoute(self.player.body, motions[motion], motions.values())
         self.player.begin("motion", motion, route, pace=pace, client=client)
 
     def play(self, motion: str, pace: float = 1.0) -> ActionState:
@@ -53,7 +56,7 @@ class MotionRig:
 
     def begin_posture(self, posture: str, fraction: float = 1.0, client: str = "") -> None:
         """Start to go to a posture."""
-        route = PostureRoute(posture, MOTIONS.values(), fraction)
+        route = PostureRoute(self.player.body, posture, self.player.motions.values(), fraction)
         self.player.begin("posture", posture, route, client=client)
 
     def go(self, posture: str, fraction: float = 1.0) -> ActionState:
@@ -70,14 +73,14 @@ class MotionRig:
             self.let_go(PERIOD)
 
     @property
-    def stance(self) -> str:
+    def stance(self) -> str | None:
         """The part of the body on which the robot rests."""
-        return stance_of(situation_of(self.robot))
+        return stance_of(self.robot.body, situation_of(self.robot))
 
     @property
     def posture(self) -> str:
         """The current posture of the robot."""
-        return nearest_posture(situation_of(self.robot))
+        return nearest_posture(self.robot.body, situation_of(self.robot))
 
     def commands(self) -> dict[str, float]:
         """Return the setpoint of each joint."""

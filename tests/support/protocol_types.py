@@ -18,6 +18,7 @@ from msgspec import inspect as shapes
 
 from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
 from interfaces.hfsm import Explanation, ReloadReport
+from visualhfsm._bodies import KnownBody
 from visualhfsm._code_help.answers import Completions, InterfaceDescription, Signature
 from visualhfsm._code_help.answers import Explanation as NameExplanation
 from visualhfsm._editing.commands import COMMANDS
@@ -45,6 +46,7 @@ _ANSWERS: Final[tuple[type[msgspec.Struct], ...]] = (
     Explanation,
     Hit,
     InterfaceDescription,
+    KnownBody,
     NameExplanation,
     ReloadReport,
     RobotFacts,

@@ -9,8 +9,8 @@ from textwrap import fill
 from typing import Any, Final, TypeVar
 
 from interfaces import jderobot, nao
-from naoserver._servants.hinge import HINGES
-from naoserver.body import H21, H25
+from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.nao import H21, H25
 from naoserver.fake import FakeRobot
 from naoserver.robot import Robot
 from tests.support.processes import ComponentProcess, module
@@ -29,6 +29,9 @@ _ROBOTS: Final = """The simulated robot is that of `naoserver-sim`, the real one
 NAOqi of our own behind libqi; the fake one is for tests. `-` is what a robot does not have: no servant of that
 interface is there, and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no robot has is left
 out. With `--body H21` each lacks the joints {}, the hinges {} and the sensors {}."""
+_OTHERS: Final = """## Other bodies
+
+The simulated robot with the other bodies of `naoserver-sim --body`. The fake robot has the same options."""
 
 
 def robots_page() -> str:
@@ -41,11 +44,16 @@ def robots_page() -> str:
         "fake": _surveyed(FakeRobot()),
     }
     lacking = [name for name in H25.joint_names if name not in H21.joint_names]
-    hinges = [hinge.name for hinge in HINGES if any(joint in lacking for _, joint in hinge.joints)]
+    hinges = [name for name in H25.hinges if name not in H21.hinges]
     sensors = [name for name in H25.touch_sensors if name not in H21.touch_sensors]
     lists = [", ".join(names) for names in (lacking, hinges, sensors)]
     text = [fill(each, 120, break_on_hyphens=False) for each in (_BEGINNING, _ROBOTS.format(*lists))]
-    return "\n\n".join([_TITLE, *text, _table(surveys)])
+    others = {
+        name: _surveyed(SimulatedRobot(skin=False, body=find_body(name)))
+        for name in BODY_NAMES
+        if name not in ("H25", "H21")
+    }
+    return "\n\n".join([_TITLE, *text, _table(surveys).strip(), _OTHERS, _table(others)])
 
 
 def _surveyed(robot: Robot) -> dict[str, str]:
@@ -116,11 +124,12 @@ def _joints(bodies: Served[nao.JointsPrx]) -> str:
 
 def _identities(suffix: str) -> Callable[[Served[Any]], str]:
     """Return a function that names servants by the first part of their identities, the body's hinges by number."""
-    hinges = {f"{hinge.name}{suffix}" for hinge in HINGES}
+    hinges = {f"{name}{suffix}" for body in map(find_body, BODY_NAMES) for name in body.hinges}
 
     def describe(servants: Served[Any]) -> str:
         others = [identity.removesuffix(suffix) for identity in servants if identity not in hinges]
-        return _list([f"{len(servants.keys() & hinges)} hinges", *others])
+        count = len(servants.keys() & hinges)
+        return _list([f"{count} {'hinge' if count == 1 else 'hinges'}", *others])
 
     return describe
 
@@ -174,6 +183,7 @@ _ROWS: Final[Sequence[tuple[str, type[ObjectPrx], Callable[[Served[Any]], str]]]
     ("Emergency stop and lease", nao.SafetyPrx, _yes),
     ("Health", nao.HealthPrx, _yes),
     ("Clock", nao.ClockPrx, _clocks),
+    ("Description of its body", nao.DescriptionPrx, _yes),
     ("Ground truth", nao.GroundTruthPrx, _yes),
     ("Scene", nao.ScenePrx, _scenes),
 )

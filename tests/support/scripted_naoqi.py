@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from typing import Any
 
-from naoserver.body import H25
+from naoserver.bodies.nao import H25
 from naoserver.naoqi._link import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot
 from tests.support.robot_server import eventually
@@ -25,7 +25,7 @@ def nao_memory(*, newer: bool = True) -> dict[str, Any]:
         f"{DEVICES}Battery/Charge/Sensor/Value": 0.8,
         f"{DEVICES}Battery/Current/Sensor/Value": -1.5,
     }
-    for joint, angle in H25.postures["STAND_INIT"].items():
+    for joint, angle in H25.postures["StandInit"].angles.items():
         memory[f"{DEVICES}{joint}/Position/Sensor/Value"] = angle
         memory[f"{DEVICES}{joint}/Position/Actuator/Value"] = angle
         memory[f"{DEVICES}{joint}/Hardness/Actuator/Value"] = 1.0

@@ -1,0 +1,262 @@
+"""Robots that are no Naos, served as every robot: what they announce, and how it moves them."""
+
+import math
+
+import pytest
+
+from interfaces.jderobot import (
+    CameraPrx,
+    CommandRefusedException,
+    EncodersPrx,
+    InvalidValueException,
+    MotorsPrx,
+    Pose3DEncodersPrx,
+    Pose3DMotorsPrx,
+)
+from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, WalkPrx
+from naoserver.fake import FakeRobot
+from naoserver.options import SafetyOptions, ServerOptions
+from tests.support.bodies import ARM, CART, GIANT
+from tests.support.conformance import motors
+from tests.support.limits import FOREVER
+from tests.support.present import present
+from tests.support.robot_server import eventually, served_to_client, wait_for
+
+ALWAYS = {"Body", "Clock", "Description", "Health", "Safety"}
+BALLS = {f"Ball{color}{part}" for color in ("Red", "Green") for part in ("Motors", "Encoders")}
+MOVING = {"Motors", "Encoders", "Walk"}
+NECK = {"NeckMotors", "NeckEncoders", "NeckSpeed", "Head"}
+PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
+"""For tests in which a velocity is to last."""
+
+
+@pytest.fixture(scope="module")
+def cart():
+    with served_to_client(FakeRobot(body=CART), PATIENT) as robot:
+        yield robot
+
+
+@pytest.fixture(scope="module")
+def giant():
+    with served_to_client(FakeRobot(body=GIANT)) as robot:
+        yield robot
+
+
+@pytest.fixture(scope="module")
+def arm():
+    with served_to_client(FakeRobot(body=ARM)) as robot:
+        yield robot
+
+
+def angle_of(robot, joint):
+    state = robot.proxy(JointsPrx, "Body").getJointState()
+    return state.positions[robot.robot.body.joint_names.index(joint)]
+
+
+def reported(robot):
+    return [event.message for event in robot.proxy(HealthPrx, "Health").getHealth().events]
+
+
+# -- what is announced --------------------------------------------------------------------------------------------
+
+
+def test_a_cart_serves_what_it_has(cart):
+    senses = {"Touch", "Battery", "Sonar"}
+    expected = ALWAYS | BALLS | MOVING | NECK | senses | {"Camera", "Leds"}
+    assert set(cart.communicator.identities()) == expected
+
+
+def test_an_arm_serves_its_joints_and_its_hinge(arm):
+    assert set(arm.communicator.identities()) == ALWAYS | BALLS | {"CraneMotors", "CraneEncoders"}
+
+
+def test_a_humanoid_serves_what_it_has(giant):
+    shoulders = {f"{side}Shoulder{part}" for side in ("Left", "Right") for part in ("Motors", "Encoders")}
+    expected = ALWAYS | BALLS | MOVING | NECK | shoulders | {"Camera", "InertialUnit"}
+    assert set(giant.communicator.identities()) == expected
+
+
+# -- hinges -------------------------------------------------------------------------------------------------------
+
+
+def test_an_axis_turns_with_its_sign_from_its_zero(cart):
+    neck, encoders = cart.proxy(Pose3DMotorsPrx, "NeckMotors"), cart.proxy(Pose3DEncodersPrx, "NeckEncoders")
+    assert neck.setPose3DMotorsData(motors(pan=0.4, tilt=-0.3, panSpeed=4.0, tiltSpeed=3.0)) == 0
+    there = wait_for(encoders.getPose3DEncodersData, lambda now: abs(now.pan - 0.4) < 1e-4)
+    assert there.pan == pytest.approx(0.4, abs=1e-3)
+    assert angle_of(cart, "mast_turn") == pytest.approx(0.1, abs=1e-3)
+    wait_for(encoders.getPose3DEncodersData, lambda now: abs(now.tilt + 0.3) < 1e-4)
+    assert angle_of(cart, "gimbal_tilt") == pytest.approx(-0.05, abs=1e-3)
+    goal = neck.getPose3DMotorsData()
+    assert (goal.pan, goal.tilt, goal.panSpeed, goal.tiltSpeed) == pytest.approx((0.4, -0.3, 4.0, 3.0))
+
+
+def test_the_limits_of_an_axis_are_those_of_its_joint_seen_from_the_axis(cart):
+    params = cart.proxy(Pose3DMotorsPrx, "NeckMotors").getPose3DMotorsParams()
+    assert (params.minPan, params.maxPan) == pytest.approx((-1.5, 1.5))
+    assert (params.minTilt, params.maxTilt) == pytest.approx((-0.75, 0.75))
+    assert (params.maxPanSpeed, params.maxTiltSpeed) == (4.0, 3.0)
+    limits = cart.proxy(PoseHeadPrx, "Head").getLimits()
+    assert (limits.minPan, limits.maxPan, limits.maxPanSpeed) == pytest.approx((-1.5, 1.5, 4.0))
+    assert (limits.minTilt, limits.maxTilt, limits.maxTiltSpeed) == pytest.approx((-0.75, 0.75, 3.0))
+
+
+def test_a_goal_beyond_the_range_of_an_axis_ends_at_its_limit(cart):
+    head = cart.proxy(PoseHeadPrx, "Head")
+    accepted = head.setPose(9.0, -9.0, 1.0)
+    assert (accepted.pan, accepted.tilt) == pytest.approx((1.5, -0.75))
+    there = wait_for(head.getPose, lambda now: abs(now.pan - 1.5) < 1e-4)
+    assert there.pan == pytest.approx(1.5, abs=1e-3)
+    assert angle_of(cart, "mast_turn") == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_a_velocity_turns_an_axis_in_its_own_direction(cart):
+    head, speed = cart.proxy(PoseHeadPrx, "Head"), cart.proxy(Pose3DMotorsPrx, "NeckSpeed")
+    head.setPose(0.0, 0.0, 1.0)
+    wait_for(head.getPose, lambda now: abs(now.pan) < 1e-3 and abs(now.tilt) < 1e-3)
+    accepted = head.setSpeed(0.5, 0.25)
+    assert (accepted.panSpeed, accepted.tiltSpeed) == pytest.approx((0.5, 0.25))
+    moving = wait_for(head.getPose, lambda now: now.pan > 0.1 and now.panSpeed > 0.4)
+    assert moving.tilt > 0.0
+    assert angle_of(cart, "mast_turn") < 0.5 - 0.1
+    command = speed.getPose3DMotorsData()
+    assert (command.panSpeed, command.tiltSpeed) == pytest.approx((0.5, 0.25))
+    assert speed.setPose3DMotorsData(motors(panSpeed=-0.5)) == 0
+    wait_for(head.getPose, lambda now: now.panSpeed < -0.4)
+    head.stop()
+    eventually(lambda: cart.assembly.body.velocity("mast_turn") == 0.0)
+
+
+def test_a_shoulder_hangs_at_the_same_tilt_on_every_humanoid(giant):
+    shoulder = giant.proxy(Pose3DMotorsPrx, "LeftShoulderMotors")
+    encoders = giant.proxy(Pose3DEncodersPrx, "LeftShoulderEncoders")
+    assert encoders.getPose3DEncodersData().tilt == pytest.approx(math.pi / 2)
+    shoulder.setPose3DMotorsData(motors(tilt=1.0, tiltSpeed=4.0))
+    eventually(lambda: abs(angle_of(giant, "port_swing") - (1.0 - math.pi / 2)) < 1e-3)
+
+
+def test_the_waist_is_the_neck_of_a_humanoid_whose_camera_it_turns(giant):
+    giant.proxy(PoseHeadPrx, "Head").setPose(0.3, 0.1, 1.0)
+    eventually(lambda: abs(angle_of(giant, "belt_turn") - 0.3) < 1e-3)
+    eventually(lambda: abs(angle_of(giant, "belt_bow") - 0.1) < 1e-3)
+
+
+def test_a_speed_rule_of_the_body_limits_its_joints(giant):
+    params = giant.proxy(Pose3DMotorsPrx, "LeftShoulderMotors").getPose3DMotorsParams()
+    assert params.maxTiltSpeed == pytest.approx(1.0), "its knees are straight"
+    giant.proxy(JointsPrx, "Body").setJointPositions({"port_shin": 0.5}, 1.0)
+    shoulder = giant.proxy(Pose3DMotorsPrx, "RightShoulderMotors")
+    eventually(lambda: shoulder.getPose3DMotorsParams().maxTiltSpeed == 4.0)
+
+
+# -- cameras ------------------------------------------------------------------------------------------------------
+
+
+def test_a_camera_shows_the_floor_from_the_link_that_carries_it(cart):
+    head = cart.proxy(PoseHeadPrx, "Head")
+    head.setPose(0.5, 0.5, 1.0)
+    wait_for(head.getPose, lambda now: abs(now.pan - 0.5) < 1e-4 and abs(now.tilt - 0.5) < 1e-4)
+    camera = cart.proxy(CameraPrx, "Camera")
+    view = camera.getCameraDescription()
+    assert len(camera.getImageData("RGB8").pixelData) == 320 * 240 * 3
+    point = camera.getFloorPoint(view.u0, view.v0, 0.0)
+    # The camera is ahead of the axis of the tilt, 0.6 m above the floor and 0.1 m in front of the middle.
+    way = 0.05 * math.cos(0.5) + (0.6 - 0.05 * math.sin(0.5)) / math.tan(0.5)
+    assert (point.x, point.y) == pytest.approx((0.1 + way * math.cos(0.5), way * math.sin(0.5)), abs=0.01)
+
+
+# -- wheels -------------------------------------------------------------------------------------------------------
+
+
+def stand(robot):
+    """Stop, and wait until nothing drives it."""
+    robot.proxy(MotorsPrx, "Motors").stop()
+    eventually(lambda: not robot.assembly.body.claims.has("the walk"))
+
+
+def test_wheels_go_to_a_place_beside_them(cart):
+    walk, encoders = cart.proxy(WalkPrx, "Walk"), cart.proxy(EncodersPrx, "Encoders")
+    before = encoders.getEncodersData()
+    walk.walkTo(0.2, 0.3, 0.0)
+    eventually(lambda: walk.getWalkState().status is not ActionStatus.Moving)
+    done = walk.getWalkState()
+    assert (done.status, done.progress, done.message) == (ActionStatus.Done, 1.0, "")
+    after = encoders.getEncodersData()
+    x = before.robotx + 0.2 * before.robotcos - 0.3 * before.robotsin
+    y = before.roboty + 0.2 * before.robotsin + 0.3 * before.robotcos
+    assert (after.robotx, after.roboty) == pytest.approx((x, y), abs=0.06)
+    assert math.remainder(after.robottheta - before.robottheta, math.tau) == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_walk_on_wheels_that_is_stopped_stays_stopped(cart):
+    walk = cart.proxy(WalkPrx, "Walk")
+    walk.walkTo(5.0, 0.0, 0.0)
+    eventually(lambda: walk.getWalkState().progress > 0.0)
+    walk.stop()
+    eventually(lambda: walk.getWalkState().status is not ActionStatus.Moving)
+    stopped = walk.getWalkState()
+    assert (stopped.status, stopped.message) == (ActionStatus.Stopped, "stopped")
+    assert cart.proxy(MotorsPrx, "Motors").getV() == 0.0
+
+
+def test_a_velocity_of_a_kind_that_the_robot_cannot_is_limited_to_none_and_said_so(cart):
+    drive = cart.proxy(MotorsPrx, "Motors")
+    assert (drive.setV(0.2), drive.setL(0.1), drive.setW(9.0)) == (0, 1, 1)
+    assert (drive.getV(), drive.getL(), drive.getW()) == pytest.approx((0.2, 0.0, 1.5))
+    assert "left velocity 0.1 is of no use: the robot cannot go sideways, limited to 0" in reported(cart)
+    assert drive.setL(0.0) == 0
+    stand(cart)
+
+
+def test_wheels_belong_to_the_walk_while_it_drives_and_to_everybody_when_it_rests(cart):
+    body, drive = cart.proxy(JointsPrx, "Body"), cart.proxy(MotorsPrx, "Motors")
+    drive.setV(0.1)
+    with pytest.raises(InvalidValueException, match="drive_port is moved by the walk now"):
+        body.setJointPositions({"drive_port": 1.0}, 0.5)
+    body.setJointPositions({"gimbal_tilt": 0.3}, 0.5)
+    stand(cart)
+    assert body.setJointPositions({"drive_port": 40.0}, 1.0) == {"drive_port": 40.0}
+    eventually(lambda: angle_of(cart, "drive_port") > 1.0)
+    body.stop()
+
+
+def test_the_range_of_a_wheel_is_endless_for_clients_too(cart):
+    wheel = cart.proxy(JointsPrx, "Body").getJointLimits()[0]
+    assert (wheel.name, wheel.lower, wheel.upper) == ("drive_port", -math.inf, math.inf)
+
+
+def test_an_emergency_stop_and_a_lease_hold_for_wheels(cart):
+    safety, drive = cart.proxy(SafetyPrx, "Safety"), cart.proxy(MotorsPrx, "Motors")
+    drive.setV(0.2)
+    safety.emergencyStop("test")
+    assert drive.getV() == 0.0
+    with pytest.raises(CommandRefusedException, match="stopped: test"):
+        drive.setV(0.1)
+    with pytest.raises(CommandRefusedException, match="stopped: test"):
+        cart.proxy(WalkPrx, "Walk").walkTo(1.0, 0.0, 0.0)
+    safety.resetEmergencyStop()
+    with cart.client() as other:
+        other.proxy(SafetyPrx, "Safety").acquireLease("Anna", 30.0)
+        with pytest.raises(CommandRefusedException, match="held by Anna"):
+            drive.setV(0.1)
+    eventually(lambda: safety.getSafetyState().holder == "")
+
+
+def test_wheels_whose_client_is_lost_stand_still(cart):
+    with cart.client() as other:
+        other.proxy(MotorsPrx, "Motors").setV(0.3)
+        other.proxy(PoseHeadPrx, "Head").setSpeed(-0.1, 0.0)
+        assert cart.proxy(MotorsPrx, "Motors").getV() == pytest.approx(0.3)
+    eventually(lambda: cart.proxy(MotorsPrx, "Motors").getV() == 0.0)
+    eventually(lambda: cart.assembly.body.velocity("mast_turn") == 0.0)
+    assert "stopped (forward): the client that drove it is gone" in reported(cart)
+
+
+def test_wheels_whose_velocity_is_not_renewed_stand_still():
+    options = ServerOptions(safety=SafetyOptions(velocity_timeout=0.1))
+    with served_to_client(FakeRobot(body=CART), options) as robot:
+        robot.proxy(MotorsPrx, "Motors").setV(0.3)
+        eventually(lambda: not present(robot.robot.walker).walking)
+        eventually(lambda: not robot.assembly.body.claims.has("the walk"))
+        assert "stopped (forward): its velocity was not renewed in time" in reported(robot)
+        robot.proxy(JointsPrx, "Body").setJointPositions({"drive_port": 1.0}, 1.0)

@@ -1,0 +1,120 @@
+"""The command `naoserver-sim` as a separate process, with bodies that are no Naos."""
+
+import os
+import signal
+
+import pytest
+
+from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
+from interfaces.nao import SafetyPrx
+from naoserver.bodies import find_body
+from tests.support.limits import END_LIMIT
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import eventually, wait_for
+from zenoh_ice import initialize
+
+pytestmark = pytest.mark.sim
+
+SPEED = 0.15  # m/s
+ALWAYS = {"Body", "Clock", "Description", "Encoders", "Health", "Motors", "Safety", "Walk"}
+TROLLEY = """<mujoco>
+  <worldbody>
+    <body name="base" pos="0 0 0.05">
+      <freejoint/>
+      <geom type="cylinder" size="0.1 0.02" mass="2"/>
+      <geom type="sphere" size="0.02" pos="0.07 0 -0.03" mass="0.1" friction="0.02"/>
+      <body name="left" pos="0 0.12 0">
+        <joint name="left" axis="0 1 0"/>
+        <geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
+      </body>
+      <body name="right" pos="0 -0.12 0">
+        <joint name="right" axis="0 1 0"/>
+        <geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <velocity name="left" joint="left" kv="1" forcerange="-5 5" forcelimited="true"/>
+    <velocity name="right" joint="right" kv="1" forcerange="-5 5" forcelimited="true"/>
+  </actuator>
+</mujoco>"""
+TROLLEY_TOML = """
+model = "trolley.xml"
+[groups]
+wheels = ["left", "right"]
+[walk]
+kind = "wheels"
+left = "left"
+right = "right"
+radius = 0.05
+distance = 0.24
+fastest = 0.4
+fastest_turn = 2.0
+[joint.left]
+max_velocity = 12.0
+[joint.right]
+max_velocity = 12.0
+"""
+
+
+@pytest.fixture(params=["T1", "G1", "Cart", "trolley.toml"])
+def body(request, tmp_path):
+    """What `--body` is given, and some of what such a robot announces."""
+    if request.param != "trolley.toml":
+        hinges = {f"{hinge}Motors" for hinge in find_body(request.param).hinges}
+        return request.param, ALWAYS | hinges | {"Camera", "Head", "InertialUnit"}
+    (tmp_path / "trolley.xml").write_text(TROLLEY)
+    (tmp_path / request.param).write_text(TROLLEY_TOML)
+    return str(tmp_path / request.param), ALWAYS
+
+
+def server(endpoint, body, directory):
+    """Start a server that keeps an emergency stop in a directory."""
+    command = module(
+        "naoserver_sim", "--listen", endpoint, "--no-skin", "--body", body, "--world", "empty", "--speed", "3"
+    )
+    return ComponentProcess(command, {"XDG_STATE_HOME": os.fspath(directory), "MUJOCO_GL": "disable"})
+
+
+def walk_on(communicator):
+    """Walk until the robot has come some way."""
+    encoders = EncodersPrx.checkedCast(communicator.stringToProxy("Encoders"))
+    motors = MotorsPrx.checkedCast(communicator.stringToProxy("Motors"))
+    start = encoders.getEncodersData().robotx
+
+    def comes_on(data):
+        motors.setV(SPEED)  # it lasts for half a second
+        return data.robotx > start + 0.1
+
+    wait_for(encoders.getEncodersData, comes_on)
+    return motors
+
+
+def test_it_announces_what_the_body_has_walks_and_ends_at_a_signal(body, tmp_path):
+    name, expected = body
+    endpoint = free_endpoint()
+    with server(endpoint, name, tmp_path) as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            eventually(lambda: expected <= set(communicator.identities()))
+            walk_on(communicator).stop()
+        process.process.send_signal(signal.SIGTERM)
+        assert process.wait(END_LIMIT) in {128 + signal.SIGTERM, -signal.SIGTERM}, process.output
+        assert "Traceback" not in process.output
+
+
+def test_an_emergency_stop_of_a_walk_outlives_the_server(tmp_path):
+    endpoint = free_endpoint()
+    with server(endpoint, "T1", tmp_path) as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            walk_on(communicator)
+            SafetyPrx.checkedCast(communicator.stringToProxy("Safety")).emergencyStop("a hand in the way")
+        process.process.kill()
+        process.wait(END_LIMIT)
+    with server(endpoint, "T1", tmp_path) as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
+            motors = MotorsPrx.checkedCast(communicator.stringToProxy("Motors"))
+            with pytest.raises(CommandRefusedException, match="a hand in the way"):
+                motors.setV(SPEED)

@@ -1,0 +1,18 @@
+"""Robots as the page draws them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from naoserver.body import Body, write_body
+from naoserver.looks.description import write_looks
+from visualhfsm._monitoring.description import describe
+
+__all__ = ["drawn"]
+
+
+def drawn(body: Body) -> dict[str, Any]:
+    """Return a body with its looks as the page gets it."""
+    found: dict[str, Any] = json.loads(describe(write_body(body), write_looks(body)).page)
+    return found
