@@ -148,8 +148,9 @@ class Assembly:
 
         Raises RobotError when a part is called like another one: no camera takes the place of `Safety`.
         """
-        for identity in servants.keys() & self.servants.keys():
-            name = self._robot.name
+        taken = sorted(servants.keys() & self.servants.keys())
+        if taken:
+            name, identity = self._robot.name, " and ".join(taken)
             raise RobotError(
                 f"two parts of the robot {name} would be served as {identity}: rename one of them"
             )

@@ -52,8 +52,8 @@ def test_what_cannot_be_stopped_keeps_neither_the_lease_nor_the_joints_of_a_lost
     ("part", "identity"),
     [
         ({"cameras": [replace(CART.cameras[0], name="Safety")]}, "Safety"),
-        ({"hinges": CART.hinges | {"": CART.hinges["Neck"]}}, "Motors"),
-        ({"hinges": CART.hinges | {"BallRed": CART.hinges["Neck"]}}, "BallRed(Motors|Encoders)"),
+        ({"hinges": CART.hinges | {"": CART.hinges["Neck"]}}, "Encoders and Motors"),
+        ({"hinges": CART.hinges | {"BallRed": CART.hinges["Neck"]}}, "BallRedEncoders and BallRedMotors"),
     ],
 )
 def test_no_part_takes_the_place_of_another_one(part, identity):
