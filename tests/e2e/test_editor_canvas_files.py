@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 import shutil
 import struct
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import Locator, WebSocketRoute, expect
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
@@ -212,6 +214,37 @@ def test_documents_are_saved_under_names_that_are_free(shown: EditorPage, root: 
     question.get_by_role("button", name="Overwrite").click()
     shown.page.get_by_role("status").filter(has_text="Saved old.xml").wait_for()
     assert "<name>uno</name>" in path.read_text()
+
+
+def test_a_list_of_files_that_comes_late_takes_no_error_away(shown: EditorPage) -> None:
+    late: list[Callable[[], None]] = []
+
+    def hold_lists(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def answer(message: str | bytes) -> None:
+            if '"entries"' in str(message):
+                late.append(partial(route.send, message))
+            else:
+                route.send(message)
+
+        route.on_message(server.send)
+        server.on_message(answer)
+
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    shown.page.route_web_socket("**/ws", hold_lists)
+    shown.page.reload()
+    shown.spent = True  # its connections pass through the test
+    shown.expect_states("up", "out", "front", "low")
+    shown.press("Control+Shift+s")
+    dialog = shown.page.get_by_role("dialog").filter(has_text="Save the document as")
+    dialog.get_by_label("Name").fill("../x")
+    dialog.get_by_label("Name").press("Enter")
+    expect(dialog.get_by_role("alert")).to_contain_text("is outside")
+    late.pop()()
+    expect(dialog.get_by_role("option").first).to_be_visible()
+    expect(dialog.get_by_role("alert")).to_contain_text("is outside")
 
 
 def test_unsaved_changes_show_a_dot_and_are_asked_about_before_closing(shown: EditorPage, root: Path) -> None:

@@ -64,15 +64,14 @@ def refuse(number: int, *_: object) -> int:
 
 class TestMemory:
     def test_answers_travel_through_it(self, pair: Pair, servant: ImageI) -> None:
-        others = shared_maps()  # of communicators that several tests share
         proxy = camera(pair.client)
         wait_for_door(lambda: proxy.getImageData("GRAY8"))
-        assert shared_maps() == others + 1
+        first = shared_maps()  # with those of communicators that several tests share, which may end
         for _ in range(100):
             assert proxy.getImageData("GRAY8") == image()
         calls = [proxy.getImageData.begin("GRAY8") for _ in range(30)]
         assert all(call.result(CALL_LIMIT) == image() for call in calls)
-        assert shared_maps() == others + 1
+        assert 0 < shared_maps() <= first
 
     def test_what_was_read_is_used_again(self, calculator: CalculatorPrx) -> None:
         content = bytes(4 * MEGABYTE)

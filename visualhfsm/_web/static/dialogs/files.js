@@ -35,8 +35,9 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
    * @returns {Promise<void>}
    */
   const list = async (directory, error = "") => {
+    state.error = error; // and not once the files have come: what failed meanwhile has to stay
     try {
-      Object.assign(state, await store.request("listFiles", {directory}), {error, chosen: 0});
+      Object.assign(state, await store.request("listFiles", {directory}), {chosen: 0});
     } catch (reason) {
       if (directory) return list("", messageOf(reason));
       state.error = messageOf(reason);
