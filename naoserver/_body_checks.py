@@ -4,61 +4,124 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from itertools import chain
+from typing import TYPE_CHECKING
 
 import msgspec
 
 from naoserver.errors import RobotError
-from naoserver.parts import CORNERS, Shape, Wheels
+from naoserver.footsteps import Footsteps
+from naoserver.parts import CORNERS, SHAPE_SIZES, Camera, Joint, Kick, RangeTable, Shape, Steps, Wheels
 
 if TYPE_CHECKING:
     from naoserver.body import Body
 
 
-_SIZES: Final = {"box": 3, "ellipsoid": 3, "sphere": 1, "capsule": 2, "cylinder": 2}
-"""The number of sizes of each kind of shape."""
-
-
 def check(body: Body) -> None:
     """Raise RobotError unless the parts of a body belong together, and all figures are finite."""
     links = [link.name for link in body.links]
-    joints = [joint.name for joint in body.joints]
     _require_distinct("link", links)
-    _require_distinct("joint", [*joints, *(joint.name for joint in body.fixed_joints)])
+    _require_distinct("joint", [joint.name for joint in (*body.joints, *body.fixed_joints)])
+    _require_distinct("camera", [camera.name for camera in body.cameras])
+    _require_distinct("shape", [shape.name for shape in body.shapes if shape.name])
     _require_tree(body, links)
     for joint in (*body.joints, *body.fixed_joints):
-        if not math.isclose(math.hypot(*joint.axis), 1.0, abs_tol=1e-6):
-            raise RobotError(f"joint {joint.name}: its axis {joint.axis} is no unit vector")
-        if not math.isclose(math.hypot(*joint.turn), 1.0, abs_tol=1e-4):
-            raise RobotError(f"joint {joint.name}: its turn {joint.turn} is no unit quaternion")
-        if not joint.lower <= joint.upper:
-            raise RobotError(f"joint {joint.name}: its range from {joint.lower} to {joint.upper} is empty")
-        if joint.gear and joint.gear not in body.gears:
-            raise RobotError(f"joint {joint.name}: there is no gear {joint.gear!r}")
-    for what, names in _named_joints(body):
-        for name in names:
-            if name not in body.joint:
-                raise RobotError(f"{what}: there is no joint {name!r}")
+        _require_sound(joint, body)
+    _require_known_joints(body)
     for what, name in _named_links(body):
         if name not in links:
             raise RobotError(f"{what}: there is no link {name!r}")
+    _require_one_pair("coupling", [(pair.leader, pair.follower) for pair in body.couplings])
+    _require_one_pair("table", [(table.independent, table.dependent) for table in body.tables])
+    for table in body.tables:
+        _require_rows(table, body.joint[table.dependent])
+    _require_whole_postures(body)
+    for shape in body.shapes:
+        _require_sizes(shape)
+    for camera in body.cameras:
+        _require_rates(camera)
+    _require_soles(body)
+    for name, kick in body.kicks.items():
+        _require_place(f"kick {name}", kick)
+    if isinstance(body.walk, Wheels):
+        _require_fast_wheels(body, body.walk)
+    _require_finite(body.name, body.as_data())
+
+
+def _require_sound(joint: Joint, body: Body) -> None:
+    """Raise RobotError for a joint, fixed or not, that cannot be."""
+    what = f"joint {joint.name}"
+    if not math.isclose(math.hypot(*joint.axis), 1.0, abs_tol=1e-6):
+        raise RobotError(f"{what}: its axis {joint.axis} is no unit vector")
+    if not math.isclose(math.hypot(*joint.turn), 1.0, abs_tol=1e-4):
+        raise RobotError(f"{what}: its turn {joint.turn} is no unit quaternion")
+    if not joint.lower <= joint.upper:
+        raise RobotError(f"{what}: its range from {joint.lower} to {joint.upper} is empty")
+    if joint.gear and joint.gear not in body.gears:
+        raise RobotError(f"{what}: there is no gear {joint.gear!r}")
+    if joint.name in body.joint and not min(joint.max_velocity, joint.max_torque) > 0.0:
+        raise RobotError(f"{what}: its highest velocity and torque must be above 0")
+
+
+def _require_known_joints(body: Body) -> None:
+    """Raise RobotError when a part mentions a joint that is not there, or one joint twice."""
+    for what, named in _named_joints(body):
+        names = list(named)
+        for name in names:
+            if name not in body.joint:
+                raise RobotError(f"{what}: there is no joint {name!r}")
+            if names.count(name) > 1:
+                raise RobotError(f"{what}: {name} is there twice")
+
+
+def _require_whole_postures(body: Body) -> None:
     for name, posture in body.postures.items():
-        if missing := sorted(set(joints) - posture.angles.keys()):
+        if missing := sorted(body.joint.keys() - posture.angles.keys()):
             raise RobotError(f"posture {name}: no angle of {missing[0]}")
     if body.rest and body.rest not in body.postures:
         raise RobotError(f"rest: there is no posture {body.rest!r}")
-    for shape in body.shapes:
-        _require_sizes(shape)
-    if isinstance(body.walk, Wheels):
-        _require_fast_wheels(body, body.walk)
+
+
+def _require_rates(camera: Camera) -> None:
+    sizes, rates = len(camera.sizes), len(camera.rates)
+    if sizes != rates:
+        raise RobotError(f"camera {camera.name}: {sizes} sizes, but {rates} rates")
+
+
+def _require_soles(body: Body) -> None:
+    """Raise RobotError unless a body has two soles or none, and those that its walk needs."""
+    if isinstance(body.walk, Steps | Footsteps) and not body.soles:
+        raise RobotError("walk: it takes steps, but the body has no soles")
     if len(body.soles) not in (0, 2):
         raise RobotError(f"soles: {len(body.soles)} soles; a body has a left and a right one, or none")
     for sole in body.soles:
-        if sole.pressure and sole.pressure.keys() != CORNERS:
-            raise RobotError(
-                f"sole of {sole.link}: its pressure sensors are not {', '.join(sorted(CORNERS))}"
-            )
-    _require_finite(body.name, msgspec.to_builtins(body))
+        if sole.pressure and sole.pressure.keys() != set(CORNERS):
+            raise RobotError(f"sole of {sole.link}: its pressure sensors are not {', '.join(CORNERS)}")
+
+
+def _require_place(what: str, kick: Kick) -> None:
+    """Raise RobotError when a kick leaves no place for the ball."""
+    for axis, (lower, upper) in (("x", kick.x), ("y", kick.y)):
+        if not lower < upper:
+            raise RobotError(f"{what}: its {axis} from {lower:g} to {upper:g} is empty")
+
+
+def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
+    """Raise RobotError when a joint that depends on another one is in a second pair.
+
+    The safety layer keeps one table of a joint, and moves no joint for one that itself makes way.
+    """
+    named = [name for pair in pairs for name in pair]
+    for leader, follower in pairs:
+        if named.count(follower) > 1:
+            raise RobotError(f"{what}: {follower} depends on {leader}, so it must be in no other {what}")
+
+
+def _require_rows(table: RangeTable, joint: Joint) -> None:
+    """Raise RobotError when a table leaves a joint nothing of its range."""
+    for angle, lower, upper in table.rows:
+        if lower > joint.upper or upper < joint.lower:
+            raise RobotError(f"range table of {joint.name}: at {angle} rad it is outside its own range")
 
 
 def _require_fast_wheels(body: Body, wheels: Wheels) -> None:
@@ -72,7 +135,7 @@ def _require_fast_wheels(body: Body, wheels: Wheels) -> None:
 
 
 def _require_sizes(shape: Shape) -> None:
-    wanted = 1 if shape.ends else _SIZES[shape.kind]
+    wanted = 1 if shape.ends else SHAPE_SIZES[shape.kind]
     if len(shape.size) != wanted:
         raise RobotError(f"a {shape.kind} of {shape.link}: {len(shape.size)} sizes instead of {wanted}")
 
@@ -111,10 +174,14 @@ def _named_joints(body: Body) -> Iterable[tuple[str, Iterable[str]]]:
     for table in body.tables:
         yield "table", (table.independent, table.dependent)
     for rule in body.speed_rules:
-        yield "speed rule", (*rule.slower, *rule.while_below)
-    for name, names in msgspec.structs.asdict(body.groups).items():
-        if isinstance(names, tuple):
-            yield f"group {name}", names
+        yield "speed rule", rule.slower
+        yield "speed rule", rule.while_below
+    groups = {
+        name: names for name, names in msgspec.structs.asdict(body.groups).items() if isinstance(names, tuple)
+    }
+    for name, names in groups.items():
+        yield f"group {name}", names
+    yield "groups", chain(*groups.values())
     for name, axes in body.hinges.items():
         yield f"hinge {name}", (axis.joint for axis in axes.values())
     for name, posture in body.postures.items():
@@ -131,6 +198,8 @@ def _named_links(body: Body) -> Iterable[tuple[str, str]]:
         yield name, place.link
     for sole in body.soles:
         yield "sole", sole.link
+    for place in (body.sonar.left, body.sonar.right) if body.sonar else ():
+        yield "sonar", place.link
     for shape in body.shapes:
         yield "shape", shape.link
     for link in body.intangible:

@@ -11,21 +11,22 @@ import json
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta, Struct
 
 from naoserver._body_checks import check
 from naoserver.errors import RobotError
+from naoserver.looks import Looks
 from naoserver.parts import (
+    LYING_TILT,
     MOST_CAMERAS,
     MOST_PARTS,
     Axis,
     Battery,
     Camera,
     Coupling,
-    Effector,
     FallRules,
     Gear,
     Groups,
@@ -33,10 +34,12 @@ from naoserver.parts import (
     HingeAxis,
     InertialUnit,
     Joint,
+    Kick,
     Lamp,
     Link,
     MotorHeat,
     Name,
+    Place,
     Play,
     Posture,
     RangeTable,
@@ -48,6 +51,9 @@ from naoserver.parts import (
     Walk,
 )
 from zenoh_ice.toml_file import convert
+
+LARGEST_DESCRIPTION: Final = (1 << 20) - 64
+"""Most characters of a body, and of its looks, as JSON: what fits into an answer."""
 
 
 class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=False, dict=True):
@@ -74,7 +80,8 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     groups: Groups = Groups()
     hinges: dict[str, dict[Axis, HingeAxis]] = {}
     """The Pose3D devices of the body by name."""
-    effectors: dict[Name, Effector] = {}
+    effectors: dict[Name, Place] = {}
+    """The parts whose places can be asked for and reached: hands, feet, the head, cameras."""
     cameras: Annotated[tuple[Camera, ...], Meta(max_length=MOST_CAMERAS)] = ()
     """The cameras, the most important one first."""
     inertial_unit: InertialUnit | None = None
@@ -95,6 +102,8 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     falls: FallRules | None = None
     """None for a robot that cannot fall."""
     walk: Walk | None = None
+    kicks: dict[Name, Kick] = {}
+    """The motions that kick, by name."""
     mounted: bool = False
     """Whether its root is fixed to the floor, as an arm's on a table."""
     shapes: Annotated[tuple[Shape, ...], Meta(max_length=MOST_PARTS)] = ()
@@ -102,6 +111,8 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     """Links whose shapes do not touch other links of the body."""
     overlapping: tuple[tuple[str, str], ...] = ()
     """Pairs of links whose shapes do not touch each other, besides neighbors."""
+    looks: Looks | None = None
+    """What is seen of it, if its model says so; else `naoserver.looks` has it, or its shapes are seen."""
     sources: dict[str, str] = {}
     """What the letters in `source` stand for."""
     notes: tuple[str, ...] = ()
@@ -150,6 +161,11 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
         return neck if neck and {Axis.PAN, Axis.TILT} <= neck.axes.keys() else None
 
     @property
+    def lying_tilt(self) -> float:
+        """The tilt of the torso in rad beyond which it lies rather than stands, crouches or sits."""
+        return self.falls.lying_tilt if self.falls else LYING_TILT
+
+    @property
     def touch_sensors(self) -> tuple[str, ...]:
         """The names of the touch sensors."""
         return tuple(self.touch)
@@ -173,6 +189,13 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     def _currents(self) -> tuple[float, ...]:
         volts = self.battery.voltage if self.battery else math.inf
         return tuple(joint.motor.no_load_speed / volts if joint.motor else 0.0 for joint in self.joints)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return its parts except the looks as tables, lists, texts and numbers."""
+        parts = msgspec.structs.asdict(self)
+        del parts["looks"]
+        data: dict[str, Any] = msgspec.to_builtins(parts)
+        return data
 
     def without(self, name: str, title: str, joints: Collection[str], touch: Collection[str]) -> Body:
         """Return a copy called `name`: some joints are fixed at the angle 0, some touch sensors missing."""
@@ -224,8 +247,11 @@ def read_body(text: str | bytes, file: str) -> Body:
 
 
 def write_body(body: Body) -> str:
-    """Return a body as the JSON that `read_body` reads; ranges without an end are left out."""
-    return json.dumps(_without_infinite(msgspec.to_builtins(body)), allow_nan=False)
+    """Return a body without its looks as the JSON that `read_body` reads.
+
+    Ranges without an end are left out.
+    """
+    return json.dumps(_without_infinite(body.as_data()), allow_nan=False)
 
 
 def _without_infinite(value: Any) -> Any:  # noqa: ANN401

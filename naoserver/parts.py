@@ -24,8 +24,12 @@ Quaternion = tuple[float, float, float, float]
 NO_TURN: Final[Quaternion] = (1.0, 0.0, 0.0, 0.0)
 NOWHERE: Final[Vector] = (0.0, 0.0, 0.0)
 
+Range = tuple[float, float]
+"""The lower and the upper limit."""
+
 _Positive = Annotated[float, Meta(gt=0.0, description="write a number above 0")]
 _NotNegative = Annotated[float, Meta(ge=0.0, description="write a number, at least 0")]
+_Pixels = Annotated[int, Meta(ge=1, le=10_000, description="write a number of pixels, 10000 at most")]
 Name = Annotated[
     str,
     Meta(
@@ -35,7 +39,8 @@ Name = Annotated[
     ),
 ]
 
-CORNERS: Final = {"FrontLeft", "FrontRight", "RearLeft", "RearRight"}
+CORNERS: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
+"""The pressure sensors of a sole, in the order of a `FootReading`."""
 MOST_PARTS: Final = 1000
 """Most links, joints and shapes of a body."""
 MOST_CAMERAS: Final = 16
@@ -202,8 +207,8 @@ class SpeedRule(_Part, frozen=True):
     slower: tuple[str, ...]
     fraction: Annotated[float, Meta(gt=0.0, le=1.0, description="write a fraction above 0, at most 1")]
     """The limit of their speeds, as a fraction of their full speed."""
-    while_below: dict[str, float]
-    """The rule applies while each of these joints is below its angle in rad."""
+    while_below: dict[str, float] = {}
+    """The rule applies while each of these joints is below its angle in rad; always, if it names none."""
 
 
 class Axis(StrEnum):
@@ -282,11 +287,11 @@ class CameraFacts(Struct, frozen=True):
     """Place in m in its link's frame or, for a camera that is not on the robot, in the world's frame."""
     tilt: float
     """Pitch in that frame in rad, positive looks down."""
-    horizontal_fov: float
+    horizontal_fov: Annotated[float, Meta(gt=0.0, lt=math.pi, description="write rad above 0, below pi")]
     """Horizontal field of view in rad. Pixels are square: the vertical one follows from the image's shape."""
-    sizes: tuple[tuple[int, int], ...]
+    sizes: Annotated[tuple[tuple[_Pixels, _Pixels], ...], Meta(min_length=1)]
     """Width and height in pixels of each image size that it supports."""
-    rates: tuple[float, ...]
+    rates: tuple[_Positive, ...]
     """Highest image rate at each of `sizes`, in 1/s; every lower rate is supported, too."""
 
 
@@ -310,10 +315,6 @@ class Place(_Part, frozen=True):
     """Roll, pitch and yaw in rad: about the link's x, then y, then z axis."""
 
 
-class Effector(Place, frozen=True):
-    """A part whose place can be asked for and reached: a hand, a foot, the head, a camera."""
-
-
 class InertialUnit(_Part, frozen=True):
     """The accelerometer and the gyroscope, in the root link."""
 
@@ -335,7 +336,7 @@ class Sole(_Part, frozen=True):
     """The sole of a foot: a plane below its link."""
 
     link: Name
-    outline: tuple[tuple[float, float], ...]
+    outline: Annotated[tuple[tuple[float, float], ...], Meta(min_length=3)]
     """Its convex outline in m, x and y in the link's frame."""
     height: _NotNegative
     """Height in m of the link's frame above the plane."""
@@ -354,12 +355,27 @@ class Sonar(_Part, frozen=True):
     """Range in m."""
     farthest: _Positive
 
+    def __post_init__(self) -> None:
+        if not self.nearest < self.farthest:
+            raise RobotError(f"sonar: its range from {self.nearest:g} to {self.farthest:g} m is empty")
+
+
+ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid"]
+SHAPE_SIZES: Final[Mapping[ShapeKind, int]] = {
+    "box": 3,
+    "ellipsoid": 3,
+    "sphere": 1,
+    "capsule": 2,
+    "cylinder": 2,
+}
+"""The number of sizes of each kind of shape; a capsule between its `ends` has one."""
+
 
 class Shape(_Part, frozen=True):
     """A simple shape of a link that touches things."""
 
     link: Name
-    kind: Literal["box", "sphere", "capsule", "cylinder", "ellipsoid"]
+    kind: ShapeKind
     size: tuple[_Positive, ...]
     """Half sides of a box, half axes of an ellipsoid, the radius of a sphere; radius and half length, along
     z, of a cylinder and of a capsule, or only the radius of a capsule between its `ends`."""
@@ -424,6 +440,10 @@ class MotorHeat(_Part, frozen=True):
             raise RobotError(f"motor_heat: {self.cool:g}, {self.hot:g} and {self.too_hot:g} do not increase")
 
 
+LYING_TILT: Final = math.radians(60)
+"""Tilt of the torso in rad beyond which most robots lie rather than stand, crouch or sit."""
+
+
 class FallRules(_Part, frozen=True):
     """When a robot on feet is falling, as its fall manager decides."""
 
@@ -431,6 +451,29 @@ class FallRules(_Part, frozen=True):
     """Least load on the soles in N with which it stands on its feet."""
     lying_load: _NotNegative
     """Load on the soles in N below which it is off its feet: the heels of a lying robot carry less."""
+    lying_tilt: _Positive = LYING_TILT
+    """Tilt of the torso in rad beyond which it lies: less for a body that falls into a heap."""
+
+
+class Kick(_Part, frozen=True):
+    """Where the middle of a ball must lie for a motion to kick it straight ahead: a rectangle on the floor.
+
+    In the robot's frame as it stands before the kick: on the floor below the root, upright, in its heading.
+    """
+
+    x: Range
+    """The nearest and the farthest place in m."""
+    y: Range
+    """From the right to the left in m."""
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """The best place, x and y in m: the middle."""
+        return sum(self.x) / 2, sum(self.y) / 2
+
+    def reaches(self, x: float, y: float) -> bool:
+        """Return whether a ball at a place in m would be kicked."""
+        return self.x[0] <= x <= self.x[1] and self.y[0] <= y <= self.y[1]
 
 
 class Play(_Part, frozen=True):
@@ -441,6 +484,12 @@ class Play(_Part, frozen=True):
     least_backlash: _NotNegative
     """Backlash of a joint in rad, drawn once from this range."""
     most_backlash: _NotNegative
+
+    def __post_init__(self) -> None:
+        if self.least_backlash > self.most_backlash:
+            raise RobotError(
+                f"play: its backlash from {self.least_backlash:g} to {self.most_backlash:g} rad is empty"
+            )
 
 
 class Steps(_Part, frozen=True, tag="steps", tag_field="kind"):

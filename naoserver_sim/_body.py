@@ -7,7 +7,8 @@ body are in `appearance.py`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from itertools import combinations
 from typing import Any, Final
 
@@ -15,7 +16,7 @@ import mujoco
 
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver.parts import NOWHERE, CameraFacts, Gear, Joint, JointFacts, Link, Shape
+from naoserver.parts import NOWHERE, CameraFacts, Gear, Joint, JointFacts, Link, Shape, ShapeKind
 
 Links = Mapping[str, mujoco.MjsBody]
 
@@ -24,6 +25,14 @@ BASE: Final = "base"
 """The free joint of the root link."""
 MOUNT: Final = "mount"
 """What fixes the root of a mounted body to the place where the robot starts."""
+SHAPES: Final[Mapping[ShapeKind, mujoco.mjtGeom]] = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+}
+KINDS: Final = {geom: kind for kind, geom in SHAPES.items()}
 _UNIT: Final = "inertial unit"
 
 # Data of a contact sensor, and its reduction of all contacts of a foot to one wrench: MuJoCo's `netforce`.
@@ -34,13 +43,6 @@ _NET_FORCE: Final = 3
 # Lever arms in m of the friction of a shape that says its own: small, so that a wheel turns on the spot.
 _TWISTING: Final = 0.003
 _ROLLING: Final = 0.0001
-_KINDS: Final = {
-    "box": mujoco.mjtGeom.mjGEOM_BOX,
-    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
-    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
-    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-}
 
 
 def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) -> Links:
@@ -54,6 +56,9 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
         links[link.name] = _add_link(spec, links, link, joint, body)
     for shape in body.shapes:
         _add_shape(spec, links, shape)
+    for side, foot in zip(SIDES, body.soles, strict=False):
+        if sole(side) not in [shape.name for shape in body.shapes]:
+            raise RobotError(f"body {body.name}: below {foot.link} there is no shape called {sole(side)}")
     for first, second in combinations(links, 2):
         if _pass_through(body, first, second):
             spec.add_exclude(bodyname1=first, bodyname2=second)
@@ -75,12 +80,14 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
     return links
 
 
-def compiled(spec: mujoco.MjSpec, body: Body) -> mujoco.MjModel:
-    """Return the compiled model. Raises RobotError when its body is impossible, such as a mass of no size."""
+@contextmanager
+def possible(body: Body) -> Iterator[None]:
+    """Raise RobotError when MuJoCo finds a body impossible, such as one with a mass of no size."""
     try:
-        return spec.compile()
+        yield
     except ValueError as problem:
-        raise RobotError(f"body {body.name} cannot be simulated: {problem}") from problem
+        text = " ".join(str(problem).split())
+        raise RobotError(f"body {body.name} cannot be simulated: {text}") from problem
 
 
 def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) -> None:
@@ -170,7 +177,7 @@ def _add_shape(spec: mujoco.MjSpec, links: Links, shape: Shape) -> None:
     links[shape.link].add_geom(
         spec.find_default("link"),
         name=shape.name,
-        type=_KINDS[shape.kind],
+        type=SHAPES[shape.kind],
         size=[*shape.size, 0.0, 0.0][:3],
         **place,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Final, NamedTuple
@@ -16,13 +16,19 @@ import mujoco
 from naoserver.errors import RobotError
 
 LARGEST_FILE: Final = 10 << 20
-"""Largest size of a model's file in bytes; of all its meshes and textures together, ten times that."""
+"""Largest size of a model's file and of a mesh in bytes; of all meshes and textures, ten times that."""
 MOST_ELEMENTS: Final = 50_000
 _NUMBERS: Final = re.compile(r"[-+\d.eE\s]*(?:[-+]?(?:nan|inf|infinity)\b[-+\d.eE\s]*)+", re.IGNORECASE)
 _TREE: Final = ("body", "joint", "link", "geom", "site", "camera")
 """Elements whose names are unique within a model."""
 _MESHES: Final = (".stl", ".obj", ".msh")
 """The formats of meshes that MuJoCo reads."""
+_FILE: Final = re.compile("file(right|left|up|down|front|back)?")
+"""The attributes of an MJCF that name files."""
+_MOST_FILES: Final = 1000
+"""Most files that a model names."""
+_MOST_FOLDERS: Final = 16
+"""Most folders of a file's name in a model that are looked for."""
 _KEEP_ALL: Final = '<mujoco><compiler fusestatic="false" discardvisual="false"/></mujoco>'
 
 
@@ -43,8 +49,8 @@ class ModelFile:
     spec: mujoco.MjSpec
     speeds: Mapping[str, float] = field(default_factory=dict)
     """The highest speed of each joint that names one, in rad/s or m/s: only a URDF does."""
-    missing: tuple[str, ...] = ()
-    """The meshes that are not there, or that MuJoCo cannot read; their shapes are left out."""
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    """The meshes that are not there or cannot be read, with the reason; their shapes are left out."""
 
 
 def read_model(path: Path, meshes: Path) -> ModelFile:
@@ -63,16 +69,18 @@ def read_model(path: Path, meshes: Path) -> ModelFile:
     _require_distinct(elements, path)
     if root == "robot":
         _require_tree(elements, path)
-    present, missing = _files(elements, path.parent, meshes)
-    if missing:
-        text = _without(text, missing)
+    files = _files(elements, path, meshes)
+    if files.left_out:
+        text = _without(text, files.left_out)
     try:
         if root == "robot":
             text = re.sub(r"(<robot\b[^>]*>)", rf"\1{_KEEP_ALL}", text, count=1)
-        spec = mujoco.MjSpec.from_string(text, assets=present)
+        spec = mujoco.MjSpec.from_string(text, include=files.included, assets=files.assets)
     except (ValueError, mujoco.FatalError) as problem:
         raise RobotError(f"{path}: {' '.join(str(problem).split())}") from None
-    return ModelFile(spec, _speeds(elements), tuple(missing))
+    # The names in the model are those of `files`.
+    spec.meshdir = spec.texturedir = ""
+    return ModelFile(spec, _speeds(elements), files.left_out)
 
 
 def _text(path: Path) -> str:
@@ -204,25 +212,96 @@ def _speeds(elements: list[Element]) -> dict[str, float]:
     return speeds
 
 
-def _files(elements: list[Element], folder: Path, meshes: Path) -> tuple[dict[str, bytes], list[str]]:
-    """Return the contents of a model's files, by their names, and the names of those that are not there."""
-    present: dict[str, bytes] = {}
-    missing: list[str] = []
+@dataclass(frozen=True)
+class _Files:
+    """The files that a model names, by these names."""
+
+    included: dict[str, bytes] = field(default_factory=dict)
+    """The contents of other parts of the model."""
+    assets: dict[str, bytes] = field(default_factory=dict)
+    """The contents of meshes and textures."""
+    left_out: dict[str, str] = field(default_factory=dict)
+    """Why meshes are left out."""
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.included or name in self.assets or name in self.left_out
+
+    def __len__(self) -> int:
+        return len(self.included) + len(self.assets) + len(self.left_out)
+
+
+def _files(elements: list[Element], model: Path, meshes: Path) -> _Files:
+    """Return the files that a model names. Raises RobotError for one that is not in its folder."""
+    files = _Files()
+    folders: dict[str, str] = {}
     size = 0
-    for element in elements:
-        name = element.attributes.get("filename" if element.path[:1] == ("robot",) else "file", "")
-        if not name or element.tag not in ("mesh", "texture", "include", "hfield"):
-            continue
-        for place in (meshes, folder):
-            path = place / PurePosixPath(name.removeprefix("package://")).name
-            if path.is_file() and (element.tag != "mesh" or path.suffix.lower() in _MESHES):
-                size += path.stat().st_size
-                if size > 10 * LARGEST_FILE:
-                    raise RobotError(
-                        f"{folder}: meshes and textures of more than {10 * LARGEST_FILE >> 20} MB"
-                    )
-                present[path.name] = path.read_bytes()
-                break
-        else:
-            missing.append(name)
-    return present, missing
+    # First what says where files are; files that are included add their elements.
+    waiting = [(model, element) for element in sorted(elements, key=lambda each: each.tag != "compiler")]
+    for source, element in waiting:
+        if element.tag == "compiler":
+            folders |= element.attributes
+        for name in _named_files(element):
+            if name in files:
+                continue
+            at = f"{source}:{element.line}"
+            if len(files) == _MOST_FILES:
+                raise RobotError(f"{at}: more than {_MOST_FILES} files")
+            if element.tag == "model":
+                raise RobotError(f"{at}: a model within a model: write its links into {model.name}")
+            kind = "texturedir" if element.tag == "texture" else "meshdir"
+            path = _found(f"{folders.get(kind, folders.get('assetdir', ''))}/{name}", (meshes, model.parent))
+            if source == model and element.tag == "mesh" and (why := _fault(path, name)):
+                files.left_out[name] = why
+                continue
+            if path is None:
+                raise RobotError(f"{at}: there is no file {name[:60]!r} in the folder of the model")
+            size += path.stat().st_size
+            if size > 10 * LARGEST_FILE:
+                raise RobotError(f"{model}: its files have more than {10 * LARGEST_FILE >> 20} MB")
+            if element.tag == "include":
+                files.included[name] = _content(path)
+                part = list(_elements(_text(path), path))
+                _require_finite(part, path)
+                waiting += [(path, each) for each in part]
+            else:
+                files.assets[name] = _content(path)
+    return files
+
+
+def _named_files(element: Element) -> Iterator[str]:
+    """Yield the files that an element names; in a URDF, those of meshes."""
+    if element.path[:1] == ("robot",):
+        names = [element.attributes.get("filename", "")] if element.tag == "mesh" else []
+    else:
+        names = [value for name, value in element.attributes.items() if _FILE.fullmatch(name)]
+    yield from filter(None, names)
+
+
+def _found(name: str, folders: Iterable[Path]) -> Path | None:
+    """Return the file in one of the folders with as many of the last parts of a name as possible."""
+    parts = [part for part in PurePosixPath(name).parts if part not in ("/", "//", "..")][-_MOST_FOLDERS:]
+    for folder in folders:
+        for first in range(len(parts)):
+            try:
+                path = folder.joinpath(*parts[first:]).resolve(strict=True)
+            except (OSError, RuntimeError):  # a name that is too long, a circle of links
+                continue
+            if path.is_file() and path.is_relative_to(folder.resolve()):
+                return path
+    return None
+
+
+def _fault(mesh: Path | None, name: str) -> str:
+    """Return why a mesh cannot be used; empty if it can."""
+    if PurePosixPath(name).suffix.lower() not in _MESHES:
+        return f"MuJoCo reads only {', '.join(_MESHES)}"
+    if mesh is None:
+        return "there is no such file"
+    return f"larger than {LARGEST_FILE >> 20} MB" if mesh.stat().st_size > LARGEST_FILE else ""
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as problem:
+        raise RobotError(f"{path}: cannot be read: {problem.strerror}") from None

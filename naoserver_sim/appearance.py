@@ -48,20 +48,19 @@ def add_appearance(
     for title, material in look.materials.items():
         spec.add_material(
             name=title,
-            rgba=[*material.color, 1.0],
+            rgba=[*material.color, material.opacity],
             specular=material.specular,
             shininess=material.shininess,
             emission=material.emission,
         )
     added: dict[tuple[str, bool], str] = {}
     for shape, link, mirrored, light in look.parts(shell=skin):
+        form = _form(shape, mirrored=mirrored)
         if shape.kind == "mesh":
             key = shape.mesh, mirrored
             if key not in added:
                 added[key] = _add_mesh(spec, shape.mesh, meshes[shape.mesh], mirrored=mirrored)
-            form = {"meshname": added[key]}
-        else:
-            form = _form(shape, mirrored=mirrored)
+            form["meshname"] = added[key]
         links[link].add_geom(
             spec.find_default("skin"),
             type=_PRIMITIVES[shape.kind],
@@ -71,7 +70,7 @@ def add_appearance(
 
 
 def _form(shape: Shape, *, mirrored: bool) -> dict[str, Any]:
-    """Return the attributes in MuJoCo of a primitive's size and place."""
+    """Return the attributes in MuJoCo of a shape's size and place."""
     mirror = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
     size = [*shape.size, 0.0, 0.0][:3]
     if shape.kind == "capsule":
@@ -84,13 +83,13 @@ def _form(shape: Shape, *, mirrored: bool) -> dict[str, Any]:
 
 def _add_mesh(spec: mujoco.MjSpec, name: str, mesh: Mesh, *, mirrored: bool) -> str:
     """Add a mesh or its mirror image; return its name in the model."""
-    vertices, faces = mesh
+    vertices, faces, smooth = mesh
     added = f"{name} mirrored" if mirrored else name
     spec.add_mesh(
         name=added,
         uservert=(vertices * [1, -1, 1] if mirrored else vertices).flatten(),
         userface=(faces[:, ::-1] if mirrored else faces).flatten(),
-        smoothnormal=True,
+        smoothnormal=smooth,
         # Panels are open below and have no volume.
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )

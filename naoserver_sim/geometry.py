@@ -23,6 +23,8 @@ from naoserver.soccer_field.model import Field
 from naoserver_sim._surroundings import WHITE
 from naoserver_sim.model import Model
 
+NO_COLOR: Final = (0.5, 0.5, 0.5, 1.0)
+"""MuJoCo's color and opacity of a geom that names none."""
 _UPRIGHT: Final = (1.0, 0.0, 0.0, 0.0)
 _LIFT: Final = 0.001
 """Height of lines above the floor in m."""
@@ -53,7 +55,7 @@ def describe_world(model: Model) -> list[WorldShape]:
             place, turn = data.geom_xpos[geom], np.zeros(4)
             mujoco.mju_mat2Quat(turn, data.geom_xmat[geom])
         w, x, y, z = turn.tolist()
-        red, green, blue, opacity = _color(mj, geom)
+        red, green, blue, opacity = color_of(mj, geom)
         shapes.append(
             WorldShape(
                 kind=_KINDS[int(mj.geom_type[geom])],
@@ -67,18 +69,21 @@ def describe_world(model: Model) -> list[WorldShape]:
     return [*shapes, *(() if model.world.field is None else _lines(model.world.field))]
 
 
-def _color(mj: mujoco.MjModel, geom: int) -> tuple[float, ...]:
-    """Return the color and the opacity of a geom; for a texture, its average color."""
+def color_of(mj: mujoco.MjModel, geom: int) -> tuple[float, float, float, float]:
+    """Return the color and the opacity of a geom as MuJoCo shows it; for a texture, its average color."""
     material = int(mj.geom_matid[geom])
-    if material < 0:
-        return tuple(mj.geom_rgba[geom].tolist())
+    own: tuple[float, float, float, float] = tuple(mj.geom_rgba[geom].tolist())
+    if material < 0 or own != NO_COLOR:
+        return own
     texture = int(mj.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
     if texture < 0:
-        return tuple(mj.mat_rgba[material].tolist())
+        red, green, blue, opacity = mj.mat_rgba[material].tolist()
+        return red, green, blue, opacity
     begin, channels = int(mj.tex_adr[texture]), int(mj.tex_nchannel[texture])
     count = int(mj.tex_width[texture]) * int(mj.tex_height[texture])
     pixels = mj.tex_data[begin : begin + count * channels].reshape(-1, channels)
-    return (*(pixels.mean(axis=0)[:3] / 255.0).tolist(), 1.0)
+    red, green, blue = (np.resize(pixels.mean(axis=0), 3) / 255.0).tolist()
+    return red, green, blue, 1.0
 
 
 def _lines(field: Field) -> Iterator[WorldShape]:

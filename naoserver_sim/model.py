@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -16,12 +17,21 @@ from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.body import Body
+from naoserver.errors import RobotError
 from naoserver.footsteps import Footsteps
 from naoserver.looks.of_body import looks_of, start_of
-from naoserver.parts import CameraFacts, JointFacts
-from naoserver_sim._body import BASE, MOUNT, SIDES, add_body, compiled, sole
-from naoserver_sim._footsteps.of_body import walking_stance
-from naoserver_sim._surroundings import SPECTATOR, START, about_z, add_movables, add_surroundings
+from naoserver.parts import NO_TURN, CameraFacts, JointFacts
+from naoserver_sim._body import BASE, MOUNT, SIDES, add_body, possible, sole
+from naoserver_sim._footsteps.limbs import limbs_of
+from naoserver_sim._footsteps.posture import walking_stance
+from naoserver_sim._surroundings import (
+    SPECTATOR,
+    START,
+    about_z,
+    add_movables,
+    add_surroundings,
+    spectator_of,
+)
 from naoserver_sim.appearance import add_appearance
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
@@ -82,6 +92,10 @@ def simulated_cameras(body: Body) -> tuple[CameraFacts, ...]:
     cameras = []
     for camera in body.cameras:
         first_width, first_height = camera.sizes[0]
+        if first_width > _WIDEST_IMAGE:
+            raise RobotError(
+                f"camera {camera.name}: its first size is wider than {_WIDEST_IMAGE} pixels, the most here"
+            )
         sizes, rates = zip(
             *(
                 (size, rate)
@@ -95,6 +109,19 @@ def simulated_cameras(body: Body) -> tuple[CameraFacts, ...]:
     return (*cameras, SPECTATOR)
 
 
+def _spectator_of(mj: mujoco.MjModel, body: Body, robot: DeviceIndex) -> CameraFacts:
+    """Return the spectator that sees all of the body in its rest."""
+    data = mujoco.MjData(mj)
+    data.qpos[robot.qpos] = [body.resting_angles[joint.name] for joint in robot.joints]
+    mujoco.mj_kinematics(mj, data)
+    own = np.flatnonzero(mj.body_rootid[mj.geom_bodyid] == mj.body(body.root.name).id)
+    to_up = data.geom_xmat[own].reshape(-1, 3, 3)[:, 2]
+    middles = data.geom_xpos[own, 2] + (to_up * mj.geom_aabb[own, :3]).sum(axis=1)
+    halves = (np.abs(to_up) * mj.geom_aabb[own, 3:]).sum(axis=1)
+    lowest = float((middles - halves).min(initial=math.inf))
+    return spectator_of(float((middles + halves).max(initial=lowest)) - lowest)
+
+
 def build_model(world: World | None = None, *, skin: bool = True, body: Body | None = None) -> Model:
     """Compile a body, with its skin or as bare blocks, and a world: by default both are the first."""
     body = body or find_body(DEFAULT_BODY)
@@ -103,28 +130,36 @@ def build_model(world: World | None = None, *, skin: bool = True, body: Body | N
     spec = mujoco.MjSpec.from_string(scene)
     cameras = simulated_cameras(body)
     add_surroundings(spec, world)
-    links = add_body(spec, body, cameras[:-1])
-    add_appearance(spec, links, looks_of(body), skin=skin, colors=start_of(body))
-    add_movables(spec, world)
     if isinstance(body.walk, Footsteps):
         spec.option.ls_iterations = _ITERATIONS
-    if body.mounted:
-        kind = mujoco.mjtObj.mjOBJ_BODY
-        weld = mujoco.mjtEq.mjEQ_WELD
-        # Anchor (3), place and turn of the root in the frame of the start (7), share of the torque.
-        data = [*[0.0] * 6, *(1.0, 0.0, 0.0, 0.0), *[1.0] * (mujoco.mjNEQDATA - 10)]
-        spec.add_equality(name=MOUNT, type=weld, objtype=kind, name1=START, name2=body.root.name, data=data)
-    mj = compiled(spec, body)
+    with possible(body):
+        links = add_body(spec, body, cameras[:-1])
+        add_appearance(spec, links, looks_of(body), skin=skin, colors=start_of(body))
+        add_movables(spec, world)
+        if body.mounted:
+            _mount(spec, body)
+        mj = spec.compile()
+    robot = _index(mj, body.joints, body.leaders)
+    spectator = _spectator_of(mj, body, robot)
+    mj.camera(spectator.name).pos = spectator.position
     return Model(
         mj=mj,
         body=body,
-        robot=_index(mj, body.joints, body.leaders),
+        robot=robot,
         world=world,
         balls={ball.name: _index(mj, ball.joints, {}) for ball in world.carried_balls},
         loose={name: _free(mj, name, name) for name in world.loose},
-        cameras=cameras,
+        cameras=(*cameras[:-1], spectator),
         base=_free(mj, body.root.name, BASE),
     )
+
+
+def _mount(spec: mujoco.MjSpec, body: Body) -> None:
+    """Fix the root of a body to the place where the robot starts."""
+    # Anchor (3), place and turn of the root in the frame of the start (7), share of the torque.
+    data = [*[0.0] * 6, *NO_TURN, *[1.0] * (mujoco.mjNEQDATA - 10)]
+    kind, weld = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtEq.mjEQ_WELD
+    spec.add_equality(name=MOUNT, type=weld, objtype=kind, name1=START, name2=body.root.name, data=data)
 
 
 def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
@@ -140,10 +175,11 @@ def standing(model: Model, posture: Mapping[str, float]) -> mujoco.MjData:
         data.qpos[model.balls[ball.name].qpos] = ball.start
     mujoco.mj_forward(mj, data)
     balances = False
-    if isinstance(model.body.walk, Footsteps):
+    walk = model.body.walk
+    if isinstance(walk, Footsteps):
         # In its stance it does not settle without its walk, so it begins exactly where that wants it.
         places = model.robot.qpos
-        stance = walking_stance(mj, model.body, data.qpos[places])
+        stance = walking_stance(mj, limbs_of(mj, model.body), walk, data.qpos[places])
         balances = bool(np.abs(stance - data.qpos[places]).max() < _NEAR_STANCE)
         if balances:
             data.qpos[places] = stance

@@ -15,16 +15,17 @@
     link = "head"
     horizontal_fov = 1.05
 
-Everything that a facts file describes (`naoserver.body`) may be given; links, joints and contact shapes come
-from the model. `[joint.NAME]` corrects what the model says of a joint, `[servo.NAME]` gives some joints their
-gains.
+Everything that a facts file describes (`naoserver.body`) may be given; links, joints, contact shapes and
+looks come from the model. `[joint.NAME]` corrects what the model says of a joint, `[servo.NAME]` gives some
+joints their gains.
 """
 
 from __future__ import annotations
 
+import logging
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -34,10 +35,14 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from naoserver.body import Body
+from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_PARTS, Gear
+from naoserver.looks.description import write_looks
+from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Gear
+from naoserver_sim._body import KINDS
 from naoserver_sim._model_file import ModelFile, read_model
+from naoserver_sim._own_looks import Frame, looks_in
+from zenoh_ice.text import printable
 from zenoh_ice.toml_file import convert, parse_toml, read_text
 
 Array = NDArray[np.float64]
@@ -52,21 +57,17 @@ _FRICTION: Final = 1.0
 """MuJoCo's friction of a shape that names none."""
 _THICKNESS: Final = 0.01
 """Half thickness in m of the box on which a foot stands."""
-_KINDS: Final = {
-    mujoco.mjtGeom.mjGEOM_BOX: "box",
-    mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
-    mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
-    mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
-    mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid",
-}
-_SIZES: Final = {"box": 3, "sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3}
 _CAMERA: Final = {
     "sizes": [[320, 240], [640, 480]],
     "rates": [30.0, 30.0],
     "position": [0, 0, 0],
     "tilt": 0.0,
 }
-_FROM_THE_MODEL: Final = {"links", "joints", "fixed_joints", "gears", "shapes"}
+_FROM_THE_MODEL: Final = {"links", "joints", "fixed_joints", "gears", "shapes", "looks"}
+_MOST_REPORTED: Final = 5
+"""Meshes that are named when they are left out."""
+
+_log = logging.getLogger(__name__)
 
 
 class _Joint(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -115,17 +116,37 @@ def read_own_body(path: Path) -> Body:
     except (ValueError, mujoco.FatalError) as problem:
         raise RobotError(f"{where}: {' '.join(str(problem).split())}") from None
     described["name"] = own.name or path.stem
-    described |= _parts(mj, model, own, where)
+    parts, frames = _parts(mj, model, own, where)
+    described |= parts
     described["shapes"] += _soles(described)
     for camera in described.get("cameras", ()):
         camera |= {key: value for key, value in _CAMERA.items() if key not in camera}
     for hinge in described.get("hinges", {}).values():
         hinge |= {axis: {"joint": of} for axis, of in hinge.items() if isinstance(of, str)}
-    return convert(described, Body, str(path), RobotError, text=text)
+    body = convert(described, Body, str(path), RobotError, text=text)
+    if (size := len(write_body(body))) > LARGEST_DESCRIPTION:
+        raise RobotError(f"{path}: its description is too large: {size} bytes, at most {LARGEST_DESCRIPTION}")
+    _report(model.left_out, where)
+    dressed = msgspec.structs.replace(body, looks=looks_in(mj, frames, body))
+    if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:
+        message = "%s is drawn by its contact shapes: its looks have %d bytes, and at most %d are served"
+        _log.warning(message, path, size, LARGEST_DESCRIPTION)
+        return body
+    return dressed
 
 
-def _parts(mj: mujoco.MjModel, model: ModelFile, own: _File, where: str) -> dict[str, Any]:
-    """Return links, joints, gears and shapes of a compiled model, as in a facts file."""
+def _report(left_out: Mapping[str, str], where: str) -> None:
+    """Log which meshes are left out."""
+    for mesh, why in list(left_out.items())[:_MOST_REPORTED]:
+        _log.warning("%s: the mesh %s is left out: %s", where, printable(mesh), why)
+    if (more := len(left_out) - _MOST_REPORTED) > 0:
+        _log.warning("%s: %d more meshes are left out", where, more)
+
+
+def _parts(
+    mj: mujoco.MjModel, model: ModelFile, own: _File, where: str
+) -> tuple[dict[str, Any], dict[int, Frame]]:
+    """Return links, joints, gears and shapes of a model, as in a facts file, and the frames of its bodies."""
     bodies = list(range(1, mj.nbody))
     if len(bodies) > MOST_PARTS:
         raise RobotError(f"{where}: {len(bodies)} links; a robot has at most {MOST_PARTS}")
@@ -142,16 +163,15 @@ def _parts(mj: mujoco.MjModel, model: ModelFile, own: _File, where: str) -> dict
         for name, servo in own.servo.items()
     }
     given = {joint: name for name, servo in own.servo.items() for joint in servo.joints}
-    # The frame of a link is at its joint, which MJCF allows to be elsewhere: its offset in MuJoCo's frame.
-    offsets: dict[int, Array] = {0: np.zeros(3)}
-    last: dict[int, str] = {}
+    # The frame of a link is at its joint, which MJCF allows to be elsewhere.
+    frames = {0: Frame("", np.zeros(3))}
     for body in bodies:
         name = mj.body(body).name or f"link{body}"
         parent = int(mj.body_parentid[body])
         moved = [j for j in _joints(mj, body) if mj.jnt_type[j] != mujoco.mjtJoint.mjJNT_FREE]
-        origin = mj.body_pos[body] - offsets[parent]
+        carrier, offset = frames[parent]
+        origin = mj.body_pos[body] - offset
         turn: list[float] = mj.body_quat[body].tolist()
-        carrier = last.get(parent, "")
         offset = np.zeros(3)
         for number, joint in enumerate(moved):
             at = mj.jnt_pos[joint].copy()
@@ -172,11 +192,12 @@ def _parts(mj: mujoco.MjModel, model: ModelFile, own: _File, where: str) -> dict
         if not moved and parent:
             link = {"name": f"{name} mount", "parent": carrier, "child": name, "origin": origin.tolist()}
             fixed.append(link | {"turn": turn, "axis": [0, 0, 1], "max_velocity": 0.0, "max_torque": 0.0})
-        offsets[body] = offset
-        last[body] = name
+        frames[body] = Frame(name, offset)
         links.append(_link(mj, body, name, offset))
-    shapes = [shape for geom in range(mj.ngeom) for shape in _shape(mj, geom, last, offsets)]
-    return {"links": links, "joints": joints, "fixed_joints": fixed, "gears": gears, "shapes": shapes}
+    del frames[0]
+    shapes = [shape for geom in range(mj.ngeom) for shape in _shape(mj, geom, frames)]
+    parts = {"links": links, "joints": joints, "fixed_joints": fixed, "gears": gears, "shapes": shapes}
+    return parts, frames
 
 
 def _joints(mj: mujoco.MjModel, body: int) -> range:
@@ -276,25 +297,24 @@ def _inertias(mj: mujoco.MjModel) -> Array:
     return np.diag(full).copy()
 
 
-def _shape(
-    mj: mujoco.MjModel, geom: int, names: dict[int, str], offsets: dict[int, Array]
-) -> Iterator[dict[str, Any]]:
+def _shape(mj: mujoco.MjModel, geom: int, frames: dict[int, Frame]) -> Iterator[dict[str, Any]]:
     """Yield the contact shape of a geom, if it is one: of a mesh, the box around it."""
     body = int(mj.geom_bodyid[geom])
-    if body == 0 or not (mj.geom_contype[geom] or mj.geom_conaffinity[geom]):
+    if body not in frames or not (mj.geom_contype[geom] or mj.geom_conaffinity[geom]):
         return
-    place = mj.geom_pos[geom] - offsets[body]
+    link, offset = frames[body]
+    place = mj.geom_pos[geom] - offset
     turn: list[float] = mj.geom_quat[geom].tolist()
-    kind = _KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
+    kind = KINDS.get(mujoco.mjtGeom(int(mj.geom_type[geom])))
     if kind is not None:
-        size = mj.geom_size[geom][: _SIZES[kind]]
+        size = mj.geom_size[geom][: SHAPE_SIZES[kind]]
     elif mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         kind, size = "box", mj.geom_aabb[geom, 3:]
         place = place + _rotated(turn, mj.geom_aabb[geom, :3])
     else:
         return
     size = np.maximum(size, 1e-4).tolist()
-    shape = {"link": names[body], "kind": kind, "size": size, "position": place.tolist(), "turn": turn}
+    shape = {"link": link, "kind": kind, "size": size, "position": place.tolist(), "turn": turn}
     friction = float(mj.geom_friction[geom, 0])
     yield shape if friction == _FRICTION else shape | {"friction": max(friction, 1e-3)}
 

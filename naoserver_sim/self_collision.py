@@ -29,7 +29,7 @@ from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.parts import Joint, RangeTable
-from naoserver_sim._body import add_body, compiled
+from naoserver_sim._body import add_body, possible
 from naoserver_sim.own_body import read_own_body
 from zenoh_ice.application.cli import run
 
@@ -67,8 +67,9 @@ class BodyShapes:
         self.body: Final = body
         scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
         spec = mujoco.MjSpec.from_string(scene)
-        add_body(spec, body, body.cameras)
-        self._mj = compiled(spec, body)
+        with possible(body):
+            add_body(spec, body, body.cameras)
+            self._mj = spec.compile()
         self._data = mujoco.MjData(self._mj)
         self._ends = np.zeros(6)
 
@@ -195,6 +196,8 @@ class _Search:
         self._postures = postures
         self._margin = margin
         self._pairs = shapes.pairs_moved_by((independent.name, dependent.name))
+        count = math.ceil((dependent.upper - dependent.lower) / _FINE)
+        self._tried: list[float] = np.linspace(dependent.lower, dependent.upper, count + 1).tolist()
         self._touching: set[tuple[str, str]] = set()
 
     def find(self) -> Finding:
@@ -207,40 +210,28 @@ class _Search:
         for edge in (independent.lower, independent.upper):
             self._follow(ranges, start, edge)
         angles = sorted(ranges)
-        reach = (angles[0], angles[-1])
-        whole = (dependent.lower, dependent.upper)
-        if all(ranges[angle] == whole for angle in angles):
-            return Finding(None, tuple(sorted(self._touching)), reach)
-        rows = _simplified(_tightest(angles, [ranges[angle] for angle in angles]))
-        table = RangeTable(independent.name, dependent.name, tuple(rows), "own: self_collision")
-        return Finding(table, tuple(sorted(self._touching)), reach)
+        table = None
+        if any(free != (dependent.lower, dependent.upper) for free in ranges.values()):
+            rows = _simplified(_tightest(angles, [ranges[angle] for angle in angles]))
+            table = RangeTable(independent.name, dependent.name, tuple(rows), "own: self_collision")
+        return Finding(table, tuple(sorted(self._touching)), (angles[0], angles[-1]))
 
     def _follow(self, ranges: dict[float, _Interval], start: float, edge: float) -> None:
         """Find the ranges from the start towards an edge, as long as each overlaps the one before."""
         count = 2 * math.ceil(abs(edge - start) / _STEP)
         before = ranges[start]
         for angle in np.linspace(start, edge, count + 1)[1:].tolist():
-            inside = [free for free in self._free(angle) if before[0] <= free <= before[1]]
+            free = [tried for tried in self._tried if self._is_free(angle, tried)]
+            inside = [each for each in free if before[0] <= each <= before[1]]
             if not inside:
                 return
             # From the middle of what is free here and was free before.
             before = ranges[angle] = self._range(angle, inside[len(inside) // 2])
 
-    def _free(self, angle: float) -> list[float]:
-        """Return the angles of the dependent joint, of those that are tried, at which nothing touches."""
-        return [tried for tried in self._tried() if self._is_free(angle, tried)]
-
-    def _tried(self) -> list[float]:
-        joint = self._dependent
-        count = math.ceil((joint.upper - joint.lower) / _FINE)
-        tried: list[float] = np.linspace(joint.lower, joint.upper, count + 1).tolist()
-        return tried
-
     def _range(self, angle: float, inside: float) -> _Interval:
         """Return the range round an angle of the dependent joint in which nothing touches."""
-        tried = self._tried()
-        below = [each for each in reversed(tried) if each < inside]
-        above = [each for each in tried if each > inside]
+        below = [tried for tried in reversed(self._tried) if tried < inside]
+        above = [tried for tried in self._tried if tried > inside]
         return self._limit(angle, inside, below), self._limit(angle, inside, above)
 
     def _limit(self, angle: float, inside: float, outwards: Sequence[float]) -> float:
@@ -350,10 +341,10 @@ def _angles(body: Body, name: str) -> Mapping[str, float]:
 
 
 def _two(text: str) -> tuple[str, str]:
-    independent, comma, dependent = text.partition(",")
-    if not comma:
+    independent, _, dependent = (part.strip() for part in text.partition(","))
+    if independent == dependent or not dependent:
         raise RobotError(f"--pair {text}: write two joints, such as HeadYaw,HeadPitch")
-    return independent.strip(), dependent.strip()
+    return independent, dependent
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The bodies that are known by name: a folder for each robot, with its facts and its motions.
+"""The bodies that are known by name: a folder for each robot, with its facts, its motions and its looks.
 
 `bodies.toml` lists them, also for programs that choose among them without reading any. Besides these folders,
 no module spells the name of a joint or of a link.

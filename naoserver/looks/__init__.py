@@ -1,7 +1,7 @@
-"""Looks of robots: for each a TOML file of shapes in this folder, and an OBJ file of the meshes among them.
+"""Looks of robots: in the folder of a body `looks.toml` has shapes, and `looks.obj` the meshes among them.
 
-The shapes stand in the frames of the links that carry them, in m. `nao.toml` explains the keys. The meshes of
-the other robots are made from lofts: see `tools/lofts`.
+The shapes stand in the frames of the links that carry them, in m. The file of the Nao explains the keys. The
+meshes of the other robots are made from lofts: see `tools/lofts`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import resources
 from itertools import pairwise
-from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -22,6 +21,7 @@ from naoserver.errors import RobotError
 from naoserver.parts import NO_TURN, Quaternion
 from zenoh_ice.toml_file import parse_toml
 
+_BODIES: Final = resources.files("naoserver") / "bodies"
 OFF: Final[Color] = (0.0, 0.0, 0.0)
 _GLASS: Final = (0.62, 0.65, 0.68)
 """The color of a lamp that is off."""
@@ -33,10 +33,11 @@ _EMISSION: Final = 0.7
 
 
 class Look(NamedTuple):
-    """A color of a surface, and the share of it that is emitted."""
+    """A color of a surface, the share of it that is emitted, and how little shines through."""
 
     color: Color
     emission: float
+    opacity: float = 1.0
 
 
 def look_of(light: Color) -> Look:
@@ -50,16 +51,17 @@ def look_of(light: Color) -> Look:
 
 
 class Material(Struct, frozen=True, forbid_unknown_fields=True):
-    """A surface: its color, how it reflects light, and the share of its color that it emits."""
+    """A surface: its color, how it reflects light, the share of its color that it emits, its opacity."""
 
     color: Vector
     specular: float
     shininess: float
     emission: float = 0.0
+    opacity: float = 1.0
 
 
 class Shape(Struct, frozen=True, forbid_unknown_fields=True):
-    """A shape on a link, as the comments in nao.toml explain it."""
+    """A shape on a link, as the comments in the looks of the Nao explain it."""
 
     link: str
     kind: Literal["mesh", "ellipsoid", "box", "capsule", "disc"]
@@ -125,7 +127,7 @@ class Skin(Struct, frozen=True, forbid_unknown_fields=True):
         if part.light:
             return look_of(colors.get(part.light, OFF))
         material = self.materials[part.shape.material]
-        return Look(material.color, material.emission)
+        return Look(material.color, material.emission, material.opacity)
 
 
 class Mesh(NamedTuple):
@@ -135,6 +137,8 @@ class Mesh(NamedTuple):
     """Shape (n, 3) in m."""
     faces: NDArray[np.int32]
     """Shape (m, 3): indices of vertices, counter-clockwise from outside."""
+    smooth: bool = True
+    """Whether all of its edges look round, also sharp ones."""
 
 
 class Looks(NamedTuple):
@@ -145,15 +149,14 @@ class Looks(NamedTuple):
 
 
 def skin_names() -> tuple[str, ...]:
-    """Return the names of the robots whose looks are in this folder."""
-    files = (Path(entry.name) for entry in resources.files(__name__).iterdir())
-    return tuple(sorted(file.stem for file in files if file.suffix == ".toml"))
+    """Return the names of the folders of bodies that have looks."""
+    return tuple(sorted(folder.name for folder in _BODIES.iterdir() if (folder / "looks.toml").is_file()))
 
 
 @cache
 def read_skin(name: str) -> Skin:
     """Return the looks of a robot, such as `nao`. Raises RobotError when there are none of this name."""
-    return parse_toml(_read(name, "toml"), Skin, f"{name}.toml", RobotError)
+    return parse_toml(_read(name, "looks.toml"), Skin, f"{name}/looks.toml", RobotError)
 
 
 @cache
@@ -163,7 +166,7 @@ def read_meshes(name: str) -> Mapping[str, Mesh]:
     Raises RobotError when there are no looks of this name.
     """
     meshes, before = {}, 0
-    for part in _read(name, "obj").split("\no ")[1:]:
+    for part in _read(name, "looks.obj").split("\no ")[1:]:
         title, *lines = part.splitlines()
         rows = [line.split() for line in lines]
         vertices = np.array([row[1:] for row in rows if row[0] == "v"], np.float64)
@@ -179,7 +182,7 @@ def read_looks(name: str) -> Looks:
     return Looks(read_skin(name), read_meshes(name))
 
 
-def _read(name: str, suffix: str) -> str:
+def _read(name: str, file: str) -> str:
     if name not in skin_names():
         raise RobotError(f"there are no looks of {name!r}; there are those of {', '.join(skin_names())}")
-    return resources.files(__name__).joinpath(f"{name}.{suffix}").read_text(encoding="utf-8")
+    return (_BODIES / name / file).read_text(encoding="utf-8")

@@ -3,8 +3,8 @@
 Shapes stand in the frames of their links. Lengths in m, quaternions as (x, y, z, w), colors as red, green and
 blue from 0 to 1; shapes with a `glow`, from 0 to 1, emit light. Sizes are halves: half axes of an ellipsoid,
 half sides of a box; radius and half length, along z, of a cylinder and of a capsule without its ends. The
-vertices of meshes are int16 in units of `meshUnit` and their indices uint16, both little-endian in base64; a
-`mirrored` shape has its y coordinates negated.
+vertices of meshes are int16 in units of `meshUnit` m and their indices uint16, both little-endian in base64;
+a `mirrored` shape has its y coordinates negated.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ from naoserver.body import Body
 from naoserver.capabilities import Color
 from naoserver.looks import Look, Looks, Part, Shape
 from naoserver.looks.of_body import looks_of, start_of
-from naoserver.parts import NO_TURN
+from naoserver.parts import NO_TURN, NOWHERE
 
 MESH_UNIT: Final = 1e-4
-"""Unit of a mesh's vertices in m."""
+"""Unit of a mesh's vertices in m, for robots of less than 3 m."""
+_LARGEST_VALUE: Final = 32767
 _DIGITS: Final = 5
 
 
@@ -35,16 +36,19 @@ def describe_looks(looks: Looks, colors: Mapping[str, Color]) -> dict[str, Any]:
     `colors` are those that its lights show.
     """
     skin, meshes = looks
+    unit = max(
+        [MESH_UNIT, *(float(np.abs(mesh.vertices).max()) / _LARGEST_VALUE for mesh in meshes.values())]
+    )
     numbers = {mesh: number for number, mesh in enumerate(meshes)}
     return {
-        "meshUnit": MESH_UNIT,
+        "meshUnit": unit,
         "shapes": [
             {"link": part.link, **_form(part, numbers), **_surface(skin.look(part, colors))}
             for part in skin.parts()
         ],
         "meshes": [
             {
-                "vertices": _base64(np.round(mesh.vertices / MESH_UNIT).astype("<i2")),
+                "vertices": _base64(np.round(mesh.vertices / unit).astype("<i2")),
                 "indices": _base64(mesh.faces.astype("<u2")),
             }
             for mesh in meshes.values()
@@ -59,20 +63,18 @@ def write_looks(body: Body) -> str:
 
 def _form(part: Part, meshes: Mapping[str, int]) -> dict[str, Any]:
     shape = part.shape
-    if shape.kind == "mesh":
-        return {"kind": "mesh", "mesh": meshes[shape.mesh], "mirrored": part.mirrored}
     mirror = np.array([1.0, -1.0 if part.mirrored else 1.0, 1.0])
     size, place, axis = _primitive(shape, mirror)
     turn = _turn_to(*axis / np.linalg.norm(axis))
     if shape.turn != NO_TURN:
         w, x, y, z = shape.turn
         turn = (-x, y, -z, w) if part.mirrored else (x, y, z, w)
-    return {
-        "kind": "cylinder" if shape.kind == "disc" else shape.kind,
-        "size": rounded(size),
-        "position": rounded(place),
-        "quaternion": rounded(turn),
-    }
+    placed = {"position": rounded(place), "quaternion": rounded(turn)}
+    if shape.kind == "mesh":
+        in_the_links_frame = shape.at == NOWHERE and shape.turn == NO_TURN
+        mesh = {"kind": "mesh", "mesh": meshes[shape.mesh], "mirrored": part.mirrored}
+        return mesh if in_the_links_frame else mesh | placed
+    return {"kind": "cylinder" if shape.kind == "disc" else shape.kind, "size": rounded(size), **placed}
 
 
 def _primitive(
@@ -99,7 +101,8 @@ def _turn_to(x: float, y: float, z: float) -> tuple[float, float, float, float]:
 
 def _surface(look: Look) -> dict[str, Any]:
     glow = {"glow": round(look.emission, 3)} if look.emission > 0 else {}
-    return {"color": [round(value, 3) for value in look.color], **glow}
+    opacity = {"opacity": round(look.opacity, 3)} if look.opacity < 1 else {}
+    return {"color": [round(value, 3) for value in look.color], **glow, **opacity}
 
 
 def rounded(values: Iterable[float]) -> list[float]:

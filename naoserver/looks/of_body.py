@@ -1,4 +1,4 @@
-"""The looks of a body: made for it, or else plain ones: its contact shapes, in one color."""
+"""The looks of a body: its own or those made for it, or else plain ones: its contact shapes, in one color."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from naoserver.looks import Looks, Material, Shape, Shapes, Skin, read_looks, sk
 from naoserver.parts import Shape as ContactShape
 
 _MATERIAL: Final = "plain"
-_GREY: Final = Material(color=(0.72, 0.74, 0.77), specular=0.3, shininess=0.3)
+GREY: Final = Material(color=(0.72, 0.74, 0.77), specular=0.3, shininess=0.3)
 
 
 def looks_of(body: Body) -> Looks:
-    """Return the looks with the name of a body's folder in `naoserver.bodies`, or else plain ones."""
+    """Return a body's own looks, those of its folder in `naoserver.bodies`, or else plain ones."""
+    if body.looks is not None:
+        return body.looks
     folder = folder_of(body)
     return read_looks(folder) if folder in skin_names() else plain_looks(body)
 
@@ -29,21 +31,22 @@ def start_of(body: Body) -> Mapping[str, Color]:
 
 def plain_looks(body: Body) -> Looks:
     """Return looks made of the contact shapes of a body."""
-    shapes = tuple(_seen(shape) for shape in body.shapes)
-    skin = Skin(materials={_MATERIAL: _GREY}, mirror={}, shapes=Shapes(shell=shapes, blocks=shapes))
+    shapes = tuple(seen(shape, _MATERIAL) for shape in body.shapes)
+    skin = Skin(materials={_MATERIAL: GREY}, mirror={}, shapes=Shapes(shell=shapes, blocks=shapes))
     return Looks(skin, {})
 
 
-def _seen(shape: ContactShape) -> Shape:
+def seen(shape: ContactShape, material: str) -> Shape:
+    """Return how a contact shape looks in a material."""
     link, at, size = shape.link, shape.position, shape.size
     if shape.kind == "sphere":
-        return Shape(link, "ellipsoid", material=_MATERIAL, size=size * 3, at=at)
+        return Shape(link, "ellipsoid", material=material, size=size * 3, at=at)
     if shape.kind in ("box", "ellipsoid"):
-        return Shape(link, shape.kind, material=_MATERIAL, size=size, at=at, turn=shape.turn)
+        return Shape(link, shape.kind, material=material, size=size, at=at, turn=shape.turn)
     if shape.kind == "cylinder":
-        return Shape(link, "disc", material=_MATERIAL, size=size, at=at, turn=shape.turn)
+        return Shape(link, "disc", material=material, size=size, at=at, turn=shape.turn)
     begin, end = shape.ends or _ends(shape)
-    return Shape(link, "capsule", material=_MATERIAL, size=size[:1], at=begin, to=end)
+    return Shape(link, "capsule", material=material, size=size[:1], at=begin, to=end)
 
 
 def _ends(capsule: ContactShape) -> tuple[Vector, Vector]:

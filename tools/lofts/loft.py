@@ -104,11 +104,9 @@ def make_meshes(parts: Mapping[str, Loft | Panel | Band]) -> dict[str, Mesh]:
     return meshes
 
 
-def write_obj(meshes: Mapping[str, Mesh], robot: str) -> str:
+def write_obj(meshes: Mapping[str, Mesh]) -> str:
     """Return meshes in Wavefront's format."""
-    lines = [
-        f"# The meshes of {robot}.toml, made by tools/lofts: faces counter-clockwise from outside, in m."
-    ]
+    lines = ["# The meshes of looks.toml, made by tools/lofts: faces counter-clockwise from outside, in m."]
     before = 1
     for name, (vertices, quads, triangles) in meshes.items():
         lines.append(f"o {name}")
@@ -240,7 +238,7 @@ def _shrunk(ring: Points, height: float, angle: float) -> Points:
 def main(lofts: Path, meshes: Path) -> None:
     """Write the meshes of a file of lofts."""
     parts = msgspec.toml.decode(lofts.read_text(encoding="utf-8"), type=dict[str, Loft | Panel | Band])
-    meshes.write_text(write_obj(make_meshes(parts), lofts.stem), encoding="utf-8")
+    meshes.write_text(write_obj(make_meshes(parts)), encoding="utf-8")
 
 
 if __name__ == "__main__":

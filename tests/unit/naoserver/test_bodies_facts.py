@@ -26,6 +26,21 @@ FACTS = {
     "rest": "Stand",
     "shapes": [{"link": "hand", "kind": "sphere", "size": [0.1]}],
 }  # fmt: skip
+SONAR = {"left": {"link": "hand"}, "right": {"link": "claw"}, "cone": 1.0, "nearest": 0.1, "farthest": 2.0}
+SOLE = {"link": "hand", "outline": [[0, 0], [1, 0], [0, 1]], "height": 0.1}
+SHAPE = {"link": "hand", "kind": "sphere", "size": [0.1], "name": "grip"}
+TABLE = {"independent": "shoulder", "dependent": "elbow", "rows": [[0, -1, 1]]}
+TURNED = {"independent": "elbow", "dependent": "shoulder"}
+PAIR = {"leader": "shoulder", "follower": "elbow"}
+PLAY = {"delay": 1, "least_backlash": 0.2, "most_backlash": 0.1}
+CAMERA = {
+    "name": "Camera", "link": "hand", "position": [0, 0, 0], "tilt": 0.0, "horizontal_fov": 1.0,
+    "sizes": [[320, 240]], "rates": [30],
+}  # fmt: skip
+FOOTSTEPS = {
+    "kind": "footsteps", "com_height": 0.6, "width": 0.2, "sole_middle": [0, 0, 0], "sole_half": [0.1, 0.04],
+    "lift": 0.05, "limits": {"forward": 0.3, "left": 0.1, "turn": 0.5},
+}  # fmt: skip
 
 
 def changed(path, value):
@@ -77,6 +92,7 @@ def test_facts_that_make_sense_are_read():
         (("tables", 0, "rows"), [], "range table of elbow: no rows"),
         (("tables", 0, "rows"), [[0, 1, -1]], "range table of elbow: empty range at 0"),
         (("tables", 0, "independent"), "wrist", "table: there is no joint 'wrist'"),
+        (("kicks",), {"kick": {"x": [0.3, 0.2], "y": [0, 0.1]}}, "kick kick: its x from 0.3 to 0.2 is empty"),
         (("groups", "left_arm"), ["wrist"], "group left_arm: there is no joint 'wrist'"),
         (("groups", "tail"), ["elbow"], "tail"),
         (("hinges", "LeftElbow", "roll", "joint"), "wrist", "hinge LeftElbow: there is no joint 'wrist'"),
@@ -88,8 +104,30 @@ def test_facts_that_make_sense_are_read():
         (("rest",), "Sit", "rest: there is no posture 'Sit'"),
         (("shapes", 0, "link"), "claw", "shape: there is no link 'claw'"),
         (("shapes", 0, "kind"), "cone", "kind"),
-        (("soles",), [{"link": "hand", "outline": [], "height": 0.1}], "soles: 1 soles"),
+        (("soles",), [SOLE], "soles: 1 soles"),
+        (("soles",), [SOLE | {"outline": [[0, 0], [1, 0]]}] * 2, "outline"),
+        (("joints", 0, "max_torque"), 0.0, "joint shoulder: its highest velocity and torque must be above 0"),
+        (("joints", 0, "max_velocity"), -1.0, "joint shoulder: its highest velocity and torque must be above 0"),
+        (("tables", 0, "dependent"), "shoulder", "table: shoulder is there twice"),
+        (("tables", 0, "rows"), [[0, 2, 3]], "range table of elbow: at 0.0 rad it is outside its own range"),
+        (("tables", 1), TABLE, "table: elbow depends on shoulder, so it must be in no other table"),
+        (("tables", 1), TABLE | TURNED, "table: elbow depends on shoulder, so it must be in no other table"),
+        (("couplings",), [PAIR, PAIR], "coupling: elbow depends on shoulder, so it must be in no other coupling"),
+        (("groups", "left_arm"), ["elbow", "elbow"], "group left_arm: elbow is there twice"),
+        (("groups", "head"), ["elbow"], "groups: elbow is there twice"),
+        (("hinges", "LeftElbow", "tilt"), {"joint": "elbow"}, "hinge LeftElbow: elbow is there twice"),
+        (("shapes",), [SHAPE, SHAPE], "shape grip: there are two"),
+        (("cameras",), [CAMERA, CAMERA], "camera Camera: there are two"),
+        (("cameras",), [CAMERA | {"rates": []}], "camera Camera: 1 sizes, but 0 rates"),
+        (("cameras",), [CAMERA | {"sizes": [], "rates": []}], "sizes"),
+        (("cameras",), [CAMERA | {"sizes": [[320, 0]]}], "write a number of pixels"),
+        (("cameras",), [CAMERA | {"horizontal_fov": math.pi}], "write rad above 0, below pi"),
+        (("sonar",), SONAR | {"farthest": 0.1}, "sonar: its range from 0.1 to 0.1 m is empty"),
+        (("play",), PLAY, "play: its backlash from 0.2 to 0.1 rad is empty"),
+        (("sonar",), SONAR, "sonar: there is no link 'claw'"),
         (("walk",), {"kind": "hover"}, "walk"),
+        (("walk",), {"kind": "steps"}, "walk: it takes steps, but the body has no soles"),
+        (("walk",), FOOTSTEPS, "walk: it takes steps, but the body has no soles"),
     ],
 )  # fmt: skip
 def test_a_fault_is_refused_with_file_and_entry(path, value, reported):

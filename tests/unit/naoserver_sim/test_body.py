@@ -7,8 +7,10 @@ import copy
 import mujoco
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from naoserver.bodies.nao import H25
+from naoserver.errors import RobotError
 from naoserver_sim._body import are_neighbors
 from naoserver_sim.model import build_model, standing
 
@@ -84,3 +86,9 @@ def test_nothing_touches_in_a_posture(model, posture):
 def test_neighbors_are_what_one_joint_or_one_point_joins(first, second, neighbors):
     assert are_neighbors(H25, first, second) is neighbors
     assert are_neighbors(H25, second, first) is neighbors
+
+
+def test_a_foot_without_the_shape_of_its_sole_is_refused():
+    bare = replace(H25, shapes=tuple(shape for shape in H25.shapes if shape.name != "right_sole"))
+    with pytest.raises(RobotError, match="body H25: below r_foot there is no shape called right_sole"):
+        build_model(skin=False, body=bare)

@@ -5,10 +5,15 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
+from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.bodies.nao import H25
+from naoserver.errors import RobotError
+from naoserver.parts import TouchSensor
 from naoserver_sim._body import sole
 from naoserver_sim.model import build_model, standing
+from naoserver_sim.world import load_world
 from tests.support import published
 
 pytestmark = pytest.mark.sim
@@ -146,3 +151,41 @@ def test_larger_images_than_a_software_renderer_manages_are_not_offered(model):
     for camera in model.cameras:
         assert max(camera.sizes) <= (1280, 960)
         assert len(camera.sizes) == len(camera.rates)
+
+
+def test_a_camera_of_which_no_image_can_be_drawn_is_refused():
+    wide = replace(H25.cameras[0], sizes=((1920, 1080),), rates=(30.0,))
+    with pytest.raises(RobotError, match="camera Camera: its first size is wider than 1280 pixels"):
+        build_model(skin=False, body=replace(H25, cameras=(wide,)))
+
+
+def test_a_name_that_the_model_has_already_is_refused():
+    bumper = TouchSensor(link="torso", field=((0.0, 0.0, 0.0), (0.1, 0.1, 0.1)))
+    with pytest.raises(RobotError, match=r"body H25 cannot be simulated: .*repeated name 'acceleration'"):
+        build_model(skin=False, body=replace(H25, touch={"acceleration": bumper}))
+
+
+@pytest.mark.parametrize("name", BODY_NAMES)
+def test_the_spectator_sees_all_of_the_robot(name):
+    model = build_model(load_world("empty"), body=find_body(name))
+    mj, data = model.mj, standing(model, model.body.resting_angles)
+    camera = data.camera("CameraOutside")
+    own = np.flatnonzero(mj.body_rootid[mj.geom_bodyid] == model.base.body)
+    seen = (data.geom_xpos[own] - camera.xpos) @ camera.xmat.reshape(3, 3)  # to the right, up, backwards
+    radii = mj.geom_rbound[own]
+    half = math.tan(math.radians(mj.camera("CameraOutside").fovy[0]) / 2)
+    share = (np.abs(seen[:, 1]) + radii) / (-seen[:, 2] * half)  # of the half of the picture
+    assert share.max() < 0.95
+    assert (np.abs(seen[:, 0]) + radii).max() < (-seen[:, 2] * half * 4 / 3).min()
+
+
+def test_the_spectator_of_a_nao_stands_where_it_stood(model):
+    assert model.mj.camera("CameraOutside").pos.tolist() == [1.15, -1.6, 0.75]
+    assert model.cameras[-1].position == (1.15, -1.6, 0.75)
+
+
+def test_the_spectator_of_a_tall_robot_is_reported_where_it_stands():
+    model = build_model(load_world("empty"), body=find_body("G1"))
+    place = model.cameras[-1].position
+    assert model.mj.camera("CameraOutside").pos == pytest.approx(place)
+    assert place[2] > 1.0

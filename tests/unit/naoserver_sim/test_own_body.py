@@ -10,6 +10,7 @@ from naoserver.parts import Axis
 from naoserver_sim._model_file import LARGEST_FILE
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.cart import CART, CART_TOML
 from tests.support.present import present
 from zenoh_ice import VirtualClock
 
@@ -40,55 +41,6 @@ tilt = "elbow"
 name = "Camera"
 link = "hand"
 horizontal_fov = 1.0
-"""
-CART = """<mujoco>
-  <worldbody>
-    <geom type="plane" size="5 5 0.1"/>
-    <body name="base" pos="0 0 0.05">
-      <freejoint/>
-      <geom type="cylinder" size="0.1 0.02" mass="2" contype="1" conaffinity="1"/>
-      <geom type="sphere" size="0.02" pos="0.07 0 -0.03" mass="0.1" friction="0.02"/>
-      <body name="left" pos="0 0.12 0">
-        <joint name="left" axis="0 1 0"/><geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
-      </body>
-      <body name="right" pos="0 -0.12 0">
-        <joint name="right" axis="0 1 0"/><geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
-      </body>
-      <body name="mast" pos="0.02 0 0.05">
-        <joint name="pan" axis="0 0 1" pos="0.01 0 0" range="-1 1" limited="true" damping="0.02"/>
-        <joint name="tilt" axis="0 1 0" pos="0.01 0 0.1" range="-0.5 0.5" limited="true"/>
-        <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.2"/>
-      </body>
-    </body>
-  </worldbody>
-  <actuator>
-    <position name="pan" joint="pan" kp="20" kv="1" forcerange="-3 3" forcelimited="true"/>
-    <motor name="tilt" joint="tilt" ctrlrange="-2 2" ctrllimited="true"/>
-    <velocity name="left" joint="left" kv="1" forcerange="-5 5" forcelimited="true"/>
-    <velocity name="right" joint="right" kv="1" forcerange="-5 5" forcelimited="true"/>
-  </actuator>
-</mujoco>"""
-CART_TOML = """
-model = "cart.xml"
-name = "Trolley"
-[groups]
-head = ["pan", "tilt"]
-wheels = ["left", "right"]
-[hinges.Neck]
-pan = "pan"
-tilt = { joint = "tilt", sign = -1 }
-[walk]
-kind = "wheels"
-left = "left"
-right = "right"
-radius = 0.05
-distance = 0.24
-fastest = 0.4
-fastest_turn = 2.0
-[joint.left]
-max_velocity = 12.0
-[joint.right]
-max_velocity = 12.0
 """
 LEGS = ("yaw", "roll", "pitch", "knee", "ankle", "tilt")
 
@@ -346,8 +298,55 @@ def test_more_than_one_tree_is_refused(written):
         read_own_body(written(model, 'model = "arm.urdf"'))
 
 
-def test_files_outside_the_folder_are_not_read(written, tmp_path):
-    (tmp_path.parent / "secret.xml").write_text("<mujocoinclude/>")
-    model = '<mujoco><include file="../secret.xml"/><worldbody><body name="a"><geom size="1"/></body></worldbody></mujoco>'
-    with pytest.raises(RobotError, match=r"secret\.xml"):
-        read_own_body(written(model, 'model = "arm.urdf"'))
+LINK = '<worldbody><body name="a"><geom size="1"/></body></worldbody>'
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        '<include file="{}.xml"/>',
+        '<asset><texture type="2d" name="t" file="{}.png"/></asset>',
+        '<asset><texture type="cube" name="t" fileright="{}.png"/></asset>',
+        '<asset><hfield name="h" size="1 1 1 1" file="{}.png"/></asset>',
+        '<include file="part.xml"/>',
+    ],
+)
+def test_files_outside_the_folder_are_not_read(written, tmp_path, names):
+    secret = tmp_path.parent / "secret"
+    for ending in (".xml", ".png", ".stl"):
+        secret.with_suffix(ending).write_text("<mujoco/>")
+    (tmp_path / "part.xml").write_text(f'<mujoco><asset><mesh file="{secret}.stl"/></asset></mujoco>')
+    with pytest.raises(
+        RobotError, match=r"\.\w+:1: there is no file '.*secret\.\w+' in the folder of the model"
+    ):
+        read_own_body(written(f"<mujoco>{names.format(secret)}{LINK}</mujoco>", 'model = "arm.urdf"'))
+
+
+def test_a_model_within_a_model_is_refused(written):
+    with pytest.raises(
+        RobotError, match=r"arm\.urdf:1: a model within a model: write its links into arm\.urdf"
+    ):
+        read_own_body(
+            written(f'<mujoco><asset><model file="m.xml"/></asset>{LINK}</mujoco>', 'model = "arm.urdf"')
+        )
+
+
+def test_a_model_may_be_in_several_files(written, tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/link.xml").write_text(f"<mujoco>{LINK}</mujoco>")
+    body = read_own_body(written('<mujoco><include file="parts/link.xml"/></mujoco>', 'model = "arm.urdf"'))
+    assert [link.name for link in body.links] == ["a"]
+
+
+def test_a_part_of_a_model_is_checked_like_the_whole(written, tmp_path):
+    (tmp_path / "link.xml").write_text(
+        "<mujoco>{}</mujoco>".format(LINK.replace("<geom", '<geom rgba="nan 0 0 1"'))
+    )
+    with pytest.raises(RobotError, match=r"link\.xml:1: rgba of <geom> is 'nan 0 0 1'"):
+        read_own_body(written('<mujoco><include file="link.xml"/></mujoco>', 'model = "arm.urdf"'))
+
+
+def test_a_model_of_too_many_files_is_refused(written):
+    meshes = "".join(f'<mesh name="m{number}" file="{number}.stl"/>' for number in range(1001))
+    with pytest.raises(RobotError, match=r"arm\.urdf:1: more than 1000 files"):
+        read_own_body(written(f"<mujoco><asset>{meshes}</asset>{LINK}</mujoco>", 'model = "arm.urdf"'))

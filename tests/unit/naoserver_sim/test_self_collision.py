@@ -208,6 +208,7 @@ def test_the_command_prints_entries_of_a_facts_file(tmp_path):
     [
         (["T2"], "there is no body 'T2'"),
         (["T1", "--pair", "Head_pitch"], "--pair Head_pitch: write two joints"),
+        (["T1", "--pair", "Head_pitch, Head_pitch"], "--pair Head_pitch, Head_pitch: write two joints"),
         (["T1", "--posture", "Sit"], "there is no posture 'Sit'"),
     ],
 )

@@ -13,7 +13,7 @@ from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
 
 TOOL = ROOT / "tools" / "lofts" / "loft.py"
-LOOKS = ROOT / "naoserver" / "looks"
+BODIES = ROOT / "naoserver" / "bodies"
 
 
 def read(file: Path) -> tuple[list[str], np.ndarray]:
@@ -28,8 +28,10 @@ def test_the_meshes_are_current(lofts: Path, tmp_path: Path) -> None:
     made = tmp_path / "made.obj"
     subprocess.run([sys.executable, TOOL, lofts, made], check=True, timeout=END_LIMIT)
     rest, vertices = read(made)
-    kept_rest, kept_vertices = read(LOOKS / f"{lofts.stem}.obj")
-    message = f"type: python tools/lofts/loft.py {lofts.relative_to(ROOT)} naoserver/looks/{lofts.stem}.obj"
+    kept_rest, kept_vertices = read(BODIES / lofts.stem / "looks.obj")
+    message = (
+        f"type: python tools/lofts/loft.py tools/lofts/{lofts.name} naoserver/bodies/{lofts.stem}/looks.obj"
+    )
     assert rest == kept_rest, message
     # Roundings of other versions of NumPy differ.
     assert vertices == pytest.approx(kept_vertices, abs=1.5e-4), message
