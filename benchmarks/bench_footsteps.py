@@ -22,13 +22,12 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from tests.support.humanoids import BODIES, Humanoid, Noise
 from tests.support.walking import mean_velocity
 
 CONSOLE = Console(width=100)
-STILL: Final = WalkVelocity()
 COURSE: Final = (
     (10.0, WalkVelocity(forward=0.3)),
     (10.0, WalkVelocity(forward=0.2, turn=0.2)),

@@ -24,7 +24,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
@@ -33,7 +33,6 @@ from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 
 CONSOLE = Console(width=100)
-STILL: Final = WalkVelocity()
 DIRECTIONS: Final = 8
 PUSH_SECONDS: Final = 0.1
 TWO_STEPS: Final = 0.51

@@ -115,9 +115,10 @@ class JointRules:
                 fraction = min(fraction, rule.fraction)
         return fraction * self.facts[joint].max_velocity
 
-    def default_speed(self, joint: str) -> float:
-        """Return the speed of a position command that gives none."""
-        return self._options.default_fraction * self.facts[joint].max_velocity
+    def default_speed(self, joint: str, reading: JointReading) -> float:
+        """Return the speed of a position command that gives none, at most the cap."""
+        speed = self._options.default_fraction * self.facts[joint].max_velocity
+        return min(speed, self.speed_cap(joint, reading))
 
     def cap_speed(self, joint: str, speed: float, cap: float, outcome: Outcome) -> float:
         """Return a speed, or velocity, capped."""
@@ -221,7 +222,7 @@ class JointSafety:
         for joint, target in wanted.items():
             facts, problem = rules.facts[joint], "{:.4g} is out of range"
             safe = rules.limit(joint, target, (facts.lower, facts.upper), problem, outcome)
-            speed = limits.get(joint) or rules.default_speed(joint)
+            speed = limits.get(joint) or rules.default_speed(joint, reading)
             cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
             self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)), client)
         self._clear_tables(wanted, reading, client, outcome)
@@ -362,7 +363,7 @@ class JointSafety:
 
     def _stay(self, joint: str, reading: JointReading) -> None:
         """Make the present position of a joint its goal, without a command to the device."""
-        goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint))
+        goal = Goal(self._setpoint(joint, reading), self._rules.default_speed(joint, reading))
         self._set_goal(joint, goal, "")
         self._issued[joint] = (goal.target, goal.speed)
         self._resting.add(joint)

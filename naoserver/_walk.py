@@ -16,8 +16,8 @@ from msgspec.structs import replace
 
 from interfaces.nao import ActionState, ActionStatus, Severity
 from naoserver._guarded_device import GuardedDevice
-from naoserver._way import STILL, Way
-from naoserver.capabilities import Walker, WalkVelocity
+from naoserver._way import Way
+from naoserver.capabilities import STILL, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.options import SafetyOptions
 

@@ -8,10 +8,9 @@ from abc import ABC, abstractmethod
 from dataclasses import astuple
 from typing import Final
 
-from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 
-STILL: Final = WalkVelocity()
 _GAIN: Final = 1.5
 """Ratio of the velocity to the rest of the way, in 1/s."""
 _CAUTION: Final = 0.6

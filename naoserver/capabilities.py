@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Literal, Protocol, runtime_checkable
+from typing import Final, Literal, Protocol, runtime_checkable
 
 Vector = tuple[float, float, float]
 
@@ -24,6 +24,9 @@ class WalkVelocity:
     forward: float = 0.0
     left: float = 0.0
     turn: float = 0.0
+
+
+STILL: Final = WalkVelocity()
 
 
 @dataclass(frozen=True, slots=True)

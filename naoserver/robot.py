@@ -25,7 +25,6 @@ Contract of every implementation
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
@@ -74,8 +73,6 @@ class Frame:
     """RGB, shape (height, width, 3), C-contiguous, row 0 on top. Never modified after it was returned."""
 
 
-FALLEN_TILT: Final = math.radians(60)
-"""Tilt of the torso in rad beyond which a robot lies rather than stands, crouches or sits."""
 LIMP: Final = 0.05
 """Stiffness below which a motor holds nothing."""
 
@@ -87,7 +84,7 @@ class BodyState:
     torso_tilt: float
     """Angle between the torso's z axis and the vertical in rad."""
     fallen: bool
-    """Whether `torso_tilt` is above FALLEN_TILT."""
+    """Whether `torso_tilt` is above the tilt at which the body lies, as of `Body.lying_tilt`."""
     real_time_factor: float
     """Robot seconds in a wall second, over the last second; 0 while a real robot is unreachable."""
     lag: float

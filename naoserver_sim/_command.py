@@ -1,4 +1,4 @@
-"""The command `naoserver-sim`: simulate and serve a Nao, or several, each in its own process and realm."""
+"""The command `naoserver-sim`: simulate and serve a robot, or several, each in its own process and realm."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def naoserver_sim(
     qi: _Qi = None,
     disk: Disk = None,
 ) -> None:
-    """Simulate a Nao and its surroundings in MuJoCo, and serve them.
+    """Simulate a robot and its surroundings in MuJoCo, and serve them.
 
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """

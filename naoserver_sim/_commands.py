@@ -9,11 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._simulator import Simulator
 
-STILL: Final = WalkVelocity()
 _SLOWEST_WALK: Final = 1e-3
 """Velocity in m/s and rad/s below which a robot does not move."""
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from naoserver.capabilities import Pose, Truth, Vector, WorldShape
 from naoserver.errors import InvalidCommand
+from naoserver.parts import NO_TURN
 from naoserver_sim._motors import Array
 from naoserver_sim._simulator import Simulator, Snapshot
 from naoserver_sim._surroundings import about_z
@@ -29,7 +30,6 @@ _LONGEST_PUSH: Final = 60.0
 """Longest duration of a push or press in s."""
 _SHALLOW: Final = 0.005
 """Depth in m to which a placed object may overlap another, which then pushes it out."""
-_IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(slots=True)
@@ -80,7 +80,7 @@ class SimulatedStage:
 
     def truth(self) -> Truth:
         snapshot, model = self._simulator.newest(), self._model
-        objects = {name: Pose(self._carried_at(snapshot, name), _IDENTITY) for name in model.balls}
+        objects = {name: Pose(self._carried_at(snapshot, name), NO_TURN) for name in model.balls}
         objects |= {name: _pose(snapshot.qpos, index) for name, index in model.loose.items()}
         torso = _pose(snapshot.qpos, model.base)
         velocity = snapshot.qvel[model.base.dof : model.base.dof + 3]

@@ -10,6 +10,7 @@ import math
 from functools import lru_cache
 from typing import Final
 
+import msgspec
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ SPECTATOR: Final = CameraFacts(
 )
 """A spectator in front of the robot's place and to its right; sees it and the balls."""
 SPECTATOR_YAW: Final = math.radians(113)
+_FRAMED_HEIGHT: Final = 0.8
+"""Height in m of the tallest robot that the spectator sees whole from there."""
 _FLOOR_HALF: Final = 6.0
 _SOFT: Final = (0.005, 1.0)
 """Time constant in s and damping ratio of a contact."""
@@ -122,6 +125,13 @@ def add_movables(spec: mujoco.MjSpec, world: World) -> None:
     for box in world.boxes:
         if box.mass is not None:
             _add_box(spec, box)
+
+
+def spectator_of(height: float) -> CameraFacts:
+    """Return the spectator of a robot of a height in m, of a tall one from farther away and from above."""
+    x, y, z = SPECTATOR.position
+    scale = max(1.0, height / _FRAMED_HEIGHT)
+    return msgspec.structs.replace(SPECTATOR, position=(x * scale, y * scale, z * scale))
 
 
 def _add_carrier(spec: mujoco.MjSpec, start: mujoco.MjsBody, ball: CarriedBall) -> mujoco.MjsBody:

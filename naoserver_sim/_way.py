@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from naoserver.body import Body
 from naoserver.capabilities import Walker
+from naoserver.errors import RobotError
 from naoserver.footsteps import Footsteps
 from naoserver.parts import Steps, Wheels
-from naoserver_sim._footsteps.of_body import limbs_of
+from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.sensors import BodySensors
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._gears import gear_noise
@@ -32,6 +34,7 @@ def way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: 
     """Return the part that moves a robot over the floor; None for one that stays where it is."""
     match model.body.walk:
         case Steps():
+            _require_limbs_of_nao(model.body)
             return SimulatedWalker(model, simulator, sensors, noise=noise)
         case Footsteps() as footsteps:
             return _walker(model, simulator, sensors, footsteps, noise=noise)
@@ -39,6 +42,14 @@ def way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: 
             return DifferentialDrive(model, simulator, sensors, wheels)
         case None:
             return None
+
+
+def _require_limbs_of_nao(body: Body) -> None:
+    """Raise RobotError when a body lacks legs or arms that the walk of a Nao moves."""
+    groups = body.groups
+    shoulders = {"LeftShoulder", "RightShoulder"}
+    if (len(groups.left_leg), len(groups.right_leg)) != (6, 6) or not shoulders <= body.hinges.keys():
+        raise RobotError("walk: steps are for the legs and arms of a Nao; use footsteps for other bodies")
 
 
 def _walker(

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.parts import Wheels
-from naoserver_sim._commands import STILL, CommandedWay
+from naoserver_sim._commands import CommandedWay
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim.model import Model

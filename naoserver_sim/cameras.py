@@ -88,7 +88,8 @@ _FRAME_TIMEOUT: Final = 1.0  # s
 _SETUP_TIMEOUT: Final = 10.0  # s
 _VIRTUAL_TIMEOUT: Final = 60.0  # s
 _QUEUE_LENGTH: Final = 16
-_MOST_GEOMS: Final = 400
+_MORE_GEOMS: Final = 400
+"""Room in a scene for what is drawn besides the geoms of the model."""
 _SMALL: Final = (32, 24)
 # The passes that camera images omit: without a GPU, they cost more than all others together.
 # Shadows are drawn only in worlds whose light casts them.
@@ -282,7 +283,7 @@ class _Scene:
         self._options.geomgroup[[0, VISUAL_GROUP]] = 1
         self._options.sitegroup[:] = 0
         self._perturb = mujoco.MjvPerturb()
-        self._scene = mujoco.MjvScene(mj, _MOST_GEOMS)
+        self._scene = mujoco.MjvScene(mj, mj.ngeom + _MORE_GEOMS)
         for name in _FLAGS_OFF:
             self._scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{name}")] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = bool(mj.light_castshadow.any())

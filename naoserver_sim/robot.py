@@ -20,7 +20,7 @@ from naoserver.expression import FadingLights, TimedVoice
 from naoserver.jobs import ControlLoop
 from naoserver.looks.description import write_looks
 from naoserver.parts import Steps
-from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
+from naoserver.robot import BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
 from naoserver_sim._gears import Gears, gear_noise
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
@@ -210,7 +210,7 @@ class SimulatedRobot(SimulatedDevice):
         at = self._model.base.qpos
         _, x, y, _ = self._simulator.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-        return BodyState(tilt, tilt > FALLEN_TILT, self.clock.rate, self._simulator.lag)
+        return BodyState(tilt, tilt > self.body.lying_tilt, self.clock.rate, self._simulator.lag)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         return self._renderer.capture(camera, width, height)

@@ -16,7 +16,7 @@ from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.kinematics import kinematics_of
 from naoserver.parts import Stance
-from naoserver.robot import FALLEN_TILT, Robot
+from naoserver.robot import Robot
 
 UPRIGHT: Final = (Stance.STANDING, Stance.SITTING)
 """The stances of a body whose torso is upright."""
@@ -59,7 +59,7 @@ def stance_of(body: Body, situation: Situation) -> Stance | None:
     if not body.postures:
         return None
     x, y, z = situation.up
-    if z < math.cos(FALLEN_TILT):
+    if z < math.cos(body.lying_tilt):
         if abs(x) >= abs(y):
             return Stance.BELLY if x < 0 else Stance.BACK
         return Stance.LEFT_SIDE if y < 0 else Stance.RIGHT_SIDE

@@ -9,11 +9,8 @@ from interfaces import nao
 from naoserver._servants.shared import StateStream
 from naoserver.body import Body
 from naoserver.capabilities import FootReading, SenseReading, Senses
-from naoserver.parts import NOWHERE, Sole
+from naoserver.parts import CORNERS, NOWHERE, Sole
 from zenoh_ice import Current
-
-_SENSORS: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
-"""The sensors of a sole, in the order of a reading."""
 
 
 class InertialUnitI(nao.InertialUnit):
@@ -108,7 +105,7 @@ def _foot(foot: FootReading, sole: Sole) -> nao.FootReading:
     """Return the forces on a sole and their center in the foot's frame in m."""
     total = foot.total
     pressures = (foot.front_left, foot.front_right, foot.rear_left, foot.rear_right)
-    places = [sole.pressure.get(sensor, NOWHERE) for sensor in _SENSORS]
+    places = [sole.pressure.get(sensor, NOWHERE) for sensor in CORNERS]
     x, y = (
         sum(pressure * place[axis] for pressure, place in zip(pressures, places, strict=True)) / total
         if total > 0.0

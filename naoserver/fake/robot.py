@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.body import Body
 from naoserver.capabilities import (
+    STILL,
     Balancer,
     BatteryReading,
     FootReading,
@@ -132,7 +133,6 @@ class FakeSenses:
 
 LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 """The highest velocity of each kind of a robot that takes steps: those of the simulated Nao."""
-_STILL: Final = WalkVelocity()
 
 
 class FakeWalker:
@@ -146,7 +146,7 @@ class FakeWalker:
         self.limits: Final = limits
         self._clock = clock
         self._lock = threading.Lock()  # held for microseconds
-        self._velocity = _STILL
+        self._velocity = STILL
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
         self._closed = False
 
@@ -162,7 +162,7 @@ class FakeWalker:
     @property
     def walking(self) -> bool:
         """Whether it moves: it stops at once."""
-        return self._velocity != _STILL
+        return self._velocity != STILL
 
     def odometry(self) -> Odometry:
         with self._lock:
@@ -173,7 +173,7 @@ class FakeWalker:
         """Stop for good."""
         with self._lock:
             self._go_on()
-            self._velocity = _STILL
+            self._velocity = STILL
             self._closed = True
 
     def _go_on(self) -> None:
@@ -195,14 +195,43 @@ class FakeWalker:
         )
 
 
+class FakeDrive(FakeWalker):
+    """Drive on two wheels as commanded, and count their turns."""
+
+    def __init__(self, clock: Clock, wheels: Wheels) -> None:
+        limits = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
+        super().__init__(clock, (wheels.left, wheels.right), limits)
+        self._wheels = wheels
+        self._angles = (0.0, 0.0)
+
+    def angles(self) -> Mapping[str, float]:
+        """Return by how many rad each wheel has turned."""
+        with self._lock:
+            self._go_on()
+            return dict(zip(self.joints, self._angles, strict=True))
+
+    def speeds(self) -> Mapping[str, float]:
+        """Return the speed of each wheel in rad/s."""
+        wheels, velocity = self._wheels, self._velocity
+        aside = velocity.turn * wheels.distance / 2.0
+        ways = velocity.forward - aside, velocity.forward + aside
+        return {wheel: way / wheels.radius for wheel, way in zip(self.joints, ways, strict=True)}
+
+    def _go_on(self) -> None:
+        before = self._odometry.time
+        super()._go_on()
+        seconds = max(0.0, self._odometry.time - before)
+        left, right = (speed * seconds for speed in self.speeds().values())
+        self._angles = (self._angles[0] + left, self._angles[1] + right)
+
+
 def _walker_of(body: Body, clock: Clock) -> FakeWalker | None:
     """Return the walk of a body, by its kind."""
     match body.walk:
         case None:
             return None
         case Wheels() as wheels:
-            limits = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
-            return FakeWalker(clock, (wheels.left, wheels.right), limits)
+            return FakeDrive(clock, wheels)
         case _:
             return FakeWalker(clock, body.groups.legs)
 
@@ -245,6 +274,12 @@ class _Motion(NamedTuple):
         if left > 0.0:
             position = setpoint + (position - setpoint) * math.exp(-left / LAG)
         return _Motion(max(time, self.time), setpoint, position, rate, self.end)
+
+    def turned(self, angle: float) -> _Motion:
+        """Return the motion of a joint that something else has turned by an angle."""
+        return self._replace(
+            setpoint=self.setpoint + angle, position=self.position + angle, end=self.end + angle
+        )
 
 
 class FakeDevice:
@@ -311,6 +346,7 @@ class FakeDevice:
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints at positions at once, where they rest: for tests, to set a scene."""
         with self._lock:
+            self._go_on()
             now, self._reading = self._clock.now(), None
             for name, position in positions.items():
                 facts = self._by_name[name]
@@ -336,10 +372,10 @@ class FakeDevice:
     def _command(self, commands: Mapping[str, tuple[float, float]]) -> None:
         """Move setpoints to ends at speeds, all starting at the same moment."""
         with self._lock:
-            now = self._clock.now()
+            self._go_on()
             if self._closed:
                 return
-            self._reading = None
+            now, self._reading = self._time, None
             for name, (target, speed) in commands.items():
                 if self._stiffnesses[name].at(now) == 0.0:
                     continue
@@ -379,6 +415,8 @@ class FakeRobot(FakeDevice):
         self.clock: Final[Clock] = clock or WallClock()
         self.body: Final = body or find_body(DEFAULT_BODY)
         body = self.body
+        self.walker: Final = _walker_of(body, self.clock)
+        self._driven: Mapping[str, float] = {}
         super().__init__(body.title or body.name, body.joints, self.clock, posture or body.resting_angles)
         self._camera_failure = camera_failure
         self.cameras: Final = body.cameras
@@ -394,7 +432,26 @@ class FakeRobot(FakeDevice):
         self.lights: Final = FadingLights(self.clock.now, body.lights) if body.lights else None
         self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
         self.senses = FakeSenses(self.clock, body)
-        self.walker: Final = _walker_of(body, self.clock)
+
+    def _go_on(self) -> None:
+        """Turn also the wheels that drive it."""
+        super()._go_on()
+        if self._closed or not isinstance(self.walker, FakeDrive):
+            return
+        driven = self.walker.angles()
+        for wheel, angle in driven.items():
+            if wheel in self._motions:
+                turned = angle - self._driven.get(wheel, 0.0)
+                self._motions[wheel] = self._motions[wheel].turned(turned)
+        self._driven = driven
+
+    def _read(self) -> JointReading:
+        reading = super()._read()
+        if not isinstance(self.walker, FakeDrive):
+            return reading
+        speeds = self.walker.speeds()
+        velocities = zip(self.body.joint_names, reading.velocities, strict=True)
+        return replace(reading, velocities=tuple(value + speeds.get(name, 0.0) for name, value in velocities))
 
     def looks(self) -> str:
         return write_looks(self.body)

@@ -18,11 +18,11 @@ from naoserver.capabilities import (
     SonarReading,
     Vector,
 )
+from naoserver.parts import CORNERS
 from naoserver.robot import JointReading
 
 FARTHEST_ECHO: Final = 2.55
 """Range in m: a sonar reading beyond it means that nothing is near; so does 0, before the first echo."""
-_EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
 """Temperature in degrees Celsius of a motor that reports none."""
 _PRESSED: Final = 0.5
@@ -62,7 +62,7 @@ class MemoryLayout:
         self._angular_velocity = [self._add(f"{unit}{n}{a}/Sensor/Value" for n in _GYR) for a in AXES]
         self._roll, self._pitch = (self._add([f"{unit}Angle{axis}/Sensor/Value"]) for axis in "XY")
         self._feet = [
-            [self._add([f"{DEVICES}{foot}/FSR/{edge}/Sensor/Value"]) for edge in _EDGES]
+            [self._add([f"{DEVICES}{foot}/FSR/{corner}/Sensor/Value"]) for corner in CORNERS]
             for foot in ("LFoot", "RFoot")
         ]
         self._sonar = [self._add([f"{DEVICES}US/{side}/Sensor/Value"]) for side in ("Left", "Right")]

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from interfaces.nao import Severity
 from naoserver._naoqi_names import gait_limits
-from naoserver.capabilities import Odometry, PostureProgress, WalkVelocity
+from naoserver.capabilities import STILL, Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.naoqi._background_calls import BackgroundCalls, CoalescingQueue, Poll
 from naoserver.naoqi._connection import PERIOD, Connection, Reporter
@@ -18,7 +18,6 @@ from naoserver.naoqi._state import NaoqiState
 from naoserver.robot import LIMP
 from zenoh_ice import Clock
 
-_STILL: Final = WalkVelocity()
 _RESTING_PERIOD: Final = 0.2
 """Seconds between two requests for the odometry while it stands."""
 _POSTURE_PERIOD: Final = 0.5
@@ -47,11 +46,11 @@ class NaoqiWalker:
         self._lock = threading.Lock()
         self._reporter = reporter
         self._velocities: CoalescingQueue[WalkVelocity] = CoalescingQueue(
-            "walk", connection, reporter, self._send, lambda velocity: velocity == _STILL
+            "walk", connection, reporter, self._send, lambda velocity: velocity == STILL
         )
         self.joints: Final = state.facts.groups.legs
         self.limits = gait_limits(_USUAL)
-        self._commanded = _STILL
+        self._commanded = STILL
         self.walking = False  # according to NAOqi
         self._sent = 0.0  # when the newest command was given
         self._still_since: float | None = None
@@ -76,27 +75,27 @@ class NaoqiWalker:
 
     def close(self) -> None:
         """End the walk, and the thread."""
-        if self.walking or self._commanded != _STILL:
-            self.command(_STILL)
+        if self.walking or self._commanded != STILL:
+            self.command(STILL)
         self._velocities.close()
 
     @property
     def stopped(self) -> bool:
         """Whether the robot has answered every command, and none keeps it walking."""
-        return self._commanded == _STILL and self._velocities.idle
+        return self._commanded == STILL and self._velocities.idle
 
     def command(self, velocity: WalkVelocity) -> None:
         with self._lock:
-            if velocity != _STILL:
+            if velocity != STILL:
                 self._check()
                 if velocity == self._commanded:
                     return  # NAOqi itself continues the walk
-            elif self._commanded == _STILL and not self.walking:
+            elif self._commanded == STILL and not self.walking:
                 return
             self._commanded, self.ended = velocity, ""
             self._sent, self._still_since = self._clock.now(), None
-            self._stopping = velocity == _STILL
-            self.walking = self.walking or velocity != _STILL
+            self._stopping = velocity == STILL
+            self.walking = self.walking or velocity != STILL
             self._velocities.post({"velocity": velocity})
 
     def commanded(self) -> WalkVelocity:
@@ -109,9 +108,9 @@ class NaoqiWalker:
         """Treat the walk as ended: the robot is lost, and stopped when it is found again."""
         with self._lock:
             self._velocities.forget()
-            if self._commanded != _STILL:
+            if self._commanded != STILL:
                 self.ended = "the robot was lost"
-            self._commanded = _STILL
+            self._commanded = STILL
             self.walking = False
             self._stopping = False
 
@@ -144,9 +143,9 @@ class NaoqiWalker:
                 if self._still_since is None:
                     self._still_since = asked
                 elif asked - self._still_since >= _ENDED:
-                    if self._commanded != _STILL:
+                    if self._commanded != STILL:
                         self.ended = self._reason()
-                    self._commanded = _STILL
+                    self._commanded = STILL
                     self.walking = False
                     self._stopping = False
 
@@ -161,7 +160,7 @@ class NaoqiWalker:
 
     def _send(self, link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
         velocity = commands["velocity"]
-        if velocity == _STILL:
+        if velocity == STILL:
             self._newest = link.begin("ALMotion.stopMove")
         else:
             self._newest = link.begin("ALMotion.move", *astuple(velocity))
@@ -169,7 +168,7 @@ class NaoqiWalker:
 
     def _stop_again(self, now: float) -> None:
         self._sent = now
-        self._velocities.post({"velocity": _STILL})
+        self._velocities.post({"velocity": STILL})
         message = "the robot walks on though it was stopped: the stop is repeated until it stands"
         self._reporter.report(Severity.Error, message, "walks on")
 

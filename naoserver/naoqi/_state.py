@@ -16,8 +16,8 @@ from naoserver.errors import HardwareFailure
 from naoserver.naoqi._connection import SILENCE
 from naoserver.naoqi._link import NAME, CallFailed, Link, call, is_nao6
 from naoserver.naoqi._memory_keys import FARTHEST_ECHO, Measurements, MemoryLayout
-from naoserver.parts import JointFacts
-from naoserver.robot import FALLEN_TILT, BodyState, JointReading
+from naoserver.parts import LYING_TILT, JointFacts
+from naoserver.robot import BodyState, JointReading
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
@@ -197,7 +197,7 @@ class NaoqiState:
         """Return the state of the body, according to the inertial unit."""
         tilt = self.senses().inertial.tilt
         factor = 1.0 if self._frozen is None else 0.0
-        return BodyState(torso_tilt=tilt, fallen=tilt > FALLEN_TILT, real_time_factor=factor, lag=0.0)
+        return BodyState(torso_tilt=tilt, fallen=tilt > LYING_TILT, real_time_factor=factor, lag=0.0)
 
     def _now(self) -> float:
         return self._clock.now() if self._frozen is None else self._frozen

@@ -17,7 +17,7 @@ from naoserver._servants.motions import PosturesI
 from naoserver._walk import WalkGuard
 from naoserver._way import way_to
 from naoserver.assembly import Assembly
-from naoserver.capabilities import Odometry, Support, WalkVelocity
+from naoserver.capabilities import STILL, Odometry, Support, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.kinematics import Matrix, kinematics_of, rotation
 from naoserver.qi._arguments import JointNames, text
@@ -37,7 +37,6 @@ _END_LIMIT: Final = 5.0
 """Robot seconds within which a walk or a motion has to end."""
 RENEWAL: Final = 0.15
 """Wall seconds after which a command is renewed: well within the guard's timeout."""
-_STILL: Final = WalkVelocity()
 
 A = TypeVar("A")
 
@@ -195,7 +194,7 @@ class Walking:
         self._walker = access.robot.walker
         self._access = access
         self._lock = threading.Lock()
-        self._wanted = _STILL
+        self._wanted = STILL
         self._client = SERVER  # of the wanted velocity
 
     @property
@@ -206,7 +205,7 @@ class Walking:
     @property
     def active(self) -> bool:
         """Whether a velocity is commanded."""
-        return self._access.walk is not None and self._access.walk.commanded() != _STILL
+        return self._access.walk is not None and self._access.walk.commanded() != STILL
 
     @property
     def moving(self) -> bool:
@@ -225,7 +224,7 @@ class Walking:
     def stop(self) -> None:
         """End the walk on both feet, never refused."""
         with self._lock:
-            self._wanted = _STILL
+            self._wanted = STILL
             if self._access.walk is not None:
                 self._access.walk.stop()
 
@@ -233,7 +232,7 @@ class Walking:
         """Renew the velocity of a lost client no more; the guard stops it."""
         with self._lock:
             if self._client is client:
-                self._wanted = _STILL
+                self._wanted = STILL
 
     def go_to(
         self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
@@ -243,7 +242,7 @@ class Walking:
         with self._access.calls.beginning(call) as may, self._lock:
             if not may:
                 return False
-            self._client, self._wanted = call.client, _STILL
+            self._client, self._wanted = call.client, STILL
             walk_to.begin(way_to(place, start, highest), call.client.name)
             count = walk_to.state().count
         while walk_to.busy and walk_to.state().count == count:
@@ -258,10 +257,10 @@ class Walking:
     def renew(self) -> None:
         """Renew the commanded velocity, unless something ended the walk; due every RENEWAL while `active`."""
         with self._lock:
-            if self._wanted == _STILL:
+            if self._wanted == STILL:
                 return
             try:
                 self.guard.drive(asdict(self._wanted), self._client.name, after=self._wanted)
             except RobotError as error:
                 _logger.warning("the walk ends: %s", error)
-                self._wanted = _STILL
+                self._wanted = STILL

@@ -16,7 +16,7 @@ from interfaces.jderobot import CameraDescription
 from naoserver.body import Body
 from naoserver.capabilities import Vector
 from naoserver.kinematics import angles_of, turned
-from naoserver.parts import Camera, Joint, Sole
+from naoserver.parts import NOWHERE, Camera, Joint, Sole
 
 ODOM: Final = "odom"
 """The frame of the odometry: the place at which it began."""
@@ -31,7 +31,6 @@ OUTSIDE: Final = "CameraOutside"
 OUTSIDE_YAW: Final = math.radians(113)
 """Its yaw in `odom`, which its description lacks; a simulation places it (surroundings.py)."""
 _OPTICAL: Final = (-math.pi / 2, 0.0, -math.pi / 2)
-NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

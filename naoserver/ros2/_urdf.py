@@ -11,9 +11,9 @@ from xml.etree import ElementTree as ET
 from naoserver.body import Body
 from naoserver.capabilities import Vector
 from naoserver.kinematics import angles_of, turned
-from naoserver.parts import Joint, Link, Shape
+from naoserver.parts import NOWHERE, Joint, Link, Shape
 
-from ._frames import NOWHERE, ROOT, angles_at_rest, fixed_frames, link_frames
+from ._frames import ROOT, angles_at_rest, fixed_frames, link_frames
 
 _BONE: Final = 0.018
 """Radius in m of the cylinders that are drawn between joints, in addition to the shapes of the body."""
@@ -72,8 +72,7 @@ def _bones(body: Body, link: Link) -> Iterator[Form]:
     for joint in (*body.joints, *body.fixed_joints):
         if joint.parent == link.name and (length := math.hypot(*joint.origin)) > _BONE:
             x, y, z = joint.origin
-            size = {"radius": _number(_BONE), "length": _number(length)}
-            yield (x / 2, y / 2, z / 2), _turn_to(joint.origin), "cylinder", size
+            yield (x / 2, y / 2, z / 2), _turn_to(joint.origin), "cylinder", _cylinder(_BONE, length)
 
 
 def _form(shape: Shape) -> Form:

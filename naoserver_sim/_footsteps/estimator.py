@@ -2,8 +2,12 @@
 
 A foot that bears load rests on the floor. From there the angles of the joints and the attitude of the trunk
 lead to every other point, and the speeds of the joints and the turning rate to its velocity. No force is
-measured. The frame is that of the odometer: the floor, with the robot's start at 0, x forward, y left. Places
-on the floor are complex numbers, x + iy, in m.
+measured.
+
+Legs that swing, and a trunk that turns, move the center of mass to and fro. What the floor changes is the
+body's angular momentum about it. So the velocity is that of a pendulum with this momentum (Gong and Grizzle,
+ASME J. Dyn. Sys., Meas., Control 144, 2022). The frame is that of the odometer: the floor, with the robot's
+start at 0, x forward, y left. Places on the floor are complex numbers, x + iy, in m.
 """
 
 from __future__ import annotations
@@ -23,7 +27,7 @@ from naoserver_sim._footsteps.vectors import cross, quaternion
 
 FEET: Final = (LEFT, RIGHT)
 _SMOOTHING: Final = 0.5
-"""Part of the last velocity of the center of mass that is kept at each tick."""
+"""Part of the last velocity that is kept at each tick."""
 _STILL: Final = 0.1
 """Turning rate in rad/s about each axis below which a robot that does not step stands still."""
 _STANDING_TICKS: Final = 500
@@ -40,6 +44,7 @@ class Estimator:
         self._limbs = limbs
         self._sole = np.array(footsteps.sole_middle)
         self._frequency = footsteps.frequency
+        self._lever = footsteps.com_height * float(mj.body_subtreemass[limbs.base])
         self.data: Final = mujoco.MjData(mj)
         """The measured body: its base is at 0, turned as it is measured."""
         self.origin: Final[Array] = np.zeros(3)
@@ -49,7 +54,7 @@ class Estimator:
         self.center: Array = np.zeros(3)
         """Center of mass in m, the height above the floor."""
         self.velocity: Array = np.zeros(3)
-        """Velocity of the center of mass in m/s, smoothed."""
+        """Velocity in m/s of a pendulum with the body's angular momentum about the floor, smoothed."""
         self.heading = 0.0
         """Of the base in rad, not limited to a turn."""
         self._anchors = [0j, 0j]
@@ -127,6 +132,8 @@ class Estimator:
         base = limbs.base
         self.center = self.origin + data.subtree_com[base]
         velocity = data.subtree_linvel[base] - drift
+        about_x, about_y, _ = data.subtree_angmom[base] / self._lever
+        velocity[:2] += about_y, -about_x
         self._velocity = _SMOOTHING * self._velocity + (1.0 - _SMOOTHING) * velocity
         self.velocity = self._velocity.copy()
 

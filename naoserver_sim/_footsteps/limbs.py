@@ -1,8 +1,8 @@
-"""Where a compiled model has the limbs of a body on two legs, found from names and its tree of links."""
+"""Where a compiled model has the limbs of a body on two legs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,7 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.body import Body
 from naoserver.errors import RobotError
+from naoserver.parts import Axis
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -35,7 +37,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Limbs:
-    """Indices in MuJoCo's arrays, of joints in the order in which they were named."""
+    """Indices in MuJoCo's arrays, of joints in the order of the body."""
 
     base: int
     """The link with the free joint, in which the inertial unit is."""
@@ -65,44 +67,40 @@ class Limbs:
         return self.motors[self.legs]
 
 
-def find_limbs(
-    mj: mujoco.MjModel, base: str, feet: tuple[str, str], joints: Sequence[str], shoulders: Sequence[str] = ()
-) -> Limbs:
-    """Return the limbs of a body: `base` and `feet` are links, `shoulders` the joints that swing the arms.
+def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
+    """Return the limbs of a body with two soles.
 
-    Each of `joints` has a motor of the same name. Raises RobotError when a leg does not have six of them, all
-    hinges.
+    Raises RobotError when joints share a motor, or a leg does not have six joints, all hinges.
     """
+    if body.leaders:
+        follower, leader = next(iter(body.leaders.items()))
+        raise RobotError(f"walk: footsteps need a motor for each joint, but {follower} follows {leader}")
+    joints = body.joint_names
     places = {mj.joint(name).id: place for place, name in enumerate(joints)}
-    links = mj.body(feet[0]).id, mj.body(feet[1]).id
-    left, right = (list(_upwards(mj, link)) for link in links)
+    left_foot, right_foot = (mj.body(sole.link).id for sole in body.soles)
+    left, right = (list(_upwards(mj, foot)) for foot in (left_foot, right_foot))
     pelvis = next(link for link in left if link in right)
     legs: list[int] = []
-    for name, chain in zip(feet, (left, right), strict=True):
-        leg = [
-            joint
-            for link in reversed(chain[: chain.index(pelvis)])
-            for joint in _joints(mj, link)
-            if joint in places
-        ]
+    for sole, chain in zip(body.soles, (left, right), strict=True):
+        leg = [joint for link in reversed(chain[: chain.index(pelvis)]) for joint in _joints(mj, link)]
         if len(leg) != LEG_JOINTS or any(mj.jnt_type[leg] != mujoco.mjtJoint.mjJNT_HINGE):
-            raise RobotError(f"the leg above {name} has {len(leg)} hinges with motors: it needs {LEG_JOINTS}")
+            raise RobotError(f"the leg above {sole.link} has {len(leg)} joints: it needs {LEG_JOINTS} hinges")
         legs.extend(places[joint] for joint in leg)
-    root = mj.body(base).id
+    root = mj.body(body.root.name).id
     free = mj.body_jntadr[root]
-    if free < 0 or mj.jnt_type[free] != mujoco.mjtJoint.mjJNT_FREE:
-        raise RobotError(f"{base} has no free joint: it must be the root of a body that walks")
+    shoulders = (body.hinges.get(f"{side}Shoulder", {}) for side in ("Left", "Right"))
+    swings = [axes[Axis.TILT].joint for axes in shoulders if Axis.TILT in axes]
     return Limbs(
         base=root,
         base_qpos=int(mj.jnt_qposadr[free]),
         base_dof=int(mj.jnt_dofadr[free]),
         pelvis=pelvis,
-        feet=links,
+        feet=(left_foot, right_foot),
         qpos=np.array([mj.joint(name).qposadr[0] for name in joints], dtype=np.intp),
         dofs=np.array([mj.joint(name).dofadr[0] for name in joints], dtype=np.intp),
         motors=np.array([mj.actuator(name).id for name in joints], dtype=np.intp),
         legs=np.array(legs, dtype=np.intp),
-        arms=tuple(_arm(mj, mj.joint(name).id, places) for name in shoulders),
+        arms=tuple(_arm(mj, mj.joint(name).id, places) for name in swings),
     )
 
 

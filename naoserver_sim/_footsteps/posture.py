@@ -37,7 +37,7 @@ class Target:
     """Its axes as columns."""
 
 
-def stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angles: Array) -> Array:
+def walking_stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angles: Array) -> Array:
     """Return the angles in rad of all joints of the body with which it stands ready to walk.
 
     `angles` are those to begin with, of a body that is about upright; only those of the legs are changed.

@@ -15,12 +15,11 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Final
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT
 from naoserver_sim._footsteps.pendulum import Pendulum
 
-STILL: Final = WalkVelocity()
 _LOST_FORWARD: Final = 0.85
 """Part of half a sole's length beyond which a standing robot makes a step."""
 _LOST_ASIDE: Final = 0.5
@@ -57,16 +56,12 @@ _CALM: Final = 0.05
 """Distance in m from its usual place at which a step counts as calm."""
 _CALM_STEPS: Final = 3
 """Calm steps on the spot after which the walk ends."""
-_PATIENT_STEPS: Final = 6
-"""Steps on the spot after which twice that distance is calm, so that every walk ends."""
+_MOST_STEPS: Final = 20
+"""Steps since the velocity is 0 after which the walk ends, calm or not."""
+_REST: Final = 0.5
+"""Seconds for which a robot that ended a walk without calm only stands: others see that it has ended."""
 _LARGEST_ERROR: Final = 0.15
 """Largest distance in m from the commanded way that a step makes up for."""
-_LEARNING: Final = 0.2
-"""Part of an error of the pendulum that is learned from a step."""
-_LARGEST_MISS: Final = 0.05
-"""Largest error forwards in m that is learned: it is the same for both feet."""
-_LARGEST_MISS_ASIDE: Final = 0.03
-"""Largest error of each foot to the left in m that is learned."""
 _LARGEST_TURN: Final = 0.5
 """Largest turn of a step in rad."""
 _SLOWING: Final = 2.0
@@ -130,11 +125,11 @@ class Steps:
         self._step: _Step | None = None
         self._shifted = 0.0  # seconds
         self._tipping = False
-        self._calm = 0
-        self._stopping = 0  # steps on the spot since the velocity is 0
+        self._stopping = 0  # steps since the velocity is 0
+        self._calm = 0  # calm ones of these, the last ones
+        self._rest = 0.0  # seconds for which it takes no step
         self._velocity = STILL  # of the present step
         self._path = Foot(0j, 0.0)  # of the body, as commanded
-        self._misses = [0j, 0j]  # of steps of the left and of the right foot, in the frame of their heading
 
     @property
     def shares(self) -> tuple[float, float]:
@@ -167,7 +162,7 @@ class Steps:
         self.zmp = self.middle
         self._step = None
         self._velocity = STILL
-        self._calm = 0
+        self._rest = 0.0
 
     def tick(self, seconds: float, point: complex, velocity: WalkVelocity, *, firm: bool = True) -> None:
         """Advance by some seconds, with the capture point at `point`, towards a velocity.
@@ -176,7 +171,8 @@ class Steps:
         """
         if self.phase is Phase.STANDING:
             self._balance(point)
-            if firm:
+            self._rest -= seconds
+            if firm and self._rest <= 0.0:
                 self._leave(point, velocity)
         if self.phase is Phase.SHIFTING:
             self._shift(seconds, point, velocity)
@@ -184,7 +180,7 @@ class Steps:
         if step is not None:
             step.time += seconds
             if step.time >= step.pendulum.step_time:
-                self._land(step, point, velocity)
+                self._land(step, velocity)
                 step = self._step
         if step is not None:
             self._swing(step, point)
@@ -206,6 +202,7 @@ class Steps:
         self.phase = Phase.SHIFTING
         self.support = RIGHT if lost and error.imag < 0.0 else LEFT
         self._shifted = 0.0
+        self._stopping = self._calm = 0
         self._tipping = abs(error.imag) > _TIPPING * width
         self._path = Foot(self.middle, self.heading)
 
@@ -260,35 +257,23 @@ class Steps:
         self.support = support
         self.phase = Phase.STEPPING
 
-    def _land(self, step: _Step, point: complex, velocity: WalkVelocity) -> None:
+    def _land(self, step: _Step, velocity: WalkVelocity) -> None:
         """Let the swinging foot bear the robot, and begin the next step or end the walk."""
         landed = 1 - self.support
         place, heading = self._locate(landed)
-        self._learn(step, landed, (point - place) * cmath.rect(1.0, -step.heading))
         before = self.feet[landed].heading
         self.feet[landed] = Foot(place, before + math.remainder(heading - before, math.tau))
         self.count += 1
-        self._stopping = self._stopping + 1 if velocity == self._velocity == STILL else 0
-        calm = self._stopping > 0 and step.deviation < _CALM * (1 + self._stopping / _PATIENT_STEPS)
+        self._stopping = self._stopping + 1 if velocity == STILL else 0
+        calm = self._velocity == velocity == STILL and step.deviation < _CALM
         self._calm = self._calm + 1 if calm else 0
-        if self._calm >= _CALM_STEPS:
-            self._calm = 0
+        if self._calm == _CALM_STEPS or self._stopping == _MOST_STEPS:
             self._step = None
+            self._velocity = STILL
+            self._rest = 0.0 if calm else _REST
             self.phase = Phase.STANDING
         else:
             self._begin(landed, velocity)
-
-    def _learn(self, step: _Step, landed: int, found: complex) -> None:
-        """Learn by how much the pendulum foretold the place of the capture point before a foot wrongly.
-
-        The legs swing, which the pendulum does not know, and feet land a bit off their targets.
-        """
-        error = found - self._offset(landed, step.stride) - self._misses[landed]
-        miss = self._misses[landed] + _LEARNING * _limited_in_both(error, _LARGEST_MISS)
-        forward = 0.5 * (miss.real + self._misses[1 - landed].real)
-        forward = _limited(forward, _LARGEST_MISS)
-        self._misses[landed] = complex(forward, _limited(miss.imag, _LARGEST_MISS_ASIDE))
-        self._misses[1 - landed] = complex(forward, self._misses[1 - landed].imag)
 
     def _swing(self, step: _Step, point: complex) -> None:
         """Choose zero moment point and target, and move the swinging foot."""
@@ -297,7 +282,7 @@ class Steps:
         ahead, then = cmath.rect(1.0, support.heading), cmath.rect(1.0, step.heading)
         half_width = 0.5j * self._outwards(swing) * self._footsteps.width
         usual = support.place + (half_width + step.stride) * ahead + half_width * then
-        offset = (self._offset(swing, step.stride) - self._misses[swing]) * then
+        offset = self._offset(swing, step.stride) * then
         old = step.begin.place
         planned = step.pendulum.start(usual + offset, step.time, old, support.place)
         error = self._footsteps.walking_gain * (point - planned) / ahead

@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from naoserver.capabilities import Odometry
+from naoserver.capabilities import STILL, Odometry
 from naoserver.footsteps import Footsteps
-from naoserver_sim._commands import STILL, CommandedWay
+from naoserver_sim._commands import CommandedWay
 from naoserver_sim._footsteps.arms import ArmSwing
 from naoserver_sim._footsteps.estimator import Estimator
 from naoserver_sim._footsteps.forces import SupportTorques

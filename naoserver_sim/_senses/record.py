@@ -82,9 +82,6 @@ class Errors:
         return row
 
 
-SENSORS: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
-"""The sensors of a sole in the order of every reading."""
-
 Four = tuple[float, float, float, float]
 
 
@@ -110,7 +107,7 @@ class SoleSensors:
         self._rear_ends = places["RearLeft"][1], places["RearRight"][1]
 
     def pressures(self, foot: Sequence[float]) -> Four:
-        """Return the loads of the sensors in N; `foot` is as in `SensorLayout.feet`."""
+        """Return the loads in N of the sensors `CORNERS`; `foot` is as in `SensorLayout.feet`."""
         carried = load(foot)
         if carried == 0.0:
             return 0.0, 0.0, 0.0, 0.0
@@ -137,7 +134,6 @@ def encoded(angles: Sequence[float]) -> tuple[float, ...]:
     return tuple(round(angle / STEP) * STEP for angle in angles)
 
 
-NO_LOAD: Final = FootReading(0.0, 0.0, 0.0, 0.0)
 _FOOT: Final = 21
 """Measurements of a foot: see `SensorLayout.feet`."""
 
@@ -236,7 +232,7 @@ class SensorRecord:
     def feet(self, sample: Sample | None = None) -> tuple[FootReading, FootReading]:
         """Return the readings of the sensors of the left and of the right sole; all 0 without sensors."""
         if not self._soles:
-            return NO_LOAD, NO_LOAD
+            return FootReading(), FootReading()
         sample = sample or self.newest
         return self._foot(sample, 0), self._foot(sample, 1)
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import Body
-from naoserver.capabilities import Odometry, WalkVelocity
-from naoserver_sim._commands import STILL, CommandedWay
+from naoserver.capabilities import STILL, Odometry, WalkVelocity
+from naoserver_sim._commands import CommandedWay
 from naoserver_sim._senses.record import SensorRecord, encoded
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait

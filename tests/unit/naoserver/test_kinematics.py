@@ -13,7 +13,7 @@ from naoserver.bodies import find_body
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import angles_of, kinematics_of, matrix_of, rotation, turned
-from naoserver.parts import Effector, Joint, Link, Shape, Sole
+from naoserver.parts import Joint, Link, Place, Shape, Sole
 from tests.support.examples import examples
 
 pytestmark = pytest.mark.sim
@@ -56,7 +56,7 @@ def bodies(draw):
         links=tuple(Link(name=link, mass=draw(st.floats(0.1, 2.0)), com=draw(PLACE)) for link in links),
         joints=tuple(joint for joint in carried if joint is not carried[-2]),
         fixed_joints=(carried[-2],),
-        effectors={"tip": Effector(link=links[-1], position=draw(PLACE), angles=draw(PLACE))},
+        effectors={"tip": Place(link=links[-1], position=draw(PLACE), angles=draw(PLACE))},
     )
 
 

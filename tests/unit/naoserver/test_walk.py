@@ -10,14 +10,12 @@ from naoserver._guarded_device import GuardedDevice
 from naoserver._safety import JointSafety
 from naoserver._walk import WalkGuard
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LIMITS, FakeWalker
 from naoserver.options import SafetyOptions
 from zenoh_ice import VirtualClock
-
-STILL = WalkVelocity()
 
 
 class SlowWalker(FakeWalker):

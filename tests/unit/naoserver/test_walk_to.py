@@ -9,12 +9,12 @@ from naoserver._walk import PERIOD, WalkTo
 from naoserver._way import way_to
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import CommandRefused
 from naoserver.fake.robot import LIMITS
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
-from tests.unit.naoserver.test_walk import STILL, Rig
+from tests.unit.naoserver.test_walk import Rig
 from zenoh_ice import VirtualClock
 
 START = Odometry(0.0, 0.0, 0.0, 0.0)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver._way import STILL, way_to
-from naoserver.capabilities import Odometry, WalkVelocity
+from naoserver._way import way_to
+from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.fake.robot import LIMITS, FakeWalker
 from zenoh_ice import VirtualClock

@@ -144,3 +144,27 @@ def test_it_falls_when_its_motors_are_limp(robots, body):
     clock.advance(4.0)
     assert robot.stage.truth().torso.position[2] < 0.5
     assert robot.senses.falls is not None
+
+
+@pytest.mark.parametrize("bearing", [30, 90, 210])
+def test_thrown_over_it_has_fallen_even_if_it_folds(robots, body, bearing):
+    robot, clock = robots(body)
+    clock.advance(1.0)
+    force, angle = 1.2 * 9.81 * body.mass, math.radians(bearing)
+    robot.stage.push((force * math.cos(angle), force * math.sin(angle), 0.0), 0.3)
+    clock.advance(5.0)
+    assert robot.state().fallen
+
+
+def test_put_back_on_its_feet_after_a_fall_on_its_back_it_has_not_turned(robots, body):
+    robot, clock = robots(body)
+    clock.advance(1.0)
+    robot.stage.push((-1.2 * 9.81 * body.mass, 0.0, 0.0), 0.3)
+    clock.advance(4.0)
+    assert robot.state().fallen
+    robot.stage.reset()
+    for _ in range(5):
+        clock.advance(0.01)
+        assert max(map(abs, robot.senses.inertial().angular_velocity)) < 1.0
+    clock.advance(1.0)
+    assert not robot.state().fallen

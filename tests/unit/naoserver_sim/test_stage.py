@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import Stage, WalkVelocity
+from naoserver.capabilities import STILL, Stage, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world, parse_world
@@ -233,7 +233,7 @@ def test_reset_ends_a_walk(scene):
     scene.stage.reset()
     scene.after(0.02)
     assert not scene.robot.walker.walking
-    assert scene.robot.walker.commanded() == WalkVelocity()
+    assert scene.robot.walker.commanded() == STILL
 
 
 def test_walking_robot_moves_as_the_truth_does(scene):

@@ -6,7 +6,7 @@ from typing import cast
 import pytest
 
 from naoserver.bodies import find_body
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.parts import Wheels
 from naoserver_sim.robot import SimulatedRobot
@@ -20,7 +20,6 @@ CART = find_body("Cart")
 WHEELS = cast("Wheels", CART.walk)
 FORWARD = WalkVelocity(forward=WHEELS.fastest)
 TURN = WalkVelocity(turn=1.0)
-STILL = WalkVelocity()
 WALL = "walls = [{ begin = [0.6, -2.0], end = [0.6, 2.0] }]"
 OBLIQUE_WALL = "walls = [{ begin = [0.45, -0.3], end = [0.75, 1.2] }]"
 RAMP = WHEELS.fastest / WHEELS.acceleration

@@ -7,8 +7,7 @@ import pytest
 from interfaces.nao import ActionStatus
 from naoserver._motions.postures import situation_of
 from naoserver.bodies import find_body
-from naoserver.parts import Stance
-from naoserver.robot import FALLEN_TILT
+from naoserver.parts import LYING_TILT, Stance
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.motion_rig import MotionRig
@@ -69,7 +68,7 @@ def test_it_sits_down_and_stands_up_twenty_times_in_a_row(rig):
             rig.begin_posture(posture)
             while rig.player.busy:
                 rig.let_go(0.2)
-                assert situation_of(rig.robot).up[2] > math.cos(FALLEN_TILT), "it rolls over to get up"
+                assert situation_of(rig.robot).up[2] > math.cos(LYING_TILT), "it rolls over to get up"
             assert rig.player.progress("posture").status is ActionStatus.Done
             assert rig.posture == posture
     assert max(rig.robot.read().temperatures) < rig.robot.body.motor_heat.hot

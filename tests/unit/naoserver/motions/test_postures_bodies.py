@@ -1,5 +1,6 @@
 """Stances, postures and the ways between them of bodies that are no Nao."""
 
+import math
 from typing import Any
 
 import pytest
@@ -14,7 +15,7 @@ from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver.parts import Posture, Stance
+from naoserver.parts import FallRules, Posture, Stance
 from tests.support.bodies import ARM, CART, GIANT
 from zenoh_ice import VirtualClock
 
@@ -50,6 +51,13 @@ def test_it_is_in_a_posture_however_it_looks_around():
 )
 def test_its_tilt_says_how_it_lies(up, stance):
     assert stance_of(TALL, Situation(STRAIGHT, up)) is stance
+
+
+def test_a_body_that_folds_lies_at_the_tilt_of_its_facts():
+    folded = Situation(STRAIGHT, (math.sin(0.9), 0.0, math.cos(0.9)))
+    folds = FallRules(standing_load=100.0, lying_load=50.0, lying_tilt=0.8)
+    assert stance_of(TALL, folded) is Stance.STANDING
+    assert stance_of(structs.replace(TALL, falls=folds), folded) is Stance.BACK
 
 
 @pytest.mark.parametrize("body", [ARM, CART, GIANT], ids=lambda body: body.name)

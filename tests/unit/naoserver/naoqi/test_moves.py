@@ -6,7 +6,7 @@ from interfaces.nao import ActionStatus
 from naoserver._naoqi_names import gait_limits
 from naoserver._way import way_to
 from naoserver.assembly import Assembly
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.naoqi._link import CallFailed
 from naoserver.options import ServerOptions
@@ -15,7 +15,6 @@ from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
 from zenoh_ice import WallClock
 
 MOVE, STOP, ACTIVE = "ALMotion.move", "ALMotion.stopMove", "ALMotion.moveIsActive"
-STILL = WalkVelocity()
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.qi._behaviors import ALBehaviorManager
 from naoserver.qi._effectors import EffectorMotion
@@ -282,7 +282,7 @@ def test_a_walk_that_somebody_ended_is_not_restarted(rig):
     rig.motion.move(0.1, 0.0, 0.0)
     rig.access.walk.stop()
     rig.walking.renew()
-    assert rig.access.walk.commanded() == WalkVelocity()
+    assert rig.access.walk.commanded() == STILL
 
 
 def test_a_walk_that_was_stopped_before_it_began_does_not_begin(rig):

@@ -1,9 +1,11 @@
 """The limbs of a body, found in its model."""
 
 import pytest
+from msgspec.structs import replace
 
 from naoserver.errors import RobotError
-from naoserver_sim._footsteps.limbs import find_limbs
+from naoserver.parts import Coupling
+from naoserver_sim._footsteps.limbs import limbs_of
 from tests.support.humanoids import BODIES, Humanoid
 
 pytestmark = pytest.mark.sim
@@ -19,15 +21,18 @@ def test_the_joints_of_the_legs_are_found_from_the_hip_down(body):
             assert part in name
 
 
+def test_joints_that_share_a_motor_are_refused():
+    robot = Humanoid("booster_t1")
+    pair = Coupling(leader="Left_Ankle_Roll", follower="Right_Ankle_Roll")
+    with pytest.raises(RobotError, match="Right_Ankle_Roll follows Left_Ankle_Roll"):
+        limbs_of(robot.mj, replace(robot.body, couplings=(pair,)))
+
+
 def test_a_foot_that_is_no_end_of_a_leg_is_refused():
     robot = Humanoid("booster_t1")
-    names = [robot.mj.joint(index).name for index in range(1, robot.mj.njnt)]
-    with pytest.raises(RobotError, match=r"Shank_Left has 4 hinges.*needs 6"):
-        find_limbs(robot.mj, "Trunk", ("Shank_Left", "Shank_Right"), names)
-
-
-def test_a_base_without_a_free_joint_is_refused():
-    robot = Humanoid("booster_t1")
-    names = [robot.mj.joint(index).name for index in range(1, robot.mj.njnt)]
-    with pytest.raises(RobotError, match="Waist has no free joint"):
-        find_limbs(robot.mj, "Waist", ("left_foot_link", "right_foot_link"), names)
+    shanks = tuple(
+        replace(sole, link=link)
+        for sole, link in zip(robot.body.soles, ("Shank_Left", "Shank_Right"), strict=True)
+    )
+    with pytest.raises(RobotError, match=r"Shank_Left has 4 joints: it needs 6 hinges"):
+        limbs_of(robot.mj, replace(robot.body, soles=shanks))

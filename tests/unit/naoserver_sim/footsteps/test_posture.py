@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver_sim._footsteps.posture import Posture, Target, stance
+from naoserver_sim._footsteps.posture import Posture, Target, walking_stance
 from naoserver_sim._footsteps.vectors import axes
 from tests.support.humanoids import BODIES, Humanoid
 
@@ -18,7 +18,7 @@ def robot(request):
 
 def test_the_stance_is_as_high_and_as_wide_as_the_parameters_say(robot):
     footsteps, limbs = robot.footsteps, robot.limbs
-    angles = stance(robot.mj, limbs, footsteps, robot.data.qpos[limbs.qpos])
+    angles = walking_stance(robot.mj, limbs, footsteps, robot.data.qpos[limbs.qpos])
     data = mujoco.MjData(robot.mj)
     data.qpos[limbs.qpos] = angles
     mujoco.mj_kinematics(robot.mj, data)

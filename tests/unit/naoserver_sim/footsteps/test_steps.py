@@ -1,14 +1,17 @@
 """The plan of the footsteps, for a pendulum that obeys it."""
 
 import cmath
+import random
 
 import pytest
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.footsteps import Footsteps
-from naoserver_sim._footsteps.steps import STILL, Phase, Steps
+from naoserver_sim._footsteps.steps import Phase, Steps
 
 TICK = 0.01
+MOST_STEPS = 20
+"""Steps within which every walk ends."""
 FOOTSTEPS = Footsteps(
     com_height=0.6,
     width=0.22,
@@ -79,6 +82,60 @@ def test_it_ends_with_both_feet_side_by_side(rig):
     between = (left.place - right.place) * cmath.rect(1.0, -rig.steps.heading)
     assert between == pytest.approx(1j * FOOTSTEPS.width, abs=0.03)
     assert left.height == right.height == 0.0
+
+
+class Disturbed:
+    """Steps that believe each capture point, and each place of a foot, to be off by up to `distance` in m."""
+
+    def __init__(self, distance, seed):
+        self.random = random.Random(seed)
+        self.distance = distance
+        self.steps = Steps(FOOTSTEPS, self.locate)
+
+    def error(self):
+        return self.distance * complex(self.random.uniform(-1.0, 1.0), self.random.uniform(-1.0, 1.0))
+
+    def locate(self, foot):
+        seen = self.steps.feet[foot]
+        return seen.place + self.error(), seen.heading + self.error().real
+
+    def tick(self, velocity=STILL):
+        self.steps.tick(TICK, self.steps.middle + self.error(), velocity)
+
+    def seconds_until(self, stands):
+        """Let time pass until it stands, or no more does, and return how long that took."""
+        for tick in range(2000):
+            if (self.steps.phase is Phase.STANDING) is stands:
+                return tick * TICK
+            self.tick()
+        pytest.fail("it goes on without end")
+
+
+@pytest.mark.parametrize("distance", [0.02, 0.1, 0.3, 1.0, 100.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_every_walk_ends_whatever_is_believed(distance, seed):
+    rig = Disturbed(distance, seed)
+    for _ in range(300):
+        rig.tick(WalkVelocity(0.5, 0.1, -0.6))
+    begun = rig.steps.count
+    assert rig.seconds_until(True) <= MOST_STEPS * 1.25 * FOOTSTEPS.step_time
+    assert rig.steps.count - begun <= MOST_STEPS
+    if distance < 0.3:
+        return
+    # Nothing calms it: it steps again in order not to fall, but others see that the walk has ended.
+    assert rig.seconds_until(False) >= 0.49
+    before = rig.steps.count
+    rig.seconds_until(True)
+    assert rig.steps.count - before <= MOST_STEPS
+
+
+def test_after_a_calm_end_it_catches_itself_at_once(rig):
+    rig.go(2.0, WalkVelocity(0.3))
+    while rig.steps.phase is not Phase.STANDING:
+        rig.go(TICK)
+    rig.point += 0.15
+    rig.go(3 * TICK)
+    assert rig.steps.phase is not Phase.STANDING
 
 
 def test_a_push_that_the_soles_cannot_answer_makes_it_step(rig):

@@ -6,14 +6,13 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from naoserver.capabilities import Walker, WalkVelocity
+from naoserver.capabilities import STILL, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from tests.support.humanoids import BODIES, Humanoid, Noise
 from tests.support.walking import mean_velocity
 
 pytestmark = pytest.mark.sim
 
-STILL = WalkVelocity()
 SPEED = 1.0
 
 
@@ -91,6 +90,18 @@ def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(robot, velocity):
     assert robot.tilt < math.radians(5)
 
 
+def test_the_walk_ends_also_while_the_robot_is_pushed_again_and_again(robot):
+    robot.walk(WalkVelocity(forward=0.2), 2.0)
+    robot.walker.command(STILL)
+    for push in range(60):
+        robot.push(0.0, 50.0 if push % 2 else -50.0, 0.2)
+        robot.go(0.2)
+        if not robot.walker.walking:
+            break
+    assert not robot.walker.walking
+    assert robot.tilt < math.radians(10)
+
+
 def test_its_odometry_knows_where_it_has_got_to(robot):
     robot.walk(WalkVelocity(forward=0.3), 4.0)
     robot.walk(WalkVelocity(0.1, 0.03, 0.2), 4.0)
@@ -102,7 +113,7 @@ def test_its_odometry_knows_where_it_has_got_to(robot):
 def test_it_walks_with_noise_in_sensors_and_gears(body, seed):
     robot = Humanoid(body, seed=seed, noise=Noise())
     robot.go(1.0)
-    robot.walk(WalkVelocity(forward=0.3), 3.0)
+    robot.walk(WalkVelocity(forward=robot.footsteps.limits.forward), 6.0)
     robot.walk(WalkVelocity(0.2, 0.0, 0.2), 3.0)
     end(robot)
     assert not robot.fallen

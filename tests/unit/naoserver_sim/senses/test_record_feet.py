@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.bodies.nao import H25
-from naoserver_sim._senses.record import SENSORS, SensorRecord, SoleSensors
+from naoserver.parts import CORNERS
+from naoserver_sim._senses.record import SensorRecord, SoleSensors
 from tests.support.physics import GRAVITY, Lab, loose_parts
 
 pytestmark = pytest.mark.sim
@@ -25,7 +26,7 @@ def test_standing_still_they_carry_the_weight_below_the_center_of_mass(posture):
     center = np.zeros(2)
     for side, foot in (("left", left), ("right", right)):
         body = lab.data.body(f"{side[0]}_foot")
-        for name, force in zip(SENSORS, _four(foot), strict=True):
+        for name, force in zip(CORNERS, _four(foot), strict=True):
             place = body.xpos + body.xmat.reshape(3, 3) @ H25.soles[side == "right"].pressure[name]
             center += force * place[:2] / (left.total + right.total)
     assert center == pytest.approx(lab.center_of_mass()[:2], abs=0.003)
@@ -82,7 +83,7 @@ def test_their_center_is_that_of_the_foot(load, forward, leftward):
     assert sum(four) == pytest.approx(load)
     center = sum(
         force / load * np.array(H25.soles[0].pressure[name][:2])
-        for name, force in zip(SENSORS, four, strict=True)
+        for name, force in zip(CORNERS, four, strict=True)
     )
     assert center == pytest.approx([forward, leftward], abs=0.0005)
 

@@ -8,13 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver_sim._walk import gait as options
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, Gait
 from tests.support.examples import examples
 
 TICK = 0.01
-STILL = WalkVelocity()
 AIRBORNE = (0.0, 0.0)
 
 velocities = st.builds(WalkVelocity, st.floats(-0.35, 0.35), st.floats(-0.14, 0.14), st.floats(-1.0, 1.0))

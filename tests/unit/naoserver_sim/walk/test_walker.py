@@ -6,7 +6,7 @@ from dataclasses import astuple
 import pytest
 
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import Walker, WalkVelocity
+from naoserver.capabilities import STILL, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
@@ -17,7 +17,6 @@ from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
 
-STILL = WalkVelocity()
 TICK = 0.01
 
 
