@@ -19,8 +19,9 @@ from hfsm_runtime import (
     main,
     source_map,
 )
-from interfaces.jderobot import CameraPrx
+from interfaces.jderobot import CameraPrx as JderobotCameraPrx
 from interfaces.jderobot import EncodersPrx
+from interfaces.nao import DescriptionPrx
 from interfaces.nao import MotionsPrx
 from interfaces.nao import PoseHeadPrx
 from interfaces.nao import PosturesPrx
@@ -31,7 +32,10 @@ import math
 import cv2
 import numpy as np
 from functools import cached_property
+from interfaces.jderobot import CameraPrx
 from interfaces.nao import ActionStatus
+from naoserver.body import read_body
+from naoserver.gaze import Gaze
 from naoserver.soccer_field.localization import Localizer
 from naoserver.soccer_field.model import Field
 
@@ -44,22 +48,20 @@ class Score(Component, document="score.xml", on_error="stop"):
     start_heading = Parameter(0.0, "Where it faces then, to the left of the opponents' goal, in rad")
     goal_y = Parameter(0.0, "Where to kick, to the left of the middle of the goal, in m")
 
-    CameraBottom = Proxy("CameraBottom", CameraPrx)
-    Camera = Proxy("Camera", CameraPrx)
+    Camera = Proxy("Camera", JderobotCameraPrx)
     Head = Proxy("Head", PoseHeadPrx)
     Walk = Proxy("Walk", WalkPrx)
     Encoders = Proxy("Encoders", EncodersPrx)
     Postures = Proxy("Postures", PosturesPrx)
     Motions = Proxy("Motions", MotionsPrx)
+    Description = Proxy("Description", DescriptionPrx)
 
     # <functions 1>
     # Places on the floor are complex numbers, x + iy in m: a turn is a product.
-    KICK = 0.17  # the ball's distance ahead, and to the side of the foot that kicks, in m
-    SIDE = 0.05
     RADIUS = 0.05  # of the ball in m
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
-    SIDES = (0.0, 0.9, 1.8, -0.9, -1.8)  # the pans of the head in rad, that show all sides but the back
+    MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
     oriented = -SURE
@@ -69,10 +71,26 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Where the robot is on the field: by its odometry, by lines and goals."""
         return Localizer(self.FIELD, (self.start_x, self.start_y, self.start_heading))
 
+    @cached_property
+    def body(self):
+        """The robot's description: its cameras, its neck, and where a ball must lie for its kicks."""
+        return read_body(self.Description.getBody(), "Description")
+
+    @cached_property
+    def gaze(self):
+        """How the neck must point for the cameras to see a place."""
+        return Gaze(self.body)
+
+    @cached_property
+    def cameras(self):
+        """The robot's cameras by name."""
+        server = self.Camera.ice_getCommunicator()
+        return {of.name: CameraPrx.uncheckedCast(server.stringToProxy(of.name)) for of in self.gaze.cameras}
+
     def find_ball(self):
         """Return where the ball is, or None when it is out of sight; look where the robot is, too."""
         ball = None
-        for name, camera in (("CameraBottom", self.CameraBottom), ("Camera", self.Camera)):
+        for name, camera in self.cameras.items():
             image = camera.getImageData("RGB8")
             self.place()
             self.localizer.see(image, camera.getFloorPoint)
@@ -135,42 +153,63 @@ class Score(Component, document="score.xml", on_error="stop"):
         self.localizer.change_halves()
         return -ball
 
+    def is_standing(self):
+        """Return whether no walk to a place is on its way."""
+        return self.Walk.getWalkState().status is not ActionStatus.Moving
+
     def is_still(self):
         """Return whether the head is still: a picture from a head that turns shows less."""
         pose = self.Head.getPose()
         return abs(pose.panSpeed) + abs(pose.tiltSpeed) < 0.3
 
     def to_goal(self, ball):
-        """Return the direction from the ball to the goal."""
-        way = complex(self.FIELD.length / 2 + 0.3, self.goal_y) - ball
+        """Return the direction from the ball into the goal: to its middle, or straight on where that is near enough."""
+        end = self.FIELD.length / 2 + 0.3
+        free = max(0.0, 0.4 - 0.15 * abs(end - ball))  # m beside the middle
+        way = complex(end, max(self.goal_y - free, min(self.goal_y + free, ball.imag))) - ball
         return way / abs(way)
 
-    def gaze(self, ball):
-        """Turn the head to the ball, which then is in the picture of at least one camera."""
+    def look_at(self, place):
+        """Turn the head to a place in the robot's frame, as far as it turns; return whether it is there."""
+        pan, tilt = self.gaze.at(place.real, place.imag, self.RADIUS)
+        aim = self.Head.setPose(pan, tilt, self.gaze.pace)
+        pose = self.Head.getPose()
+        return max(abs(pose.pan - aim.pan), abs(pose.tilt - aim.tilt)) < 0.05
+
+    @cached_property
+    def far(self):
+        """A distance in m at which the robot sees much of the floor."""
+        return 2.5 * self.gaze.height
+
+    @cached_property
+    def sides(self):
+        """The pans of the neck in rad that show all sides but the back, as far as it turns."""
+        return [pan for pan in (0.0, 0.9, 1.8, -0.9, -1.8) if abs(pan) < self.Head.getLimits().maxPan]
+
+    def in_sight(self, ball):
+        """Return whether the robot sees a ball that lies there when it looks at it: before its feet perhaps not."""
         at = self.beside(ball)
-        pan = max(-1.2, min(1.2, cmath.phase(at)))
-        lowest = min(0.44, 0.5 - 0.2 * abs(pan))  # the neck tilts less to the sides
-        self.Head.setPose(pan, max(0.0, min(lowest, math.atan2(0.45, abs(at)) - 0.35)), 0.3)
+        return self.gaze.sees(at.real, at.imag, self.RADIUS)
+
+    def is_blind_before_its_feet(self):
+        """Return whether it sees no ball that lies where it can be kicked."""
+        return not any(self.gaze.sees(*kick.place, self.RADIUS) for kick in self.body.kicks.values())
 
     def look_for_lines(self, side):
         """Turn the head to a side; return the next side once it is there and was seen."""
-        pan = self.SIDES[side]
-        self.Head.setPose(pan, 0.1, 0.3)
-        return side + 1 if abs(self.Head.getPose().pan - pan) < 0.05 and self.is_still() else side
+        there = self.look_at(cmath.rect(self.far, self.sides[side]))
+        return side + 1 if there and self.is_still() else side
 
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
-        corners = [(0.0, 0.0), (0.9, 0.0), (-0.9, 0.0), (0.0, 0.44)]  # pan and tilt in rad
-        if corner == len(corners):
-            if self.Walk.getWalkState().status is ActionStatus.Moving:
-                return corner
-            return 0
-        pan, tilt = corners[corner]
-        self.Head.setPose(pan, tilt, 0.3)
-        pose = self.Head.getPose()
-        if abs(pose.pan - pan) > 0.1 or abs(pose.tilt - tilt) > 0.1:
+        if not self.is_standing():
             return corner
-        if corner + 1 == len(corners):
+        corners = [cmath.rect(self.far, pan) for pan in (0.0, 0.9, -0.9)] + [0.3, self.far]
+        if not self.look_at(corners[corner % len(corners)]):
+            return corner
+        if corner + 1 == len(corners) and self.is_blind_before_its_feet():
+            self.Walk.walkTo(-0.4, 0.0, 0.0)
+        elif (corner + 1) % len(corners) == 0:
             self.Walk.walkTo(0.0, 0.0, 2.4)
         return corner + 1
 
@@ -178,24 +217,30 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Return where the ball is to be beside the robot: before the foot that is nearer."""
         here, _ = self.place()
         left = ((here - ball) / self.to_goal(ball)).imag
-        return complex(self.KICK, -self.SIDE if left > 0 else self.SIDE)
+        return min((complex(*kick.place) for kick in self.body.kicks.values()), key=lambda at: abs(at.imag + left))
+
+    def kick_for(self, ball):
+        """Return the name of the kick for which the ball lies best."""
+        at = self.beside(ball)
+        return min(self.body.kicks, key=lambda name: abs(complex(*self.body.kicks[name].place) - at))
 
     def walk_behind(self, ball, foot, spot):
         """Walk to where the ball can be kicked to the goal, round it if need be; return where to."""
         here, facing = self.place()
         goal = self.to_goal(ball)
         behind = (here - ball) / goal  # where the robot is as the ball sees it, which looks to the goal
-        if behind.real < -0.1 and abs(behind.imag + foot.imag) < 0.08 and abs(behind) < 0.6:
+        near = foot.real  # for a robot of this size
+        if behind.real < -0.6 * near and abs(behind.imag + foot.imag) < 0.5 * near and abs(behind) < 3.5 * near:
             wanted = -foot
-        elif behind.real < -0.2:
-            wanted = -foot - 0.18
+        elif behind.real < -1.2 * near:
+            wanted = -foot - near
         else:
-            wanted = complex(-0.35, math.copysign(0.4, behind.imag))
+            wanted = complex(-2.0 * near, math.copysign(2.4 * near, behind.imag))
         wanted = ball + goal * wanted
-        if spot is not None and abs(wanted - spot) < 0.03:
+        if spot is not None and abs(wanted - spot) < 0.18 * near:
             return spot
         way = (wanted - here) / facing
-        self.Walk.walkTo(way.real, way.imag, cmath.phase(way if abs(way) > 0.6 else goal / facing))
+        self.Walk.walkTo(way.real, way.imag, cmath.phase(way if abs(way) > 3.5 * near else goal / facing))
         return wanted
 
     def can_kick(self, ball):
@@ -203,7 +248,8 @@ class Score(Component, document="score.xml", on_error="stop"):
         at = self.beside(ball)
         _, facing = self.place()
         off = cmath.phase(self.to_goal(ball) / facing)
-        return 0.14 < at.real < 0.205 and 0.015 < abs(at.imag) < 0.085 and abs(off) < 0.2 and self.is_sure()
+        reaches = any(kick.reaches(at.real, at.imag) for kick in self.body.kicks.values())
+        return reaches and abs(off) < 0.2 and self.is_sure()
     # </functions 1>
 
     def automaton(self) -> Automaton:
@@ -214,9 +260,10 @@ class Score(Component, document="score.xml", on_error="stop"):
         corner = 0
         sights = 0  # of the ball in the goal, one after the other: a wrong place of the robot's shows by then
         tries = 0  # looks at the ball since the last kick
-        knows = lost = moves = stands = False
+        knows = looks = lost = moves = stands = False
         known = None  # where the ball was when the robot knew its own place
-        foot = spot = None  # where the ball is to be beside the robot, and where it walks to, both x + iy
+        foot = spot = before = None  # where the ball is to be beside the robot, and where it walks to, both x + iy
+        spot_at = 0.0
         posture = motion = None
         # </variables 1>
 
@@ -249,16 +296,18 @@ class Score(Component, document="score.xml", on_error="stop"):
             # </entry 1.2>
 
         def state_approach():
-            nonlocal ball, foot, known, seen, seen_at, sights, spot
+            nonlocal ball, before, foot, known, seen, seen_at, sights, spot, spot_at
             # <code 1.2>
             seen = self.find_ball()
             if seen is not None:
-                ball, seen_at = seen, self.clock.now()
+                ball = seen if abs(seen - ball) > 0.1 else 0.7 * ball + 0.3 * seen  # a walk shakes the picture
+                seen_at = self.clock.now()
                 known = ball if self.localizer.confidence > 0.85 else known
             sights = sights + 1 if seen is not None and self.in_goal(seen) else 0
-            self.gaze(ball)
+            self.look_at(self.beside(ball))
             foot = foot or self.choose_foot(ball)
-            spot = self.walk_behind(ball, foot, spot)
+            before, spot = spot, self.walk_behind(ball, foot, spot)
+            spot_at = spot_at if spot == before else self.clock.now()
             # </code 1.2>
 
         def exit_approach():
@@ -268,15 +317,14 @@ class Score(Component, document="score.xml", on_error="stop"):
 
         state_2 = State("approach", id=2, entry=entry_approach, code=state_approach, exit=exit_approach)
 
-        def entry_stand():
-            # <entry 1.3>
-            self.Postures.goToPosture("StandInit", 1.0)
-            # </entry 1.3>
-
         def state_stand():
             nonlocal posture
             # <code 1.3>
-            posture = self.Postures.getPostureState().status
+            if posture is not None:
+                posture = self.Postures.getPostureState().status
+            elif self.is_standing():
+                self.Postures.goToPosture("StandInit", 1.0)
+                posture = ActionStatus.Moving
             # </code 1.3>
 
         def exit_stand():
@@ -285,12 +333,12 @@ class Score(Component, document="score.xml", on_error="stop"):
             posture = None
             # </exit 1.3>
 
-        state_3 = State("stand", id=3, entry=entry_stand, code=state_stand, exit=exit_stand)
+        state_3 = State("stand", id=3, code=state_stand, exit=exit_stand)
 
         def state_look():
-            nonlocal ball, seen
+            nonlocal ball, looks, seen
             # <code 1.4>
-            self.gaze(ball)
+            looks = self.look_at(self.beside(ball))
             seen = self.find_ball()
             ball = seen or ball
             # </code 1.4>
@@ -308,7 +356,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             # <entry 1.5>
             tries = 0
             known = ball + self.to_goal(ball)
-            self.Motions.play("kick" if self.beside(ball).imag < 0 else "kick_left", 1.0)
+            self.Motions.play(self.kick_for(ball), 1.0)
             # </entry 1.5>
 
         def state_kick():
@@ -349,7 +397,7 @@ class Score(Component, document="score.xml", on_error="stop"):
                 if self.is_still():
                     self.find_ball()
                 corner = self.look_for_lines(corner)
-                if corner == len(self.SIDES):
+                if corner == len(self.sides):
                     corner = 0
                     knows = self.localizer.find()
                     if knows:
@@ -372,12 +420,12 @@ class Score(Component, document="score.xml", on_error="stop"):
         transition_2 = Transition("found", state_1, state_2, id=2, guard=guard_found)
 
         def guard_lost():
-            return self.clock.now() - seen_at > 1.5  # <trigger 1.3/>
+            return self.clock.now() - seen_at > (3.0 if self.in_sight(ball) else self.MEMORY)  # <trigger 1.3/>
 
         transition_3 = Transition("lost", state_2, state_1, id=3, guard=guard_lost)
 
         def guard_there():
-            return spot is not None and self.Walk.getWalkState().status is not ActionStatus.Moving  # <trigger 1.4/>
+            return spot is not None and (self.is_standing() or self.clock.now() - spot_at > 3.0 and abs(self.beside(spot)) < 0.05)  # <trigger 1.4/>
 
         transition_4 = Transition("there", state_2, state_3, id=4, guard=guard_there)
 
@@ -387,11 +435,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         transition_5 = Transition("stands", state_3, state_4, id=5, guard=guard_stands)
 
         def guard_before_the_foot():
-            return seen is not None and self.Head.getPose().tilt > 0.35 and self.can_kick(ball)  # <trigger 1.6/>
+            return looks and (seen is not None or not self.in_sight(ball)) and self.can_kick(ball)  # <trigger 1.6/>
 
         transition_6 = Transition("before the foot", state_4, state_5, id=6, guard=guard_before_the_foot)
 
-        transition_7 = Transition("not yet", state_4, state_2, id=7, seconds=0.7)
+        transition_7 = Transition("not yet", state_4, state_2, id=7, seconds=1.2)
 
         def guard_kicked():
             return motion not in (None, ActionStatus.Moving)  # <trigger 1.8/>
@@ -485,7 +533,7 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         5, "entry 1.2", 0, "code 1.2", 0, "exit 1.2", 1,
     ),
     ("state 1.3",
-        5, "entry 1.3", 0, "code 1.3", 0, "exit 1.3", 1,
+        5, "code 1.3", 0, "exit 1.3", 1,
     ),
     ("state 1.4",
         5, "code 1.4", 0, "exit 1.4", 1,
@@ -556,17 +604,23 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ("library from functools import cached_property",
         0, "library from functools import cached_property", 0,
     ),
+    ("library from interfaces.jderobot import CameraPrx",
+        0, "library from interfaces.jderobot import CameraPrx", 0,
+    ),
     ("library from interfaces.nao import ActionStatus",
         0, "library from interfaces.nao import ActionStatus", 0,
+    ),
+    ("library from naoserver.body import read_body",
+        0, "library from naoserver.body import read_body", 0,
+    ),
+    ("library from naoserver.gaze import Gaze",
+        0, "library from naoserver.gaze import Gaze", 0,
     ),
     ("library from naoserver.soccer_field.localization import Localizer",
         0, "library from naoserver.soccer_field.localization import Localizer", 0,
     ),
     ("library from naoserver.soccer_field.model import Field",
         0, "library from naoserver.soccer_field.model import Field", 2,
-    ),
-    ("interface CameraBottom",
-        7,
     ),
     ("interface Camera",
         7,
@@ -584,6 +638,9 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         7,
     ),
     ("interface Motions",
+        7,
+    ),
+    ("interface Description",
     ),
 ))
 

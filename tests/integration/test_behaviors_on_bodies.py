@@ -7,7 +7,10 @@ import math
 import pytest
 from msgspec.structs import replace
 
+from naoserver.capabilities import WalkVelocity
+from naoserver.soccer_field.model import Field
 from naoserver_sim.world import Start, load_world
+from tests.support.present import present
 from visualhfsm.testing import Behavior, MakeBehavior
 
 pytestmark = pytest.mark.sim
@@ -15,6 +18,7 @@ pytestmark = pytest.mark.sim
 ORDER = ["up", "out", "front", "low"]
 HUMANOIDS = ["H25", "H21", "T1", "G1"]
 WITH_NECKS = [*HUMANOIDS, "Cart"]
+FIELD = Field()
 CORNERS = 7
 """Number of poses of the head in a search."""
 ARMS = ("RightShoulder", "RightElbow", "LeftShoulder", "LeftElbow")
@@ -63,6 +67,19 @@ def test_it_looks_everywhere_for_a_lost_ball_as_far_as_its_neck_reaches(
 
 
 @pytest.mark.parametrize("body", HUMANOIDS)
+def test_it_looks_everywhere_while_it_walks_and_turns(behavior: MakeBehavior, body: str) -> None:
+    b = behavior("behaviors/follow_ball.xml", robot="sim", body=body, camera="drawn")
+    b.robot.ball("green").place(pan=math.pi, distance=3.0)
+    b.advance(1.0)
+    walker = present(b.robot.device.walker)
+    for velocity in (WalkVelocity(turn=-0.5), WalkVelocity(0.2, 0.0, 0.3), WalkVelocity(-0.1, 0.0, -0.3)):
+        walker.command(velocity)
+        b.advance(4.0)
+    assert walker.ended == ""
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.parametrize("body", HUMANOIDS)
 def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str) -> None:
     b = behavior("behaviors/dance_and_follow.xml", robot="sim", body=body)
     b.advance(7.9)
@@ -74,6 +91,29 @@ def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str)
     assert [state for _, state in b.changes("dance")][:2] == ["right", "left"], "ten positions are reached"
     assert {call.automaton for arm in ARMS for call in b.calls(f"{arm}Motors")} == {"dance"}
     b.run_until("followBall", limit=1.0)
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("body", ["H25", "T1", "G1"])
+def test_it_scores(behavior: MakeBehavior, body: str) -> None:
+    soccer = load_world("soccer")
+    world = replace(
+        soccer, balls=(replace(soccer.balls[0], position=(3.5, 0.1)),), robot=Start(position=(2.9, 0.0))
+    )
+    b = behavior(
+        "behaviors/score.xml",
+        robot="sim",
+        body=body,
+        world=world,
+        camera="rendered",
+        noise=True,
+        parameters={"start_x": 2.9},
+    )
+    b.run_until("scored", limit=90.0)
+    x, y, _ = b.robot.device.stage.truth().objects["Ball"].position  # type: ignore[union-attr]
+    assert x > FIELD.length / 2
+    assert abs(y) < FIELD.goal_width / 2
     assert not b.robot.state.fallen
 
 

@@ -19,9 +19,8 @@ from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading, WalkVelocity
 from naoserver.footsteps import Footsteps
 from naoserver.parts import Axis
-from naoserver_sim._footsteps.limbs import Limbs
-from naoserver_sim._footsteps.of_body import limbs_of
-from naoserver_sim._footsteps.posture import stance
+from naoserver_sim._footsteps.limbs import Limbs, limbs_of
+from naoserver_sim._footsteps.posture import walking_stance
 from naoserver_sim._footsteps.sensors import BodySensors
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._gears import GearNoise, Gears
@@ -113,7 +112,7 @@ class Humanoid:
         self.footsteps = msgspec.structs.replace(described.walk, **parameters)
         self.data = mujoco.MjData(self.mj)
         angles = np.array([described.resting_angles[name] for name in names])
-        self.data.qpos[self.limbs.qpos] = stance(self.mj, self.limbs, self.footsteps, angles)
+        self.data.qpos[self.limbs.qpos] = walking_stance(self.mj, self.limbs, self.footsteps, angles)
         self._lower()
         self.data.ctrl[self.limbs.motors] = self.data.qpos[self.limbs.qpos]
         lower, upper = self.mj.actuator_ctrlrange.T.copy()

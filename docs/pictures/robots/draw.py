@@ -6,6 +6,7 @@ python docs/pictures/robots/draw.py
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,17 +16,20 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 
 import mujoco
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from PIL import Image
 
 from naoserver.bodies import find_body
 from naoserver.body import Body
+from naoserver.capabilities import Pose as Placed
+from naoserver.capabilities import Vector
 from naoserver.parts import Axis
 from naoserver_sim.appearance import VISUAL_GROUP
-from naoserver_sim.model import Model, build_model, standing
+from naoserver_sim.model import FreeIndex, Model, build_model, standing
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.world import load_world
-from visualhfsm.simulation import simulate
+from naoserver_sim.world import Start, World, load_world
+from visualhfsm.simulation import RobotUnderTest, simulate
 
 FOLDER: Final = Path(__file__).parent
 DOCUMENTS: Final = FOLDER.parents[2] / "behaviors"
@@ -77,6 +81,13 @@ class Scene(NamedTuple):
     frame: Frame
 
 
+class Kick(NamedTuple):
+    """A robot that plays football: its picture is the one when the ball has begun to roll."""
+
+    body: str
+    frame: Frame
+
+
 PICTURES: Final = {
     "booster_t1": Picture("T1", Frame(0.62, 2.1), WAVE),
     "unitree_g1": Picture("G1", Frame(0.69, 2.3), WAVE),
@@ -88,8 +99,16 @@ SCENES: Final = (
     Scene("G1", "dance_and_follow", 15.0, Frame(0.64, 2.8)),
     Scene("Cart", "follow_ball", 6.0, Frame(0.25, 1.2)),
 )
+KICKS: Final = (
+    Kick("H25", Frame(0.25, 1.5)),
+    Kick("T1", Frame(0.5, 2.7)),
+    Kick("G1", Frame(0.55, 2.9)),
+)
+ROLLED: Final = 0.12
+"""How far in m the ball has rolled then."""
 FROM_BALLS: Final = Side(162.0, -10.0)
 FRONT: Final = Side(180.0, -8.0)
+BESIDE: Final = Side(150.0, -12.0)
 HALF_LEFT: Final = Side(218.0, -10.0)
 BEHIND: Final = Side(325.0, -10.0)
 FAMILY: Final = ("Cart", "H25", "T1", "G1")
@@ -111,19 +130,58 @@ def scene(shown: Scene) -> NDArray[np.uint8]:
     run = simulate(DOCUMENTS / f"{shown.document}.xml", robot="sim", body=shown.body)
     try:
         run.advance(shown.seconds)
-        assert isinstance(run.robot.device, SimulatedRobot)
-        torso = run.robot.device.stage.truth().torso
-        joints = run.robot.joints
+        return seen(run.robot, load_world("empty"), shown.frame, FROM_BALLS)
     finally:
         run.close()
-    model = build_model(world=load_world("empty"), body=find_body(shown.body))
+
+
+def kick(shown: Kick) -> NDArray[np.uint8]:
+    """Return a robot whose ball has begun to roll."""
+    soccer = load_world("soccer")
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.6, 0.1)),), robot=Start())
+    run = simulate(
+        DOCUMENTS / "score.xml",
+        robot="sim",
+        body=shown.body,
+        world=world,
+        camera="rendered",
+        seed=2,
+        noise=True,
+        parameters={"start_x": 0.0},
+    )
+    try:
+        run.run_until("kick", limit=60.0)
+        lies = ball_of(run.robot)
+        run.run_until(lambda: math.dist(ball_of(run.robot), lies) > ROLLED, limit=10.0)
+        return seen(run.robot, world, shown.frame, BESIDE)
+    finally:
+        run.close()
+
+
+def ball_of(robot: RobotUnderTest) -> Vector:
+    """Return where the ball of a soccer field is."""
+    assert robot.device.stage is not None
+    return robot.device.stage.truth().objects["Ball"].position
+
+
+def seen(robot: RobotUnderTest, world: World, frame: Frame, side: Side) -> NDArray[np.uint8]:
+    """Return a simulated robot and the balls of its world as they are now."""
+    assert isinstance(robot.device, SimulatedRobot)
+    truth = robot.device.stage.truth()
+    model = build_model(world=world, body=robot.device.body)
     data = mujoco.MjData(model.mj)
-    root = model.mj.body(model.body.root.name).jntadr[0]
-    at = model.mj.jnt_qposadr[root]
-    data.qpos[at : at + 7] = *torso.position, *torso.orientation
-    data.qpos[model.robot.qpos] = [joints[joint.name] for joint in model.robot.joints]
+    put(data, model.base, truth.torso)
+    for name, index in model.loose.items():
+        put(data, index, truth.objects[name])
+    data.qpos[model.robot.qpos] = [robot.joints[joint.name] for joint in model.robot.joints]
     mujoco.mj_forward(model.mj, data)
-    return view(model, data, shown.frame, FROM_BALLS)
+    middle = np.mean([truth.torso.position, *(truth.objects[name].position for name in model.loose)], axis=0)
+    return view(model, data, frame, side, (middle[0], middle[1]))
+
+
+def put(data: mujoco.MjData, index: FreeIndex, pose: Placed) -> None:
+    """Put something where it is."""
+    data.qpos[index.qpos : index.qpos + 7] = *pose.position, *pose.orientation
 
 
 def posed(model: Model, pose: Pose) -> mujoco.MjData:
@@ -131,15 +189,17 @@ def posed(model: Model, pose: Pose) -> mujoco.MjData:
     return standing(model, angles(model.body, pose))
 
 
-def view(model: Model, data: mujoco.MjData, frame: Frame, side: Side) -> NDArray[np.uint8]:
-    """Return the robot from a side."""
+def view(
+    model: Model, data: mujoco.MjData, frame: Frame, side: Side, at: tuple[float, float] = (0.0, 0.0)
+) -> NDArray[np.uint8]:
+    """Return what is at a place on the floor, such as the robot, from a side."""
     model.mj.vis.quality.offsamples = 4
     options = mujoco.MjvOption()
     options.geomgroup[:] = 0
     options.geomgroup[[0, VISUAL_GROUP]] = 1
     camera = mujoco.MjvCamera()
     camera.azimuth, camera.elevation = side
-    camera.distance, camera.lookat = frame.distance, (0.0, 0.0, frame.height)
+    camera.distance, camera.lookat = frame.distance, (*at, frame.height)
     with mujoco.Renderer(model.mj, SCALE * SIZE[1], SCALE * SIZE[0]) as renderer:
         renderer.update_scene(data, camera, options)
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_HAZE):
@@ -162,6 +222,7 @@ def main() -> None:
         row = [view(model, posed(model, {}), frame, side) for side in (FRONT, HALF_LEFT, BEHIND)]
         save(name, [*row, view(model, posed(model, pose), frame, HALF_LEFT)])
     save("behaviors", [scene(shown) for shown in SCENES])
+    save("football", [kick(shown) for shown in KICKS])
 
 
 if __name__ == "__main__":
