@@ -23,7 +23,7 @@ from visualhfsm._bodies import body_option, require_body
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.robot import RobotPresence
-from visualhfsm._services import Publish, Robot, Simulation, complete, free_endpoint
+from visualhfsm._services import Publish, Robot, Simulation, complete, free_endpoint, own_listener
 from visualhfsm._watched_process import Lines, WatchedProcess, describe_exit
 from zenoh_ice import Settings
 
@@ -67,15 +67,22 @@ class Robots:
 
     All requests raise VisualHfsmError. With `settings`, the processes find the editor; at `endpoints`, other
     programs look for a robot. Bodies of the user's own are below `root`, by default the current folder.
+    With a folder for `sockets`, the processes listen there, and nowhere else.
     """
 
     def __init__(
-        self, publish: Publish, settings: Settings, endpoints: Sequence[str] = (), root: Path | None = None
+        self,
+        publish: Publish,
+        settings: Settings,
+        endpoints: Sequence[str] = (),
+        root: Path | None = None,
+        sockets: Path | None = None,
     ) -> None:
         self._publish = publish
         self._settings = settings
         self._endpoints = endpoints
         self._root = root or Path.cwd()
+        self._sockets = sockets
         self._server = WatchedProcess(self._take, self._end)
         self._movers = {color: WatchedProcess(_log, self._end_of_mover) for color in _BALLS}
         self._kind: Literal["", "simulation", "real"] = ""
@@ -192,9 +199,9 @@ class Robots:
             self._ready = asyncio.Event()
             self._last_error = ""
             self._report()
-            client = self._settings.mode == "client"
+            elsewhere = self._sockets is not None or self._settings.mode == "client"
             # The endpoint where others look for it, if that is free and on this machine.
-            listen = [] if client else [f"--listen={free_endpoint(self._endpoints)}"]
+            listen = [] if elsewhere else [f"--listen={free_endpoint(self._endpoints)}"]
             command = [sys.executable, "-P", "-m", module, *listen, *options]
             try:
                 await self._launch(self._server, command)
@@ -241,7 +248,8 @@ class Robots:
 
     async def _launch(self, process: WatchedProcess, command: Sequence[str]) -> None:
         try:
-            await process.start(command, {**child_environment(), **self._settings.environment()})
+            environment = {**child_environment(), **self._settings.environment()}
+            await process.start(command, {**environment, **own_listener(self._sockets)})
         except OSError as error:
             raise VisualHfsmError(f"{command[3]} cannot be started: {error.strerror or error}") from error
 

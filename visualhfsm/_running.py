@@ -29,7 +29,7 @@ from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._generate import generate_component, summary
 from visualhfsm._origins import Origin, Origins, read_origins
-from visualhfsm._services import Output, OutputLine, Publish, RunPush, Source, complete
+from visualhfsm._services import Output, OutputLine, Publish, RunPush, Source, complete, own_listener
 from visualhfsm._watched_process import Lines, WatchedProcess
 from zenoh_ice import Settings
 from zenoh_ice.application import last_cycle
@@ -50,7 +50,7 @@ class RunningComponents:
 
     Work that has begun is completed, even if the window that requested it is closed. `include` are
     directories with packages of interfaces, `folder` is that of documents without a file, by default the
-    current one.
+    current one. With a folder for `sockets`, the processes listen there, and nowhere else.
     """
 
     def __init__(
@@ -59,11 +59,13 @@ class RunningComponents:
         settings: Settings | None = None,
         include: Sequence[Path] = (),
         folder: Path | None = None,
+        sockets: Path | None = None,
     ) -> None:
         self._publish = publish
         self._include = tuple(include)
         self._folder = folder or Path.cwd()
         self._environment = settings.environment() if settings else {}
+        self._sockets = sockets
         self._runs: dict[int, _Run] = {}
 
     async def generate(self, source: Source) -> object:
@@ -136,7 +138,13 @@ class RunningComponents:
 
     def _run_of(self, tab: int) -> _Run:
         return self._runs.setdefault(
-            tab, _Run(tab, self._publish, self._environment, _Directory(self._include, self._folder))
+            tab,
+            _Run(
+                tab,
+                self._publish,
+                {**self._environment, **own_listener(self._sockets)},
+                _Directory(self._include, self._folder),
+            ),
         )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import secrets
 import socket
 from collections import deque
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
@@ -24,7 +25,7 @@ from codegen.hfsm.document import Document
 from visualhfsm._editing.places import Place
 from visualhfsm._monitoring.follower import LiveStructure
 from visualhfsm._monitoring.run_log import LiveSnapshot
-from zenoh_ice.settings import host_and_port, is_loopback
+from zenoh_ice.settings import ENVIRONMENT_PREFIX, host_and_port, is_loopback
 
 R = TypeVar("R")
 
@@ -205,6 +206,18 @@ def free_endpoint(preferred: Iterable[str] = ()) -> str:
                     return endpoint
     with socket.create_server(("127.0.0.1", 0)) as probe:
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+def own_listener(sockets: Path | None) -> dict[str, str]:
+    """Return the variable with which a process listens at a new socket in a folder; without one, nothing."""
+    if sockets is None:
+        return {}
+    return {f"{ENVIRONMENT_PREFIX}LISTEN": socket_endpoint(sockets)}
+
+
+def socket_endpoint(sockets: Path) -> str:
+    """Return an endpoint at a new socket in a folder."""
+    return f"unixsock-stream/{sockets / secrets.token_hex(4)}"
 
 
 async def complete(work: Coroutine[object, object, R]) -> R:

@@ -55,7 +55,7 @@ def own(root: Path) -> Iterator[Editor]:
 def test_the_printed_address_lets_in_and_leaves_no_token_behind(running: Editor) -> None:
     token = running.server.credentials.new_token()
     status, headers, _ = running.get(f"/?token={token}")
-    assert (status, headers["location"]) == (303, "/")
+    assert (status, headers["location"]) == (303, "./")
     cookie = headers["set-cookie"]
     assert cookie.startswith(f"visualhfsm-{running.port}=")
     assert {"httponly", "samesite=strict"} <= {part.strip().lower() for part in cookie.split(";")}
@@ -69,7 +69,7 @@ def test_a_browser_that_comes_from_elsewhere_is_led_in_by_a_page(running: Editor
     token = running.server.credentials.new_token()
     status, headers, page = running.get(f"/?token={token}", {"Sec-Fetch-Site": "cross-site"})
     assert status == 200
-    assert b'content="0;url=/"' in page
+    assert b'content="0;url=./"' in page
     assert running.get("/", {"Cookie": headers["set-cookie"].partition(";")[0]})[0] == 200
 
 
@@ -302,7 +302,9 @@ def test_files_of_the_page_are_kept_by_the_browser_until_they_change(running: Ed
     assert headers["cache-control"] == "no-store"
     found = re.search(rb'"lit":"([^"]+)"', page)
     assert found
-    status, headers, _ = running.get(found[1].decode(), {**cookie, "Accept-Encoding": "gzip"})
+    status, headers, _ = running.get(
+        found[1].decode().removeprefix("."), {**cookie, "Accept-Encoding": "gzip"}
+    )
     assert (status, headers["content-encoding"]) == (200, "gzip")
     assert headers["content-type"].startswith("text/javascript")
     assert "immutable" in headers["cache-control"]

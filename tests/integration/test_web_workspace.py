@@ -707,7 +707,9 @@ def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list
     with served.window() as window, served.window() as other:
         assert window.workspace["running"] == [{"component": "dance"}]
         window.ask("attach", component="dance")
-        window.wait_for_push("snapshot", component="dance", value=msgspec.to_builtins(MOMENT))
+        window.wait_for_push(
+            "snapshot", component="dance", value=msgspec.json.decode(msgspec.json.encode(MOMENT))
+        )
         other.ask("listFiles")
         assert not [push for push in other.pushes if push["push"] == "snapshot"]
         other.ask("attach", component="dance")

@@ -50,4 +50,4 @@ const localStorage = {
   setItem: (/** @type {string} */ key, /** @type {string} */ value) => kept.set(key, value),
 };
 Object.defineProperty(globalThis, "localStorage", {value: localStorage, writable: true, configurable: true});
-Object.assign(globalThis, {WebSocket: Socket, location: {protocol: "http:", host: "127.0.0.1:1"}});
+Object.assign(globalThis, {WebSocket: Socket, location: new URL("http://127.0.0.1:1/")});

@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {valueIn} = await import(new URL("monitor/values.js", STATIC).href);
+const {spokenAngle, spokenPlace, valueIn} = await import(new URL("monitor/values.js", STATIC).href);
 
 test("values are read as Python or JSON write them", () => {
   for (const [written, value] of /** @type {[string, unknown][]} */ ([
@@ -23,4 +23,9 @@ test("values are read as Python or JSON write them", () => {
 
 test("what is no value is refused", () => {
   for (const written of ["nothing", "1 + 1", "", "'"]) assert.equal(valueIn(written), undefined, written);
+});
+
+test("joints that turn are shown in degrees, joints that slide in millimetres", () => {
+  assert.equal(spokenAngle(Math.PI / 2), "90.0°");
+  assert.equal(spokenPlace(-0.0125), "-12.5 mm");
 });

@@ -171,7 +171,7 @@ class Connections:
 class EditorPage:
     """The editor in a browser window."""
 
-    def __init__(self, page: Page, editor: Editor) -> None:
+    def __init__(self, page: Page, editor: Editor, address: str = "") -> None:
         self.page = page
         self.connections = Connections(page)
         self.editor = editor
@@ -180,7 +180,7 @@ class EditorPage:
         """Whether the window was changed for good, such as its clock: then no other test may use it."""
         page.on("pageerror", self._note_error)
         page.on("console", self._note_message)
-        page.goto(editor.server.new_address())
+        page.goto(address or editor.server.new_address())
 
     def leave(self) -> None:
         """Stop listening: the window will show something else, unless it is spent."""

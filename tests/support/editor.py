@@ -385,6 +385,9 @@ def editor(
     make_services: MakeServices = no_services,
     demo: bool = False,
     report: Report = lambda *_: None,
+    base_path: str = "/",
+    trust_proxy: bool = False,
+    socket_path: Path | None = None,
 ) -> Iterator[Editor]:
     """Serve the editor in a directory; journals are kept beside that. By default it has the usual port."""
 
@@ -396,6 +399,9 @@ def editor(
         files=files,
         root=root,
         hosts=hosts,
+        base_path=base_path,
+        trust_proxy=trust_proxy,
+        socket=socket_path,
         port=usual_port() if port is None else port,
         limits=limits or Limits(file_check_seconds=0.2, operation_seconds=PAGE_LIMIT),
         make_services=make,

@@ -300,7 +300,9 @@ class _Run:
         }
         torso = None if pose.torso is None else sound_placement(pose.torso)
         pan, tilt = self.described.head(joints)
-        self._robot = RobotState(joints, pan, tilt, None, torso, sound_objects(pose.objects))
+        objects = sound_objects(pose.objects)
+        sliding = self.described.sliding
+        self._robot = RobotState(joints, pan, tilt, None, torso, objects, sliding=sliding)
 
     def _mark(self, mark: Mark) -> None:
         self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}

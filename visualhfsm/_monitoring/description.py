@@ -162,6 +162,8 @@ class DescribedRobot:
     neck: tuple[HingeAxis | None, HingeAxis | None]
     """What pans and tilts its first camera."""
     joints: frozenset[str]
+    sliding: tuple[str, ...]
+    """Those of the joints that slide instead of turning."""
     page: bytes
     """JSON for `static/monitor/robot-drawing.js`."""
     hash: str
@@ -208,6 +210,7 @@ def describe(body: str, looks: str) -> DescribedRobot:
         title=printable(found.title or found.name),
         neck=(neck.pan, neck.tilt),
         joints=frozenset(joint.name for joint in found.joints),
+        sliding=tuple(joint.name for joint in found.joints if joint.sliding),
         page=page,
         hash=sha256(page).hexdigest()[:32],
         body=body,
@@ -329,13 +332,11 @@ def _check_looks(looks: _Looks, links: Mapping[str, object]) -> None:
 
 def _looks_of_nao(body: _Body) -> _Looks | None:
     """Return the looks of a Nao for a body with its links, joint by joint; None for other bodies."""
-    content = msgspec.json.decode(
-        (resources.files(__package__) / _FILE).read_bytes(), type=dict[str, msgspec.Raw]
-    )
-    nao = msgspec.json.decode(content["body"], type=_Body)
-    if {link.name for link in nao.links} != {link.name for link in body.links}:
+    known = nao()
+    links = _decode(known.body, _Body, "body").links
+    if {link.name for link in links} != {link.name for link in body.links}:
         return None
-    return msgspec.json.decode(content["looks"], type=_Looks)
+    return _decode(known.looks, _Looks, "looks")
 
 
 def _plain_shapes(body: _Body, tree: Mapping[str, Mapping[str, Any]]) -> Iterator[_Shape]:

@@ -29,7 +29,7 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """The state of the robot; fields that are unknown or too old are empty."""
 
     joints: dict[str, float] = {}
-    """Angles in rad by joint."""
+    """Angles in rad by joint, and of those that slide, places in m."""
     pan: float | None = None
     """Yaw of the head in rad, positive to the left."""
     tilt: float | None = None
@@ -41,11 +41,13 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """The places of the balls and other movable objects, by name."""
     trouble: str = ""
     """Why the joints of a present robot are unknown."""
+    sliding: tuple[str, ...] = ()
+    """The joints that slide instead of turning."""
 
 
 def posed_robot(joints: dict[str, float], described: DescribedRobot) -> RobotState:
     """Return the state of a robot of which only the joints are known, such as the fake one of a trial."""
-    return RobotState(joints, *described.head(joints))
+    return RobotState(joints, *described.head(joints), sliding=described.sliding)
 
 
 class RobotPresence(NamedTuple):
@@ -190,6 +192,7 @@ class RobotMonitor:
             torso=self.world.torso(),
             objects=self.world.objects(),
             trouble=self._trouble(),
+            sliding=described.sliding if (described := self.described) else (),
         )
 
     def _trouble(self) -> str:

@@ -16,10 +16,11 @@ from codegen.hfsm.document import Document
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, HfsmMonitorPrx, Mark
 from visualhfsm._editing.serialization import parse_file
 from visualhfsm._errors import EditError, VisualHfsmError
+from visualhfsm._html_file import check_place
 from visualhfsm._monitoring.automata import Automata
 from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.realm import MONITOR_PREFIX, components, missing_component
-from visualhfsm._run_page import check_place, write_run_page
+from visualhfsm._run_page import write_run_page
 from visualhfsm._watch.summary import figures_of, summarize, summary_table
 from visualhfsm._watch.telemetry import Telemetry, WatchState
 from zenoh_ice import Communicator

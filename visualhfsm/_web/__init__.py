@@ -4,6 +4,7 @@
 |---|---|
 | `server` | the routes; socket, address, Ctrl-C |
 | `security`, `resumption`, `launch` | who has access |
+| `site` | the path and the names under which browsers find the page |
 | `assets` | the page's files |
 | `protocol` | the messages on the websocket, as types |
 | `connection` | one websocket: incoming messages, and the order in which they are executed |

@@ -1,7 +1,8 @@
 """The page's files, and how long the browser may cache them.
 
-All paths begin with `/static/<version>/`, where the version is a digest of all files: the browser may cache
-files forever and still never shows an old one. The page itself, `index.html`, names the version.
+All paths begin with `static/<version>/`, where the version is a digest of all files: the browser may cache
+files forever and still never shows an old one. The page itself, `index.html`, names the version. It names all
+files relative to its own address, and so does not know the path below which it is served.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Final
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
-from visualhfsm._run_page import LIBRARIES, STATIC, imported_modules
+from visualhfsm._html_file import LIBRARIES, STATIC, imported_modules
 
 from .security import content_security_policy
 
@@ -125,7 +126,7 @@ class Assets:
         return digest.hexdigest()[:12]
 
     def _make_page(self) -> Page:
-        base = f"/static/{self._version}"
+        base = f"./static/{self._version}"  # an import map needs the dot
         imports = {name: f"{base}/vendor/{name}.js" for name in LIBRARIES}
         import_map = json.dumps({"imports": imports}, separators=(",", ":"))
         # The browser requests all modules at once instead of one after the other.

@@ -1,18 +1,17 @@
 """Access to the server, only for the page that was opened with the printed address.
 
-Another page in the same browser reaches loopback too, so binding to it does not suffice.
-docs/explanation/editor-safety.md explains the purpose of each check.
+Another page in the same browser reaches loopback too, so binding to it does not suffice: `Boundary` keeps
+other sites out, and `Guard` everybody without a cookie. docs/explanation/editor-safety.md explains the
+purpose of each check.
 """
 
 from __future__ import annotations
 
 import asyncio
 import hmac
-import ipaddress
 import logging
-import re
 import secrets
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 from urllib.parse import parse_qs
@@ -22,12 +21,10 @@ from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, R
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .resumption import Resumption
+from .site import Site
 
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
 _LOCKED_OUT: Final = 4403  # an own code, which the page knows
-
-_HOST: Final = re.compile(r"(?P<name>[a-z0-9._-]{1,253}|\[[0-9a-f:.]{2,45}\])(?::[0-9]{1,5})?", re.IGNORECASE)
-"""The only allowed content of `Host`, which is also part of the policy of the page."""
 
 _HEADERS: Final = {
     "cache-control": "no-store",
@@ -52,7 +49,7 @@ _ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
 _WELCOME: Final = """<!doctype html>
 <html lang="en">
 <meta charset="utf-8">
-<meta http-equiv="refresh" content="0;url=/">
+<meta http-equiv="refresh" content="0;url={page}">
 <title>VisualHFSM</title>
 </html>
 """
@@ -171,30 +168,67 @@ class Credentials:
         self._locked_out()
 
 
-class Guard:
-    """Pass to an application only requests of the page."""
+class Boundary:
+    """Pass to an application only requests for a site that its own page may have sent."""
 
-    def __init__(self, app: ASGIApp, credentials: Credentials, hosts: Iterable[str] = ()) -> None:
+    def __init__(self, app: ASGIApp, site: Site) -> None:
         self._app = app
-        self._credentials = credentials
-        self._hosts = frozenset(host.lower() for host in hosts)
+        self._site = site
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer or refuse one request."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
+        scope = self._site.as_asked(scope)
         headers = Headers(scope=scope)
         refusal = self._refusal(scope, headers)
         if scope["type"] == "websocket":
-            if refusal:
-                _logger.warning("refused a websocket: %s", refusal)
-                await receive()
-                await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal})
-            else:
-                await self._serve(scope, receive, send)
-            return
-        await self._answer(scope, headers, refusal)(scope, receive, _with_headers(send))
+            await (_closed(refusal) if refusal else self._app)(scope, receive, send)
+        else:
+            await self._answer(scope, headers, refusal)(scope, receive, _with_headers(send))
+
+    def _answer(self, scope: Scope, headers: Headers, refusal: str) -> ASGIApp:
+        if refusal:
+            return _refused(headers, refusal)
+        if not scope["path"]:  # what the page names relative to its address would be looked for beside it
+            folder = self._site.path.rstrip("/").rpartition("/")[2]
+            query = scope["query_string"].decode("latin-1")
+            return RedirectResponse(f"./{folder}/{'?' if query else ''}{query}")
+        return self._app
+
+    def _refusal(self, scope: Scope, headers: Headers) -> str:
+        """Return why a request is refused, empty if it is not; it contains no text of the request."""
+        host = headers.getlist("host")
+        if len(host) != 1 or not self._site.is_ours(host[0]):
+            return "use the address that the command printed: the header Host names another machine"
+        origins = headers.getlist("origin")
+        if any(origin.partition("://")[2].lower() != host[0].lower() for origin in origins):
+            return "open the editor itself: the request comes from another site"
+        if scope["type"] == "websocket" and len(origins) != 1:
+            return "use a browser: a websocket needs the header Origin"
+        return ""
+
+
+class Guard:
+    """Pass to an application only requests of browsers that were let in; it stands within a `Boundary`.
+
+    The cookie is for the pages below `path` alone.
+    """
+
+    def __init__(self, app: ASGIApp, credentials: Credentials, path: str = "/") -> None:
+        self._app = app
+        self._credentials = credentials
+        self._path = path
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer or refuse one request."""
+        headers = Headers(scope=scope)
+        if scope["type"] == "websocket":
+            known = self._knows(scope, headers)
+            await (self._serve if known else _closed(_UNKNOWN))(scope, receive, send)
+        else:
+            await self._answer(scope, headers)(scope, receive, send)
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve a websocket until it ends, or until all are locked out."""
@@ -213,71 +247,71 @@ class Guard:
         else:
             serving.result()
 
-    def _answer(self, scope: Scope, headers: Headers, refusal: str) -> ASGIApp:
+    def _answer(self, scope: Scope, headers: Headers) -> ASGIApp:
         """Return the application that answers a request over HTTP."""
-        if scope["path"] == _RESUME and refusal in {"", _UNKNOWN} and scope["method"] == "GET":
-            return self._resumed(_query(scope))
-        if refusal:
-            return _refused(headers, refusal)
+        if scope["path"] == _RESUME and scope["method"] == "GET":
+            return self._resumed(scope)
+        if not self._knows(scope, headers):
+            return _refused(headers, _UNKNOWN)
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})
         if token := _query(scope).get("token"):
-            return self._let_in(token, headers)
+            return self._let_in(token, scope, headers)
         return self._app
 
-    def _let_in(self, token: str, headers: Headers) -> Response:
+    def _let_in(self, token: str, scope: Scope, headers: Headers) -> Response:
         """Give the browser that opened an address its cookie, and lead it to the page."""
         cookie = self._credentials.redeem(token, headers.get("cookie", ""))
         if cookie is None:
             return _refused(headers, _USED_TWICE)
+        # Relative: to any other a proxy may add the path that it took off.
+        page = "./" + "../" * (scope["path"].count("/") - 1)
         # Either way the token leaves the address bar and the history.
         comes_from_elsewhere = headers.get("sec-fetch-site") in _ELSEWHERE
-        response = HTMLResponse(_WELCOME) if comes_from_elsewhere else RedirectResponse("/", 303)
-        self._set_cookie(response, cookie)
+        response = (
+            HTMLResponse(_WELCOME.format(page=page)) if comes_from_elsewhere else RedirectResponse(page, 303)
+        )
+        self._set_cookie(response, cookie, scope)
         return response
 
-    def _set_cookie(self, response: Response, cookie: str) -> None:
-        name = self._credentials.cookie_name
-        response.set_cookie(name, cookie, httponly=True, samesite="strict", path="/")
+    def _set_cookie(self, response: Response, cookie: str, scope: Scope) -> None:
+        response.set_cookie(
+            self._credentials.cookie_name,
+            cookie,
+            httponly=True,
+            samesite="strict",
+            path=self._path,
+            secure=scope["scheme"] == "https",
+        )
 
-    def _resumed(self, query: dict[str, str]) -> Response:
+    def _resumed(self, scope: Scope) -> Response:
         """Answer a page that the editor served before it was restarted."""
+        query = _query(scope)
         resumption = self._credentials.resumption
         if "proof" not in query:
             return JSONResponse(resumption.prove(query.get("nonce", "")))
         if not resumption.accepts(query.get("challenge", ""), query["proof"]):
             return PlainTextResponse(f"{_UNKNOWN}\n", 403)
         response = Response(status_code=204)
-        self._set_cookie(response, self._credentials.resume())
+        self._set_cookie(response, self._credentials.resume(), scope)
         return response
 
-    def _refusal(self, scope: Scope, headers: Headers) -> str:
-        """Return why a request is refused, empty if it is not; it contains no text of the request."""
-        host = headers.getlist("host")
-        if len(host) != 1 or not self._is_ours(host[0]):
-            return "use the address that the command printed: the header Host names another machine"
-        origins = headers.getlist("origin")
-        if any(origin.partition("://")[2].lower() != host[0].lower() for origin in origins):
-            return "open the editor itself: the request comes from another site"
-        if scope["type"] == "websocket" and len(origins) != 1:
-            return "use a browser: a websocket needs the header Origin"
+    def _knows(self, scope: Scope, headers: Headers) -> bool:
+        """Whether a request has a token, or otherwise a cookie, of ours."""
         if token := _query(scope).get("token"):
-            known = scope["type"] == "http" and self._credentials.knows(token)
-        else:
-            known = self._credentials.accepts_cookie(headers.get("cookie", ""))
-        return "" if known else _UNKNOWN
+            return scope["type"] == "http" and self._credentials.knows(token)
+        return self._credentials.accepts_cookie(headers.get("cookie", ""))
 
-    def _is_ours(self, host: str) -> bool:
-        match = _HOST.fullmatch(host)
-        if match is None:
-            return False
-        name = match["name"].lower().strip("[]")
-        if name == "localhost" or name in self._hosts:
-            return True
-        try:
-            return ipaddress.ip_address(name).is_loopback
-        except ValueError:
-            return False
+
+def _closed(refusal: str) -> ASGIApp:
+    """Return the answer to a websocket that is refused."""
+
+    async def close(_scope: Scope, receive: Receive, send: Send) -> None:
+        _logger.warning("refused a websocket: %s", refusal)
+        await receive()
+        await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": refusal})
+
+    return close
 
 
 def _refused(headers: Headers, reason: str) -> Response:

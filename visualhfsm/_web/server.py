@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import logging
+import os
 import secrets
 import socket
+import stat
 import threading
-from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Literal
@@ -36,8 +39,9 @@ from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
 from .resumption import Resumption, kept_key
-from .security import Credentials, Guard
+from .security import Boundary, Credentials, Guard
 from .services import MakeServices, Services
+from .site import Site
 from .workspace import Workspace
 
 LOOPBACK: Final = "127.0.0.1"
@@ -67,12 +71,22 @@ class PortInUseError(VisualHfsmError):
         )
 
 
+class SocketError(VisualHfsmError):
+    """The page cannot be served at a Unix socket."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"cannot listen at the socket {path}: {reason}")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """Options: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
 
     Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names, beside those of
-    loopback, under which a reverse proxy serves the page. `journals` is where unsaved changes are kept, by
+    loopback, under which a reverse proxy serves the page, below `base_path`; with `trust_proxy`, the server
+    believes its headers `X-Forwarded-Host` and `X-Forwarded-Proto`. With a `socket` instead of a port, in a
+    folder of the user alone, nobody needs a token: a proxy of the same user has to check who comes, under
+    whichever name. `journals` is where unsaved changes are kept, by
     default the user's directory of journals. `include` are directories with packages of interfaces. With
     `demo`, the first window runs a behavior on a simulated robot, unless a document or a robot is there.
     """
@@ -82,6 +96,9 @@ class Options:
     root: Path = field(default_factory=Path.cwd)
     port: int = 0
     hosts: Sequence[str] = ()
+    base_path: str = "/"
+    trust_proxy: bool = False
+    socket: Path | None = None
     limits: Limits = field(default_factory=Limits)
     journals: Path | None = None
     include: Sequence[Path] = ()
@@ -97,10 +114,15 @@ class Server:
         stopping: threading.Event | None = None,
         report: Report = lambda *_: None,
     ) -> None:
-        """Listen; the server ends when `stopping` is set. Raises PortInUseError."""
+        """Listen; the server ends when `stopping` is set.
+
+        Raises PortInUseError, SocketError, BasePathError.
+        """
         self._options = options
-        self._listener = _listen(options.port)
-        self.port: int = self._listener.getsockname()[1]
+        hosts = options.hosts if options.socket is None else None
+        self._site = Site(options.base_path, hosts, trusts_proxy=options.trust_proxy)
+        self._listener = _listen(options.port) if options.socket is None else _listen_at(options.socket)
+        self.port: int = 0 if options.socket else self._listener.getsockname()[1]
         self.credentials = Credentials(self.port, Resumption(self._key()), self._renew)
         self._stopping = stopping or threading.Event()
         self._report = report
@@ -118,12 +140,13 @@ class Server:
         self.offer("locked out")
 
     def offer(self, occasion: Occasion) -> None:
-        """Report an address, and another one when a browser has come in by it."""
-        self._report(occasion, self.new_address(lambda: self.offer("used")))
+        """Report an address, and another one when a browser has come in by it; of a socket, its path."""
+        socket = self._options.socket
+        self._report(occasion, str(socket) if socket else self.new_address(lambda: self.offer("used")))
 
     def new_address(self, used: Callable[[], None] = lambda: None) -> str:
         """Return an address of the page for one browser; `used` is called when that is let in."""
-        return f"http://{LOOPBACK}:{self.port}/?token={self.credentials.new_token(used)}"
+        return f"http://{LOOPBACK}:{self.port}{self._site.path}?token={self.credentials.new_token(used)}"
 
     async def serve(self, started: Callable[[], None]) -> None:
         """Serve until it is stopped; `started` is called once the page can be opened.
@@ -135,7 +158,7 @@ class Server:
         async with made as workspace:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))
-            app = make_app(workspace, self.credentials, options.hosts)
+            app = make_app(workspace, self._site, None if options.socket else self.credentials)
             server = _HttpServer(_config(app, options.limits))
             ending = asyncio.create_task(_end_at(self._stopping, server))
             try:
@@ -163,7 +186,9 @@ class Server:
         self._stopping.set()
 
     def close(self) -> None:
-        """Release the port."""
+        """Release the port, or the socket with its name."""
+        if self._options.socket is not None:
+            self._options.socket.unlink(missing_ok=True)
         self._listener.close()
 
 
@@ -259,13 +284,43 @@ def _listen(port: int) -> socket.socket:
     return listener
 
 
-def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str] = ()) -> ASGIApp:
-    """Return the application of a workspace; the guard protects everything in it."""
+def _listen_at(path: Path) -> socket.socket:
+    """Listen at a Unix socket, in place of one that a killed editor has left behind."""
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        folder = path.parent.stat()
+        if folder.st_uid != os.getuid() or stat.S_IMODE(folder.st_mode) & 0o077:
+            raise SocketError(path, f"others may enter its folder: chmod 700 {path.parent}")
+        if path.is_socket() and not _is_served(path):
+            path.unlink()
+        listener.bind(str(path))
+        path.chmod(0o600)
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        raise SocketError(path, error.strerror or str(error)) from error
+    except BaseException:
+        listener.close()
+        raise
+    return listener
+
+
+def _is_served(path: Path) -> bool:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        probe.setblocking(False)
+        return probe.connect_ex(str(path)) != errno.ECONNREFUSED
+
+
+def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) -> ASGIApp:
+    """Return the application of a workspace, for pages of the site that the credentials let in.
+
+    Without credentials everybody who reaches the server is let in.
+    """
     assets = page_assets()
     live = workspace.services.live
 
     async def talk(websocket: WebSocket) -> None:
-        await converse(websocket, workspace, credentials.resumption.key)
+        await converse(websocket, workspace, credentials.resumption.key if credentials else b"")
 
     async def camera(websocket: WebSocket) -> None:
         await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
@@ -282,7 +337,7 @@ def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str
             WebSocketRoute("/poses", poses),
         ]
     )
-    return Guard(app, credentials, hosts)
+    return Boundary(Guard(app, credentials, site.path) if credentials else app, site)
 
 
 async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes, None]]) -> None:

@@ -12,7 +12,7 @@ from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._live.service import Monitoring
 from visualhfsm._robots import Robots
 from visualhfsm._running import RunningComponents
-from visualhfsm._services import Publish, free_endpoint
+from visualhfsm._services import Publish, free_endpoint, socket_endpoint
 from zenoh_ice.settings import Settings
 
 _ANY_PORT: Final = Settings().listen
@@ -34,29 +34,39 @@ MakeServices = Callable[[Publish], Services]
 
 
 def make_services(
-    settings: Settings, include: Sequence[Path] = (), folder: Path | None = None
+    settings: Settings,
+    include: Sequence[Path] = (),
+    folder: Path | None = None,
+    sockets: Path | None = None,
 ) -> MakeServices:
     """Return a factory of the services of a realm, which the settings name.
 
     `include` are directories with packages of interfaces, `folder` is that of documents without a file, by
-    default the current one. Components and robots that are started here connect
-    to the editor, too, so that all of them find each other, whatever else runs on this machine.
+    default the current one. Components and robots that are started here connect to the editor, too, so that
+    all of them find each other, whatever else runs on this machine. Unless the settings name endpoints, they
+    meet at Unix sockets in the folder `sockets`, if that is given, and open no port.
     """
 
     def make(publish: Publish) -> Services:
         listens_anywhere = settings.mode == "peer" and settings.listen == _ANY_PORT
-        listen = (free_endpoint(),) if listens_anywhere else settings.listen
+        private = sockets if listens_anywhere else None
+        others = () if private and "connect" not in settings.origins else settings.connect
+        if private:
+            listen: tuple[str, ...] = (socket_endpoint(private),)
+        else:
+            listen = (free_endpoint(),) if listens_anywhere else settings.listen
         meeting = settings.connect if settings.mode == "client" else listen
-        robots = Robots(publish, settings.override(connect=meeting), settings.connect, folder)
+        robots = Robots(publish, settings.override(connect=meeting), others, folder, private)
         return Services(
             code_help=CodeHelp(include=include, folder=folder),
             running=RunningComponents(
                 publish,
-                settings.override(connect=tuple(dict.fromkeys((*meeting, *settings.connect)))),
+                settings.override(connect=tuple(dict.fromkeys((*meeting, *others)))),
                 include,
                 folder,
+                private,
             ),
-            live=Monitoring(publish, settings.override(listen=listen), robots.observe),
+            live=Monitoring(publish, settings.override(listen=listen, connect=others), robots.observe),
             robots=robots,
             checks=CheckProcess(folder=folder),
         )

@@ -21,8 +21,9 @@ from tests.support.limits import EVENT_LIMIT
 from tests.support.watching import content, recorded
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._html_file import check_place
 from visualhfsm._monitoring.run_log import RunLog
-from visualhfsm._run_page import Figure, Run, check_place, run_page, write_run_page
+from visualhfsm._run_page import Figure, Run, run_page, write_run_page
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 

@@ -33,6 +33,7 @@ import {chosenBody, isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
 import {initTheme, switchTheme} from "./theme.js";
+import {windowStorage} from "./storage.js";
 import {store} from "./store.js";
 
 /**
@@ -215,9 +216,9 @@ export class HfsmApp extends PageElement {
   /** Show the robot beside the automaton, at the first run of this window. */
   async #showRobot() {
     const isTyping = this.querySelector(".side")?.contains(document.activeElement);
-    if (store.robot.status !== "present" || isTyping || innerWidth < ROOMY || sessionStorage.getItem(ROBOT_SHOWN))
+    if (store.robot.status !== "present" || isTyping || innerWidth < ROOMY || windowStorage.getItem(ROBOT_SHOWN))
       return;
-    sessionStorage.setItem(ROBOT_SHOWN, "yes");
+    windowStorage.setItem(ROBOT_SHOWN, "yes");
     await this.showLive("view");
   }
 

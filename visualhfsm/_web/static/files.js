@@ -6,6 +6,7 @@ import {confirm} from "./dialogs/dialog.js";
 import {keyOf} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
+import {browserStorage} from "./storage.js";
 import {RequestError, store} from "./store.js";
 
 const RECENT = "visualhfsm.recent";
@@ -15,7 +16,7 @@ const LARGEST = 4_000_000; // characters that a dropped file may have
 /** Paths of recent files, the latest first. @returns {string[]} */
 export function recentFiles() {
   try {
-    const found = JSON.parse(localStorage.getItem(RECENT) ?? "[]");
+    const found = JSON.parse(browserStorage.getItem(RECENT) ?? "[]");
     return Array.isArray(found) ? found.filter((each) => typeof each === "string") : [];
   } catch {
     return []; // invalid: written by another program
@@ -24,7 +25,7 @@ export function recentFiles() {
 
 /** @param {string} path */
 function remember(path) {
-  localStorage.setItem(
+  browserStorage.setItem(
     RECENT,
     JSON.stringify([path, ...recentFiles().filter((each) => each !== path)].slice(0, MOST_RECENT)),
   );

@@ -226,6 +226,12 @@ export interface Counterexample {
   repeats?: number | null;
 }
 
+/** How success depends on a quantity. */
+export interface Dependence {
+  name: string;
+  parts: Part[];
+}
+
 /** A difference: a whole element, or a `part` of one with its text before and after. */
 export interface Difference {
   kind: "added" | "changed" | "moved" | "removed";
@@ -313,6 +319,17 @@ export interface HealthReport {
   limitedCommands: number;
   velocityTimeouts: number;
   events: HealthEvent[];
+}
+
+/** A number over all trials: between two `edges` so many `good` and `bad` trials. */
+export interface Histogram {
+  name: string;
+  median: number;
+  lower: number;
+  upper: number;
+  edges: number[];
+  good: number[];
+  bad: number[];
 }
 
 /** A match of a search: line and column in the text at the place, from 1, and the text of that line. */
@@ -447,6 +464,12 @@ export interface ParameterStructure {
   description: string;
 }
 
+/** The trials with a value of a quantity, or one in a range. */
+export interface Part {
+  label: string;
+  share: Share;
+}
+
 /** A place in a document. */
 export interface Place {
   kind: "automaton" | "document" | "state" | "transition";
@@ -456,6 +479,13 @@ export interface Place {
   index?: number;
   name?: string;
   child?: number;
+}
+
+/** The places of a thing in m, with success and number of each trial, and lines on the floor. */
+export interface PlaceMap {
+  thing: string;
+  places: [number, number, boolean, number][];
+  lines: [number, number, number, number][];
 }
 
 /** New places of states and handles of one automaton, each `[id, x, y]`. */
@@ -647,6 +677,7 @@ export interface RobotState {
   torso: [number, number, number, number, number, number, number] | null;
   objects: Record<string, [number, number, number, number, number, number, number]>;
   trouble: string;
+  sliding: string[];
 }
 
 /** A topic, service or action of ROS 2 that the component uses. */
@@ -669,6 +700,14 @@ export interface RunPush {
   message: string;
   place: Place | null;
   line: number;
+}
+
+/** How many of some trials succeed, with the interval of the true rate. */
+export interface Share {
+  successes: number;
+  trials: number;
+  lowest: number;
+  highest: number;
 }
 
 /** A call that is being typed: its parameters, and the index of the one at the cursor, -1 for none. */
@@ -818,10 +857,50 @@ export interface TransitionStructure {
   order: number;
 }
 
+/** One of the worst trials; `page` is that of its recording, if there is one. */
+export interface Trial {
+  number: number;
+  success: boolean;
+  reason: string;
+  time: number;
+  states: string;
+  values: [string, string][];
+  timeline: TrialTimeline;
+  page: string;
+}
+
+/** The states of a trial up to its end. */
+export interface TrialTimeline {
+  number: number;
+  end: number;
+  changes: [time: number, states: string][];
+}
+
+/** A series of trials; `planned` are more than `share.trials` while it runs. */
+export interface TrialsView {
+  name: string;
+  planned: number;
+  share: Share;
+  histograms: Histogram[];
+  dependences: Dependence[];
+  maps: PlaceMap[];
+  ways: Way[];
+  worst: Trial[];
+}
+
 /** A step that can be undone or redone, and the revision of the document to which that leads. */
 export interface UndoStep {
   name: string;
   revision: number;
+}
+
+/** A way to fail: so many trials, the numbers of some, and the timeline of one. */
+export interface Way {
+  reason: string;
+  states: string;
+  count: number;
+  numbers: number[];
+  timeline: TrialTimeline;
 }
 
 /** The open documents, those that can be recovered, and the components of the realm. */

@@ -24,11 +24,11 @@ export class Resumption {
     if (!key) return false;
     try {
       const nonce = digits(crypto.getRandomValues(new Uint8Array(32)));
-      const {challenge, proof} = await (await fetch(`/resume?nonce=${nonce}`)).json();
+      const {challenge, proof} = await (await fetch(`resume?nonce=${nonce}`)).json();
       const isOurs = await crypto.subtle.verify("HMAC", key, bytes(proof), text(`server:${nonce}:${challenge}`));
       if (!isOurs) return false;
       const answer = digits(new Uint8Array(await crypto.subtle.sign("HMAC", key, text(`page:${challenge}`))));
-      return (await fetch(`/resume?challenge=${challenge}&proof=${answer}`)).ok;
+      return (await fetch(`resume?challenge=${challenge}&proof=${answer}`)).ok;
     } catch {
       return false; // it is offline again, or is not an editor
     }

@@ -7,6 +7,7 @@ import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {notifyError} from "./notices.js";
 import {bodies, chooseBody, chosenBody, simulate} from "./robot.js";
+import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
 
 /** @import {Close} from "./dialogs/dialog.js" */
@@ -199,7 +200,7 @@ const control = (action) => store.request("control", {component: "", action, arg
 
 /** Ask for the address of a real robot, and whether it may move; then connect to it. */
 export async function connect() {
-  let address = localStorage.getItem(ADDRESS) ?? "nao.local";
+  let address = browserStorage.getItem(ADDRESS) ?? "nao.local";
   /** @type {Requests["connectRobot"]["start"]} */
   let start = "leave";
   let isSafe = false;
@@ -253,7 +254,7 @@ export async function connect() {
       </form>`,
   });
   if (!agreed) return;
-  localStorage.setItem(ADDRESS, address.trim());
+  browserStorage.setItem(ADDRESS, address.trim());
   await store.request("connectRobot", {address: address.trim(), start});
 }
 

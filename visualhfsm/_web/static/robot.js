@@ -1,5 +1,6 @@
 /** The robot of the realm in words, and requests for a robot. */
 
+import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
 
 /**
@@ -48,12 +49,12 @@ export const bodies = () => store.greeting.bodies ?? [];
 
 /** The body of the next simulation, or of a trial: the chosen one, as long as there is such a body. */
 export function chosenBody() {
-  const wanted = [localStorage.getItem(BODY), store.robot.simulation.body];
+  const wanted = [browserStorage.getItem(BODY), store.robot.simulation.body];
   return wanted.find((each) => bodies().some(({name}) => name === each)) ?? bodies().at(0)?.name ?? "";
 }
 
 /** Choose the body of the next simulation. @param {string} name */
-export const chooseBody = (name) => localStorage.setItem(BODY, name);
+export const chooseBody = (name) => browserStorage.setItem(BODY, name);
 
 /** Request a simulation like the last one, of the chosen body. @param {object} [changes] to it */
 export function simulate(changes = {}) {

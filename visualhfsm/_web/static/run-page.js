@@ -31,9 +31,9 @@ import {numbersOf} from "./monitor/values.js";
 import {messageOf} from "./notices.js";
 import {page} from "./page.js";
 import {statePart, transitionPart} from "./print.js";
-import {required} from "./required.js";
 import {store} from "./store.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
+import {unpackedData} from "./unpacked.js";
 
 const TAB = 1;
 const BODY = "recorded"; // the name of its robot
@@ -59,10 +59,7 @@ customElements.define("hfsm-run-code", RunCode);
 
 /** The content of the page. @returns {Promise<{content: Content, moments: string[]}>} */
 async function unpacked() {
-  const packed = atob(required(document.getElementById("run"), "run").textContent ?? "");
-  const bytes = Uint8Array.from(packed, (each) => each.charCodeAt(0));
-  const lines = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const [first, ...moments] = (await new Response(lines).text()).split("\n");
+  const [first, ...moments] = (await unpackedData()).split("\n");
   return {content: JSON.parse(first), moments};
 }
 
@@ -117,7 +114,7 @@ async function show() {
   const {content, moments} = await unpacked();
   const {name, complete, structure, timeline, world, pictures, imported} = content;
   const frame = new TextEncoder().encode(JSON.stringify({body: BODY, why: ""})).buffer;
-  store.show({answer: answers(content, moments), frames: {"/poses": frame}}, pushes(content));
+  store.show({answer: answers(content, moments), frames: {poses: frame}}, pushes(content));
   const tab = content.document ? TAB : 0;
   if (imported.length) store.showContent(TAB, imported);
   page.show(tab);

@@ -20,6 +20,7 @@ import {notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {countOf} from "./problems.js";
 import {actionOf, isEnabled, perform} from "./registry.js";
+import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
 import {copyUnsent, unsentBanner} from "./unsent.js";
 
@@ -398,7 +399,7 @@ window.addEventListener("resize", () => sizes.clear());
 /** Restore the sizes of the areas in this browser. */
 export function restoreSizes() {
   for (const variable of ["--left", "--side", "--bottom"]) {
-    const size = Number(localStorage.getItem(`visualhfsm.size${variable}`));
+    const size = Number(browserStorage.getItem(`visualhfsm.size${variable}`));
     if (size > 0) root.style.setProperty(variable, `${Math.min(size, innerWidth)}px`);
   }
 }
@@ -421,7 +422,7 @@ export function resizer({name, variable, along, sign, smallest, largest}) {
     root.style.setProperty(variable, `${next}px`);
     sizes.set(variable, next);
     element.setAttribute("aria-valuenow", String(next));
-    localStorage.setItem(`visualhfsm.size${variable}`, String(next));
+    browserStorage.setItem(`visualhfsm.size${variable}`, String(next));
   };
   /** @param {PointerEvent & From<HTMLElement>} event */
   const down = (event) => {

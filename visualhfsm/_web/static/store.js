@@ -5,6 +5,7 @@
  * request that made it. The messages are those of visualhfsm/_web/protocol.py.
  */
 
+import {socketAddress} from "./address.js";
 import {Resumption} from "./resumption.js";
 import {updated, withContent} from "./updates.js";
 
@@ -108,8 +109,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     clearTimeout(this.#timer);
     // One at a time, or everything would be reported twice.
     if (this.#socket && this.#socket.readyState !== WebSocket.CLOSED) return;
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws`);
+    const socket = new WebSocket(socketAddress("ws"));
     this.#socket = socket;
     socket.addEventListener("open", () => (this.#greeted = this.#greet()));
     socket.addEventListener("message", (event) => this.#receive(JSON.parse(event.data)));
@@ -132,9 +132,10 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   get whyOffline() {
     if (this.lockedOut)
       return "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.";
-    return this.refused
-      ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."
-      : `The editor is offline; your work is kept there. This page connects again by itself when it runs on port ${location.port}.`;
+    if (this.refused)
+      return "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too.";
+    const place = location.pathname === "/" ? `on port ${location.port}` : "again";
+    return `The editor is offline; your work is kept there. This page connects again by itself when it runs ${place}.`;
   }
 
   /**
@@ -247,7 +248,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   /** Browsers do not say why a websocket was refused; a request is answered with the reason. */
   async #findOutWhy() {
-    const answer = await fetch("/", {method: "HEAD"}).catch(() => undefined);
+    const answer = await fetch("./", {method: "HEAD"}).catch(() => undefined);
     const isUnknown = answer?.status === 403 && !this.online;
     if (isUnknown && (await this.#resumption.resume())) {
       this.connect();

@@ -1,5 +1,7 @@
 /** Light or dark: as the system, unless the user has chosen; always as the system if that forces its colors. */
 
+import {browserStorage} from "./storage.js";
+
 const KEY = "visualhfsm.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
 const forced = matchMedia("(forced-colors: active)");
@@ -10,7 +12,7 @@ export function currentTheme() {
 }
 
 function show() {
-  const chosen = forced.matches ? null : localStorage.getItem(KEY);
+  const chosen = forced.matches ? null : browserStorage.getItem(KEY);
   document.documentElement.dataset.theme = chosen ?? (system.matches ? "dark" : "light");
 }
 
@@ -21,6 +23,6 @@ export function initTheme() {
 }
 
 export function switchTheme() {
-  localStorage.setItem(KEY, currentTheme() === "dark" ? "light" : "dark");
+  browserStorage.setItem(KEY, currentTheme() === "dark" ? "light" : "dark");
   show();
 }

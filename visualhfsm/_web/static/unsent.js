@@ -3,6 +3,7 @@
 import {html, nothing} from "lit";
 
 import {notify, notifyError} from "./notices.js";
+import {windowStorage} from "./storage.js";
 import {store} from "./store.js";
 
 const KEPT = "visualhfsm.unsent";
@@ -13,7 +14,7 @@ const waiting = () => [...store.unsaved.values()].filter((piece) => piece.typed)
 // After a restart of the editor the page is loaded again: its documents are not the same ones.
 store.addEventListener("restarted", () => {
   const texts = waiting();
-  if (texts.length) sessionStorage.setItem(KEPT, texts.join("\n\n"));
+  if (texts.length) windowStorage.setItem(KEPT, texts.join("\n\n"));
 });
 
 /** A button to copy the unsent text. */
@@ -25,10 +26,10 @@ export function copyUnsent() {
 
 /** The text that was not sent before the editor was restarted. @param {() => void} redraw */
 export function unsentBanner(redraw) {
-  const text = sessionStorage.getItem(KEPT);
+  const text = windowStorage.getItem(KEPT);
   if (!text || store.restarted) return nothing; // a click would be lost with the page that is about to be loaded again
   const drop = () => {
-    sessionStorage.removeItem(KEPT);
+    windowStorage.removeItem(KEPT);
     redraw();
   };
   return html`<div class="banner" role="alert">

@@ -16,6 +16,7 @@ from naoserver.parts import Joint, Link
 from tests.support.drawn import drawn
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.description import LARGEST_TEXT, DescribedRobot, describe, nao
+from visualhfsm._monitoring.robot import posed_robot
 
 BASE = {"name": "base"}
 JOINT = {"name": "turn", "parent": "base", "child": "arm", "axis": [0, 0, 1], "origin": [0, 0, 0.2]}
@@ -89,6 +90,15 @@ def test_a_link_that_slides_and_one_that_is_fixed_say_so() -> None:
     assert links["lift"]["sliding"] is True
     assert "turn" not in links["lift"]
     assert links["tray"] == {"name": "tray", "parent": "lift", "origin": [0.0, 0.0, 0.5]}
+
+
+def test_joints_that_slide_are_named_with_their_places() -> None:
+    slide = {**JOINT, "name": "lift", "child": "tray", "sliding": True}
+    robot = described(
+        {"name": "Test", "links": [BASE, {"name": "arm"}, {"name": "tray"}], "joints": [JOINT, slide]}
+    )
+    assert robot.sliding == ("lift",)
+    assert posed_robot({"lift": 0.1}, robot).sliding == ("lift",)
 
 
 def test_the_same_description_has_the_same_hash() -> None:

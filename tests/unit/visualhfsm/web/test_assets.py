@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
-from visualhfsm._run_page import STATIC
+from visualhfsm._html_file import STATIC
 from visualhfsm._web.assets import Assets
 
-PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="/static/%VERSION%/app.js"></script>'
+PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="./static/%VERSION%/app.js"></script>'
 LIGHT = 150_000
 """The most bytes that the page, its styles and first modules may have, compressed as they are sent."""
 
@@ -38,14 +38,14 @@ def static(tmp_path: Path) -> Path:
 
 
 def version(assets: Assets) -> str:
-    found = re.search(rb"/static/([0-9a-f]{12})/app\.js", assets.page().html)
+    found = re.search(rb"\./static/([0-9a-f]{12})/app\.js", assets.page().html)
     assert found
     return found[1].decode()
 
 
 def test_the_page_asks_at_once_for_all_modules_that_it_begins_with(static: Path) -> None:
     assets = Assets(static)
-    base = f"/static/{version(assets)}/"
+    base = f"./static/{version(assets)}/"
     preloaded = re.findall(r'modulepreload" href="([^"]+)"', assets.page().html.decode())
     names = ["app.js", "canvas/canvas.js", "geometry.js", "keys.js", "vendor/lit.js"]
     assert sorted(preloaded) == [base + name for name in names]
@@ -72,7 +72,7 @@ def test_the_version_changes_with_any_file_and_with_nothing_else(static: Path) -
 
 def test_all_that_the_real_page_asks_for_is_there() -> None:
     html = Assets().page().html.decode()
-    wanted = re.findall(r'"/static/[0-9a-f]{12}/([^"]+)"', html)
+    wanted = re.findall(r'"\./static/[0-9a-f]{12}/([^"]+)"', html)
     assert "vendor/lit.js" in wanted
     assert not [name for name in wanted if not (STATIC / name).is_file()]
     assert "%" not in html.replace("%NONCE%", "")
@@ -80,7 +80,7 @@ def test_all_that_the_real_page_asks_for_is_there() -> None:
 
 def test_what_the_page_loads_before_the_first_need_stays_light() -> None:
     html = Assets().page().html
-    loaded = set(re.findall(r'(?:href|src)="/static/[0-9a-f]{12}/([^"]+)"', html.decode()))
+    loaded = set(re.findall(r'(?:href|src)="\./static/[0-9a-f]{12}/([^"]+)"', html.decode()))
     assert {"app.js", "unexpected.js", "vendor/lit.js", "styles/theme.css"} <= loaded
     sizes = {name: len(gzip.compress((STATIC / name).read_bytes(), 6)) for name in loaded}
     total = sum(sizes.values()) + len(gzip.compress(html, 6))

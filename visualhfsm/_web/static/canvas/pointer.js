@@ -9,6 +9,7 @@
 import {page} from "../page.js";
 import {Band, Link, Move, Pan, Pinch} from "./gestures.js";
 import {idOf} from "./order.js";
+import {browserStorage} from "../storage.js";
 
 const WHEEL = 600; // pixels of a wheel for a zoom by e
 const PINCH = 150; // the same for a pinch on a trackpad
@@ -28,11 +29,11 @@ const WHEEL_KEY = "visualhfsm.wheel";
 
 /** Whether the wheel always zooms, in this browser. */
 export const wheelSetting = {
-  zooms: globalThis.localStorage?.getItem(WHEEL_KEY) === "zooms",
+  zooms: browserStorage.getItem(WHEEL_KEY) === "zooms",
 
   toggle() {
     this.zooms = !this.zooms;
-    localStorage.setItem(WHEEL_KEY, this.zooms ? "zooms" : "");
+    browserStorage.setItem(WHEEL_KEY, this.zooms ? "zooms" : "");
   },
 };
 

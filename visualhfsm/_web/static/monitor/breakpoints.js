@@ -4,6 +4,7 @@
  */
 
 import {Sequence} from "../sequence.js";
+import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
 
 /** @import {Breakpoint} from "../protocol.js" */
@@ -188,7 +189,7 @@ class Planned {
     const {key, all} = this.#tabs.get(tab) ?? {key: "", all: []};
     const {[key]: _, ...others} = read();
     const kept = Object.entries(all.length ? {...others, [key]: all} : others).slice(-MOST_DOCUMENTS);
-    localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(kept)));
+    browserStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(kept)));
   }
 }
 
@@ -207,7 +208,7 @@ function keyOf(tab) {
 /** @returns {Record<string, Breakpoint[]>} */
 function read() {
   try {
-    const found = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
+    const found = JSON.parse(browserStorage.getItem(KEPT) ?? "{}");
     return Object.fromEntries(
       Object.entries(found).filter(
         ([, all]) => Array.isArray(all) && all.every((each) => each && typeof each.condition === "string"),

@@ -174,7 +174,7 @@ class Camera extends MonitorElement {
 
   #showNow() {
     let [count, since] = [0, performance.now()];
-    this.frames = receiveFrames(`/camera/${encodeURIComponent(this.name)}`, {
+    this.frames = receiveFrames(`camera/${encodeURIComponent(this.name)}`, {
       draw: async (frame) => {
         const canvas = await this.#paint(new Blob([frame], {type: "image/jpeg"}));
         this.problem = undefined;

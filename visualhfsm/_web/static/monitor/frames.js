@@ -1,5 +1,6 @@
 /** Images from the server: always the newest, once the previous one is drawn. */
 
+import {socketAddress} from "../address.js";
 import {messageOf} from "../notices.js";
 import {store} from "../store.js";
 
@@ -8,7 +9,7 @@ const AGAIN = 1500; // ms until a lost connection is retried
 /**
  * Receive frames until `close` is called.
  *
- * @param {string} path of the websocket
+ * @param {string} path of the websocket, relative to the page
  * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void}}
  *   handlers the next frame is
  *   asked for when `draw` is done; its second argument says which one is the first of a connection
@@ -25,7 +26,7 @@ export function receiveFrames(path, {draw, lost}) {
   let timer = 0;
   let closed = false;
   const open = () => {
-    const mine = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}`);
+    const mine = new WebSocket(socketAddress(path));
     mine.binaryType = "arraybuffer";
     socket = mine;
     let isFirst = true;

@@ -1,17 +1,16 @@
-/** The angles of the joints within their limits, and the health of the robot's server. */
+/** The angles or places of the joints within their limits, and the health of the robot's server. */
 
 import {html, nothing} from "lit";
 
 import {MonitorElement, whyUnknown} from "./element.js";
 import {monitor} from "./monitor.js";
+import {spokenAngle, spokenPlace} from "./values.js";
 
-/** @param {number} angle */
-const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
 const NEAR = 0.05; // part of the range from a limit
 
 class Joints extends MonitorElement {
   render() {
-    const {joints = {}, health} = monitor.snapshot?.robot ?? {};
+    const {joints = {}, sliding = [], health} = monitor.snapshot?.robot ?? {};
     const names = Object.keys(joints);
     return html`<div class="live-values">
       ${health ? this.#health(health) : nothing}
@@ -19,7 +18,7 @@ class Joints extends MonitorElement {
         names.length
           ? html`<table class="joints" aria-label="Joints">
               <tbody>
-                ${names.map((name) => this.#row(name, joints[name]))}
+                ${names.map((name) => this.#row(name, joints[name], sliding.includes(name) ? spokenPlace : spokenAngle))}
               </tbody>
             </table>`
           : html`<p class="empty">
@@ -29,11 +28,11 @@ class Joints extends MonitorElement {
     </div>`;
   }
 
-  /** @param {string} name @param {number} angle */
-  #row(name, angle) {
+  /** @param {string} name @param {number} value @param {(value: number) => string} spoken */
+  #row(name, value, spoken) {
     // Those of a joint that turns without end, such as a wheel, are null.
     const {lower, upper} = monitor.robot.limits.get(name) ?? {lower: 0, upper: 0};
-    const part = upper > lower ? (angle - lower) / (upper - lower) : undefined;
+    const part = upper > lower ? (value - lower) / (upper - lower) : undefined;
     const near = part !== undefined && (part < NEAR || part > 1 - NEAR);
     return html`<tr>
       <th scope="row">${name}</th>
@@ -46,7 +45,7 @@ class Joints extends MonitorElement {
                 viewBox="0 0 200 12"
                 preserveAspectRatio="none"
                 role="img"
-                aria-label="between ${degrees(lower)} and ${degrees(upper)}"
+                aria-label="between ${spoken(lower)} and ${spoken(upper)}"
               >
                 <rect class="track" y="4.500" width="200" height="3" rx="1.500"></rect>
                 <rect
@@ -59,7 +58,7 @@ class Joints extends MonitorElement {
               </svg>`
         }
       </td>
-      <td class="number ${near ? "near" : ""}" title=${near ? "near its limit" : ""}>${degrees(angle)}</td>
+      <td class="number ${near ? "near" : ""}" title=${near ? "near its limit" : ""}>${spoken(value)}</td>
     </tr>`;
   }
 
@@ -69,7 +68,7 @@ class Joints extends MonitorElement {
     const facts = [
       ["Real time factor", realTimeFactor.toFixed(2)],
       ["Lag", `${(lag * 1000).toFixed(0)} ms`],
-      ["Tilt of the torso", degrees(torsoTilt)],
+      ["Tilt of the torso", spokenAngle(torsoTilt)],
       ["Commands limited", limitedCommands],
       ["Velocities timed out", velocityTimeouts],
       ...rates.map(([name, rate]) => [name, `${rate.toFixed(0)} images/s`]),

@@ -18,7 +18,7 @@ const MOST_NAMES = 1000; // names to choose from; the server keeps no more
 
 /** Labels of numbers that belong to no automaton, by the prefix of their names. @type {Record<string, string>} */
 const GROUPS = {
-  joint: "Joints (rad)",
+  joint: "Joints (rad; m if they slide)",
   self: "Parameters",
   robot: "Robot",
   images: "Images a second",

@@ -3,6 +3,7 @@
 import {ask} from "../commands.js";
 import {confirm} from "../dialogs/dialog.js";
 import {notify} from "../notices.js";
+import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
 import {play} from "./documents.js";
 import {monitor} from "./monitor.js";
@@ -14,7 +15,7 @@ const USUAL = 5;
 
 /** The number of pictures recorded per second and camera. */
 export function pictureRate() {
-  const kept = localStorage.getItem(RATE);
+  const kept = browserStorage.getItem(RATE);
   const rate = Number(kept);
   return kept !== null && RATES.includes(rate) ? rate : USUAL;
 }
@@ -53,5 +54,5 @@ export async function chooseRate() {
     text: `Per camera and second; currently ${now || "none"}. A picture takes about 10 kB.`,
     choices: rates.map((each) => [String(each), each ? String(each) : "None", each === now ? "primary" : ""]),
   });
-  if (rate !== undefined) localStorage.setItem(RATE, rate);
+  if (rate !== undefined) browserStorage.setItem(RATE, rate);
 }

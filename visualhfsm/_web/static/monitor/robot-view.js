@@ -185,7 +185,7 @@ class RobotView extends MonitorElement {
       push: (force, seconds) => monitor.control("pushRobot", {force, seconds}),
       report: (message) => (this.message = message),
     });
-    this.frames = receiveFrames("/poses", {
+    this.frames = receiveFrames("poses", {
       draw: async (frame) => {
         if (!this.drawing) return;
         const content = JSON.parse(new TextDecoder().decode(frame));

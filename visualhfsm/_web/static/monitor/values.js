@@ -73,3 +73,9 @@ export function numbersOf({component, robot}) {
   }
   return found;
 }
+
+/** An angle for display. @param {number} radians */
+export const spokenAngle = (radians) => `${((radians * 180) / Math.PI).toFixed(1)}°`;
+
+/** The place of a joint that slides, for display. @param {number} metres */
+export const spokenPlace = (metres) => `${(metres * 1000).toFixed(1)} mm`;

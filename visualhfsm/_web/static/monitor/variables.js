@@ -11,7 +11,7 @@ import {notify} from "../notices.js";
 import {page} from "../page.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
-import {valueIn} from "./values.js";
+import {spokenAngle, valueIn} from "./values.js";
 
 const FRESH = 600; // ms for which a value that has changed is marked
 
@@ -165,7 +165,7 @@ const angle = (name, radians) =>
     ? nothing
     : html`<tr>
         <th scope="row">${name}</th>
-        <td>${((radians * 180) / Math.PI).toFixed(1)}°</td>
+        <td>${spokenAngle(radians)}</td>
       </tr>`;
 
 customElements.define("hfsm-live-variables", LiveVariables);

@@ -1,0 +1,42 @@
+/** A series of trials in one file, without a server: the content is a `TrialsView` from visualhfsm/trials/_page.py. */
+
+import {html, render} from "lit";
+
+import {icon} from "./icons.js";
+import {messageOf} from "./notices.js";
+import {currentTheme, initTheme, switchTheme} from "./theme.js";
+import "./trials/trials-view.js";
+import {unpackedData} from "./unpacked.js";
+
+async function show() {
+  const view = JSON.parse(await unpackedData());
+  const draw = () =>
+    render(
+      html`<div class="trials-page">
+        <header>
+          <h1>${view.name}</h1>
+          <p>${view.share.trials} trials</p>
+          <button
+            type="button"
+            class="action bare"
+            aria-label="Light or dark"
+            title="Light or dark"
+            @click=${() => {
+              switchTheme();
+              draw();
+            }}
+          >
+            ${icon(currentTheme() === "dark" ? "sun" : "moon")}
+          </button>
+        </header>
+        <main><hfsm-trials .view=${view}></hfsm-trials></main>
+      </div>`,
+      document.body,
+    );
+  draw();
+}
+
+initTheme();
+show().catch((error) => {
+  document.body.textContent = `This page cannot be shown: ${messageOf(error)}. It needs a browser of 2023 or later.`;
+});

@@ -1,0 +1,207 @@
+/**
+ * A series of trials: how often it succeeds, what that depends on, and how it fails.
+ *
+ * @import {Dependence, Histogram, Share, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../protocol.js"
+ */
+
+import {LitElement, html, nothing, svg} from "lit";
+
+const WIDTH = 300; // of a plot, in its own units
+const HEIGHT = 84;
+const MARGIN = 0.3; // m around the places of a map
+const MOST_COLORS = 8; // of states in a timeline
+
+/** @param {number} part */
+const percent = (part) => `${(100 * part).toFixed(part === 0 || part === 1 ? 0 : 1)} %`;
+
+/** @param {number} number */
+const short = (number) => Number(number.toPrecision(4)).toString();
+
+/** @param {Share} share */
+const rate = ({successes, trials}) => (trials ? successes / trials : 0);
+
+export class HfsmTrials extends LitElement {
+  static properties = {view: {attribute: false}};
+
+  constructor() {
+    super();
+    /** @type {TrialsView | null} */
+    this.view = null;
+  }
+
+  createRenderRoot() {
+    return this;
+  }
+
+  render() {
+    const {view} = this;
+    if (!view) return html`<p class="empty">There are no trials yet.</p>`;
+    const {share, planned, histograms, dependences, maps, ways, worst} = view;
+    return html`
+      <section class="trials-rate" aria-label="Success">
+        <p class="rate-figure">${percent(rate(share))}</p>
+        <div>
+          <p>
+            <b>${share.successes} of ${share.trials}</b> trials
+            succeed${planned > share.trials ? `; ${planned - share.trials} are still to come` : ""}
+          </p>
+          <p class="muted">
+            The true rate is between ${percent(share.lowest)} and ${percent(share.highest)}, with a confidence of 95 %.
+          </p>
+        </div>
+        <p class="trials-legend">${sign("good", "succeed")} ${sign("bad", "fail")}</p>
+        ${shareBar(share)}
+      </section>
+      ${ways.length ? this.#section("How it fails", ways.map(wayRow)) : nothing}
+      ${maps.length ? this.#section("Where", html`<div class="trials-plots">${maps.map(mapPlot)}</div>`) : nothing}
+      ${dependences.length ? this.#section("What success depends on", html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`) : nothing}
+      ${histograms.length ? this.#section("Numbers", html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
+      ${worst.length ? this.#section("The worst trials", worst.map(worstRow)) : nothing}
+    `;
+  }
+
+  /** @param {string} title @param {unknown} content */
+  #section(title, content) {
+    return html`<section class="trials-part" aria-label=${title}>
+      <h2>${title}</h2>
+      ${content}
+    </section>`;
+  }
+}
+
+customElements.define("hfsm-trials", HfsmTrials);
+
+/** @param {string} kind @param {string} meaning */
+const sign = (kind, meaning) =>
+  html`<span
+    ><svg viewBox="0 0 12 12" aria-hidden="true"><rect class=${kind} width="12" height="12" rx="2"></rect></svg>
+    ${meaning}</span
+  >`;
+
+/** A rate as a bar, with the interval as a whisker. @param {Share} share */
+function shareBar(share) {
+  const label = `${percent(rate(share))}, between ${percent(share.lowest)} and ${percent(share.highest)}`;
+  return html`<svg class="share-bar" viewBox="0 0 100 10" preserveAspectRatio="none" role="img" aria-label=${label}>
+    <rect class="bad" width="100" height="10"></rect>
+    <rect class="good" width=${100 * rate(share)} height="10"></rect>
+    <path
+      class="whisker"
+      d="M${100 * share.lowest} 5H${100 * share.highest}M${100 * share.lowest} 2v6M${100 * share.highest} 2v6"
+    ></path>
+  </svg>`;
+}
+
+/** @param {Way} way */
+function wayRow({reason, states, count, numbers, timeline}) {
+  return html`<details class="way">
+    <summary><b>${count}</b> ${reason}${states ? html` <span class="muted">in ${states}</span>` : nothing}</summary>
+    <p class="muted">Trials ${numbers.join(", ")}${count > numbers.length ? ", ..." : ""}. Trial ${timeline.number}:</p>
+    ${timelineOf(timeline)}
+  </details>`;
+}
+
+/** @param {Trial} trial */
+function worstRow({number, success, reason, time, values, timeline, page}) {
+  const title = html`<b>${number}</b> ${success ? `succeeds after ${short(time)} s` : `${reason} at ${short(time)} s`}`;
+  return html`<details class="way ${success ? "good" : "bad"}">
+    <summary>${title}${page ? html` <a href=${page}>open its recording</a>` : nothing}</summary>
+    <dl>
+      ${values.map(
+        ([name, value]) =>
+          html`<div>
+            <dt>${name}</dt>
+            <dd>${value}</dd>
+          </div>`,
+      )}
+    </dl>
+    ${timelineOf(timeline)}
+  </details>`;
+}
+
+/** The states of a trial over time, a color each. @param {TrialTimeline} timeline */
+function timelineOf({changes, end}) {
+  const names = [...new Set(changes.map(([, states]) => states))];
+  const length = Math.max(end, 1e-3);
+  const spans = changes.map(([start, states], index) => ({start, states, stop: changes[index + 1]?.[0] ?? end}));
+  return html`<div class="states-over-time" role="list">
+      ${spans.map(
+        ({start, stop, states}) =>
+          html`<span
+            role="listitem"
+            class="state-span"
+            .style=${`width: ${(100 * (stop - start)) / length}%; --color: var(--line-${names.indexOf(states) % MOST_COLORS})`}
+            title=${`${states}, from ${start.toFixed(2)} s to ${stop.toFixed(2)} s`}
+            >${states}</span
+          >`,
+      )}
+    </div>
+    <p class="muted between"><span>0 s</span><span>${short(end)} s</span></p>`;
+}
+
+/** @param {Histogram} histogram */
+function histogramPlot({name, median, lower, upper, edges, good, bad}) {
+  const most = Math.max(1, ...good.map((count, index) => count + bad[index]));
+  const step = WIDTH / good.length;
+  const bars = good.map((count, index) => {
+    const [high, low] = [(count / most) * HEIGHT, (bad[index] / most) * HEIGHT];
+    const range = `${short(edges[index])} to ${short(edges[index + 1])}`;
+    return svg`<g><title>${range}: ${count} succeed, ${bad[index]} fail</title>
+      <rect class="good" x=${index * step + 1} y=${HEIGHT - high} width=${step - 2} height=${high}></rect>
+      <rect class="bad" x=${index * step + 1} y=${HEIGHT - high - low} width=${step - 2} height=${low}></rect></g>`;
+  });
+  return html`<figure>
+    <figcaption>
+      <b>${name}</b> <span class="muted">median ${short(median)}, half of them ${short(lower)} to ${short(upper)}</span>
+    </figcaption>
+    <svg viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label="Distribution of ${name}">
+      ${bars}
+      <path class="axis" d="M0 ${HEIGHT}H${WIDTH}"></path>
+    </svg>
+    <p class="muted between"><span>${short(edges[0])}</span><span>${short(edges[edges.length - 1])}</span></p>
+  </figure>`;
+}
+
+/** @param {Dependence} dependence */
+function dependencePlot({name, parts}) {
+  return html`<figure>
+    <figcaption><b>${name}</b></figcaption>
+    <table class="dependence">
+      ${parts.map(
+        ({label, share}) =>
+          html`<tr>
+            <th scope="row">${label}</th>
+            <td>${shareBar(share)}</td>
+            <td class="muted">${share.successes} of ${share.trials}</td>
+          </tr>`,
+      )}
+    </table>
+  </figure>`;
+}
+
+/** Places on the floor, seen from above: x to the right, y up. @param {PlaceMap} map */
+function mapPlot({thing, places, lines}) {
+  const xs = [...places.map(([x]) => x), ...lines.flatMap(([x, , end]) => [x, end])];
+  const ys = [...places.map(([, y]) => y), ...lines.flatMap(([, y, , end]) => [y, end])];
+  const [left, right] = [Math.min(...xs) - MARGIN, Math.max(...xs) + MARGIN];
+  const [low, high] = [Math.min(...ys) - MARGIN, Math.max(...ys) + MARGIN];
+  const size = Math.max(right - left, high - low) / 110;
+  const failed = places.filter(([, , success]) => !success).length;
+  return html`<figure>
+    <figcaption>
+      <b>${thing}</b> <span class="muted">${places.length - failed} succeed, ${failed} fail</span>
+    </figcaption>
+    <svg
+      class="trials-map"
+      viewBox="${left} ${-high} ${right - left} ${high - low}"
+      role="img"
+      aria-label="Places of ${thing}"
+    >
+      <path class="floor-line" d=${lines.map(([x, y, endX, endY]) => `M${x} ${-y}L${endX} ${-endY}`).join("")}></path>
+      ${places.map(
+        ([x, y, success, number]) =>
+          svg`<g transform="translate(${x} ${-y})"><title>trial ${number} ${success ? "succeeds" : "fails"} from ${short(x)}, ${short(y)} m</title>
+            ${success ? svg`<circle class="good" r=${size}></circle>` : svg`<path class="bad-cross" d="M${-size} ${-size}L${size} ${size}M${size} ${-size}L${-size} ${size}"></path>`}</g>`,
+      )}
+    </svg>
+  </figure>`;
+}
