@@ -28,7 +28,7 @@ from ._robot import connect as connect_proxies
 from ._runtime import Runtime
 from .component import Component, Parameter, parameters_of, ros_of
 from .debugger._monitor import Monitor
-from .debugger._snapshot import structure_of
+from .debugger.snapshot import structure_of
 from .ending import CycleNotes
 from .errors import ComponentError, OnError, OnRefused
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import fcntl
 import gc
 import logging
@@ -13,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.util import find_spec
 from itertools import count
 from logging.handlers import RotatingFileHandler
@@ -62,6 +63,11 @@ UNIT = "tests/unit/"
 """The folder of the tests that are distributed last."""
 TEST_LIMIT = 300.0
 """A test that takes longer, in s, fails."""
+LAST_LIMIT = 30.0
+"""How long after its limit a test that does not fail ends its process, in s."""
+
+_stderr: Final = pytest.StashKey[int]()
+"""The standard error of the process, while that of tests is captured."""
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -70,6 +76,10 @@ def pytest_configure(config: pytest.Config) -> None:
     config.option.importmode = "importlib"  # files in different folders have the same name
     if config.getoption("timeout", None) is None:
         config.option.timeout = TEST_LIMIT
+    if config.getoption("maxworkerrestart", None) is None:
+        config.option.maxworkerrestart = "0"  # another worker would run the same test again
+    config.stash[_stderr] = os.dup(2)
+    config.add_cleanup(partial(os.close, config.stash[_stderr]))
     for warnings in ("error", "default::pytest.PytestUnraisableExceptionWarning"):
         config.addinivalue_line("filterwarnings", warnings)
 
@@ -198,6 +208,35 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
             patch.setattr(cameras, "_FRAME_TIMEOUT", EVENT_LIMIT)
             patch.setattr(cameras, "_SETUP_TIMEOUT", START_LIMIT)
         return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Limit a test also where its own limit, which is an exception in the main thread, does not end it."""
+    end_process_later(item)
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_exception_interact(node: pytest.Item | pytest.Collector) -> None:
+    """Limit the end of a test that failed, too: its limits are canceled for the sake of debuggers."""
+    if isinstance(node, pytest.Item):
+        end_process_later(node)
+
+
+def end_process_later(test: pytest.Item) -> None:
+    """End the process if a test takes far too long, and print the stacks of all threads.
+
+    This needs neither the main thread, which may wait in a library, nor the interpreter, which may be locked.
+    """
+    marker = test.get_closest_marker("timeout")
+    limit = float(marker.args[0] if marker else test.config.getoption("timeout"))
+    if limit > 0:
+        stderr = test.config.stash[_stderr]
+        faulthandler.dump_traceback_later(limit + LAST_LIMIT, exit=True, file=stderr)
 
 
 @pytest.fixture(scope="session", autouse=True)

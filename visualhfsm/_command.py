@@ -6,8 +6,10 @@ import os
 import re
 import stat
 import sys
+from contextlib import nullcontext
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Final
 from urllib.parse import urlsplit
 
@@ -30,6 +32,8 @@ from visualhfsm._replay import replay
 from visualhfsm._report import EPILOG as REPORT_EPILOG
 from visualhfsm._report import report
 from visualhfsm._steer.commands import register as register_steering
+from visualhfsm.trials._command import EPILOG as TRIALS_EPILOG
+from visualhfsm.trials._command import trials
 from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import Settings
 
@@ -51,7 +55,9 @@ visualhfsm edit behaviors/dance_and_follow.xml
 
 visualhfsm edit --root ~/robots --port 8800 --no-browser
 
-visualhfsm edit -I ~/robots/shared"""
+visualhfsm edit -I ~/robots/shared
+
+visualhfsm edit --port 8800 --base-path /robots/ --allow-host robots.example"""
 _WATCH_EPILOG: Final = """Examples:
 
 visualhfsm watch
@@ -105,6 +111,16 @@ def edit(
             "--demo", help="Run a dance on a simulated robot, unless there are files or a robot is there."
         ),
     ] = False,
+    socket: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PATH",
+            dir_okay=False,
+            resolve_path=True,
+            help="Unix socket to listen at instead of a port, for a proxy of the same user that checks "
+            "who comes. Robot and components then open no ports either.",
+        ),
+    ] = None,
     root: Annotated[
         Path,
         typer.Option(
@@ -123,6 +139,18 @@ def edit(
             help="Host name under which a reverse proxy serves the page; may be repeated.",
         ),
     ] = None,
+    base_path: Annotated[
+        str,
+        typer.Option(metavar="PATH", help="Path below which a reverse proxy serves the page."),
+    ] = "/",
+    trust_proxy: Annotated[
+        bool,
+        typer.Option(
+            "--trust-proxy",
+            help="Believe the headers X-Forwarded-Host and X-Forwarded-Proto: only for a reverse proxy that "
+            "sets them itself.",
+        ),
+    ] = False,
 ) -> None:
     """Draw automata in the browser, run them, and watch robot and components.
 
@@ -141,17 +169,26 @@ def edit(
     if find_spec("jedi") is None:  # it is loaded by the process that helps with code
         raise MissingPackageError("jedi", "web")
 
+    if socket is not None and port:
+        raise typer.BadParameter("give either --socket or --port")
     directories = [directory.resolve() for directory in require_directories(include)]
-    options = Options(
-        files=files or [],
-        root=root,
-        port=port,
-        hosts=allow_host or [],
-        make_services=make_services(settings, directories, root.resolve()),
-        include=directories,
-        demo=demo,
-    )
-    serve(options, _print_address, launch=open_browser if browser and has_browser() else None)
+    with nullcontext() if socket is None else TemporaryDirectory(prefix="visualhfsm-") as sockets:
+        options = Options(
+            files=files or [],
+            root=root,
+            port=port,
+            hosts=allow_host or [],
+            base_path=base_path,
+            trust_proxy=trust_proxy,
+            socket=socket,
+            make_services=make_services(
+                settings, directories, root.resolve(), Path(sockets) if sockets else None
+            ),
+            include=directories,
+            demo=demo,
+        )
+        opens = browser and socket is None and has_browser()
+        serve(options, _print_address, launch=open_browser if opens else None)
 
 
 def _host_name(name: str) -> str:
@@ -174,8 +211,7 @@ def _print_address(occasion: Occasion, address: str) -> None:
             )
         case "started":
             typer.echo(f"The editor is at {shown}")
-            if os.environ.get("SSH_CONNECTION"):
-                port = urlsplit(address).port
+            if os.environ.get("SSH_CONNECTION") and (port := urlsplit(address).port):
                 # Not localhost, which may mean ::1 there: anybody could listen at that port of it.
                 typer.echo(
                     f"On the machine from which you logged in, run: "
@@ -190,7 +226,7 @@ def _printable(address: str) -> str:
         status = os.fstat(sys.stdout.fileno())
     except (OSError, ValueError):  # it is no file
         return address
-    if not stat.S_ISREG(status.st_mode) or not status.st_mode & 0o077:
+    if not stat.S_ISREG(status.st_mode) or not status.st_mode & 0o077 or "?token=" not in address:
         return address
     return f"{address.partition('?')[0]} (its token is left out: others may read this file)"
 
@@ -247,3 +283,4 @@ app.command(epilog=DIFF_EPILOG)(diff)
 app.command(epilog=DRAW_EPILOG)(draw)
 app.command(epilog=REPLAY_EPILOG)(replay)
 app.command(epilog=REPORT_EPILOG)(report)
+app.command(epilog=TRIALS_EPILOG)(trials)

@@ -1,7 +1,8 @@
 """Child processes that answer questions, and end with this process.
 
 Such a process isolates work that may take long or fail. Questions and answers are one line each. The process
-ends when its input ends. It must not run code of a document; its time and memory are limited.
+ends when its input ends; its time and memory are limited. At the end it is killed with all processes that it
+has started, unless they have left its group.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ import gc
 import os
 import resource
 import select
+import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from visualhfsm._environment import child_environment
@@ -24,6 +26,7 @@ _MEMORY: Final = 4 << 30
 """Limit of the memory of a process that answers questions, in bytes."""
 _NEW_OBJECTS: Final = 100_000
 """New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
+_END_PERIOD: Final = 0.01  # s
 _KILL_LIMIT: Final = 2.0
 """Limit in seconds for the process to end after SIGKILL."""
 
@@ -32,14 +35,23 @@ class NoAnswerError(Exception):
     """The process took too long, or ended; it is restarted for the next question."""
 
 
+class TooSlowError(NoAnswerError):
+    """The process took too long."""
+
+
+class KilledError(NoAnswerError):
+    """The process was killed by someone else, or by the system for want of memory."""
+
+
 class LineProcess:
     """A module that runs in a process and answers one question at a time; started on first use.
 
-    Thread-safe: callers wait for their turn.
+    `environment` is added to that of this process. Thread-safe: callers wait for their turn.
     """
 
-    def __init__(self, module: str) -> None:
+    def __init__(self, module: str, environment: Mapping[str, str] | None = None) -> None:
         self._module = module
+        self._environment = environment or {}
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False
@@ -54,9 +66,10 @@ class LineProcess:
                 raise NoAnswerError("it has been ended")
             try:
                 return self._ask(question, time.monotonic() + patience)
-            except OSError as error:
+            except (OSError, EOFError) as error:
+                killed = self._process is not None and _was_killed(self._process)
                 self._stop()
-                raise NoAnswerError("it has ended") from error
+                raise (KilledError if killed else NoAnswerError)("it has ended") from error
             except BaseException:
                 self._stop()
                 raise
@@ -66,12 +79,12 @@ class LineProcess:
         self._closed = True
         process = self._process
         if process is not None:
-            process.kill()
+            _kill(process)
         with self._lock:
             self._stop()
 
     def _ask(self, question: bytes, until: float) -> bytes:
-        if self._process is not None and self._process.poll() is not None:
+        if self._process is not None and _has_ended(self._process):
             self._stop()
         process = self._process or self._start()
         assert process.stdin is not None
@@ -86,7 +99,7 @@ class LineProcess:
             [sys.executable, "-P", "-m", self._module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env=child_environment(),
+            env={**child_environment(), **self._environment},
             start_new_session=True,
         )
         return self._process
@@ -95,7 +108,7 @@ class LineProcess:
         process, self._process = self._process, None
         if process is None:
             return
-        process.kill()
+        _kill(process)
         for stream in (process.stdin, process.stdout):
             if stream is not None:
                 with contextlib.suppress(OSError):  # unsent data has no reader any more
@@ -103,17 +116,55 @@ class LineProcess:
         process.wait(_KILL_LIMIT)
 
 
-def answer_lines(answer: Callable[[bytes], bytes]) -> None:
-    """Answer questions from stdin until it ends; other output goes to stderr."""
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> None:
+    """Answer questions from stdin until it ends; other output goes to stderr.
+
+    `memory` is the limit of the address space in bytes.
+    """
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     os.nice(5)
     gc.freeze()  # imported modules are never garbage
     gc.set_threshold(_NEW_OBJECTS)
     for line in sys.stdin.buffer:
-        output.write(answer(line) + b"\n")
-        output.flush()
+        answered = answer(line) + b"\n"
+        try:
+            output.write(answered)
+            output.flush()
+        except BrokenPipeError:  # the process that asked has ended
+            return
+
+
+def _has_ended(process: subprocess.Popen[bytes]) -> bool:
+    """Return whether a process has ended, without giving up its id, which is that of its group."""
+    return _end_signal(process) is not None
+
+
+def _was_killed(process: subprocess.Popen[bytes]) -> bool:
+    """Return whether a process whose pipe is closed was killed; waits a moment for its end."""
+    until = time.monotonic() + _KILL_LIMIT
+    while (found := _end_signal(process)) is None and time.monotonic() < until:
+        time.sleep(_END_PERIOD)
+    return found == signal.SIGKILL
+
+
+def _end_signal(process: subprocess.Popen[bytes]) -> int | None:
+    """Return the number of the signal that ended a process, 0 when none did, None while it runs."""
+    try:
+        found = os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:  # it has been waited for
+        return -min(process.wait(), 0)
+    if found is None:
+        return None
+    return found.si_status if found.si_code == os.CLD_KILLED else 0
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and its group, unless it has been waited for: its id may then be another one's."""
+    if process.returncode is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 def _read_line(descriptor: int, until: float) -> bytes:
@@ -123,9 +174,9 @@ def _read_line(descriptor: int, until: float) -> bytes:
     while not found.endswith(b"\n"):
         left = until - time.monotonic()
         if left <= 0 or not waiting.poll(left * 1000):
-            raise NoAnswerError("it takes too long")
+            raise TooSlowError("it takes too long")
         part = os.read(descriptor, 1 << 16)
         if not part:
-            raise NoAnswerError("it has ended")
+            raise EOFError
         found += part
     return bytes(found[:-1])

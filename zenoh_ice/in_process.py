@@ -8,7 +8,7 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
 from functools import partial
 from queue import Empty, SimpleQueue
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 
@@ -38,6 +38,8 @@ _MOST_TOKENS: Final = 1 << 15  # remembered ones; no robot has as many: more mea
 
 _numbers: Final = itertools.count(1)
 
+T = TypeVar("T")
+
 
 class InProcessTransport:
     """Join the servants and the proxies of one process, without a network.
@@ -55,8 +57,7 @@ class InProcessTransport:
         self.pool: Final = pool
         self.receivers: Final[dict[str, Receiver]] = {}
         """Receivers by the prefix of their target."""
-        self.pending: Final[set[SimpleQueue[Answer | None]]] = set()
-        """The answers to pending calls; None at the end."""
+        self._awaited: Final[set[SimpleQueue[Any]]] = set()  # where pending calls wait
         self._lock: Final = threading.RLock()
         self._streams: Final = defaultdict[str, list[_Inlet]](list)  # listeners by key
         self._tokens: Final[dict[str, None]] = {}
@@ -71,6 +72,25 @@ class InProcessTransport:
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
         return _Caller(self, target.prefix, operation.name, timeout)
+
+    def wait_for(self, begin: Callable[[Callable[[T], object]], object], timeout: float) -> T:
+        """Begin a call with a function for its outcome, and wait for that.
+
+        Raises NoAnswer after `timeout` s, and at once when the transport is closed.
+        """
+        outcomes: SimpleQueue[T | None] = SimpleQueue()
+        self._awaited.add(outcomes)
+        try:
+            begin(outcomes.put)
+            with self.pool.blocked():
+                outcome = outcomes.get(timeout=timeout)
+        except Empty:
+            raise NoAnswer(timed_out=True) from None
+        finally:
+            self._awaited.discard(outcomes)
+        if outcome is None:
+            raise NoAnswer(timed_out=False)
+        return outcome
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         prefix = target.prefix
@@ -124,9 +144,9 @@ class InProcessTransport:
         return status()
 
     def close(self) -> None:
-        self.receivers.clear()  # first: a call registers its answer queue, then looks up its receiver
-        for answer in tuple(self.pending):
-            answer.put(None)
+        self.receivers.clear()  # first: a call registers its queue, then looks up its receiver
+        for outcomes in tuple(self._awaited):
+            outcomes.put(None)
         for inlet in [inlet for inlets in list(self._streams.values()) for inlet in inlets]:
             inlet.close()
 
@@ -141,13 +161,12 @@ class _Caller(msgspec.Struct, frozen=True, eq=False):
     timeout: float
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        transport, answer = self.transport, SimpleQueue[Answer | None]()
+        transport = self.transport
 
-        def reply(ok: bool, payload: bytes | Pieces) -> None:
-            answer.put((ok, payload))
+        def begin(done: Callable[[Answer], object]) -> None:
+            def reply(ok: bool, payload: bytes | Pieces) -> None:
+                done((ok, payload))
 
-        transport.pending.add(answer)
-        try:
             if (receiver := transport.receivers.get(self.prefix)) is None:
                 raise NoAnswer(timed_out=False)
             job = admit(receiver, self.prefix, self.operation, payload, attachment or None, reply=reply)
@@ -157,15 +176,8 @@ class _Caller(msgspec.Struct, frozen=True, eq=False):
                     run()
                 else:
                     transport.pool.submit(run, kind)
-            with transport.pool.blocked():
-                answered = answer.get(timeout=self.timeout)
-        except Empty:
-            raise NoAnswer(timed_out=True) from None
-        finally:
-            transport.pending.discard(answer)
-        if answered is None:
-            raise NoAnswer(timed_out=False)
-        ok, result = answered
+
+        ok, result = transport.wait_for(begin, self.timeout)
         return ok, _arrived(result)
 
     def begin(

@@ -25,8 +25,8 @@ from ..tree import ChangeKind, Run
 from ._breakpoints import Breakpoints
 from ._explanation import explain
 from ._expressions import plain
-from ._snapshot import structure_of, take_snapshot
 from .reload import Reloading
+from .snapshot import structure_of, take_snapshot
 
 _INTERVAL: Final = 0.1
 """Seconds of wall time between snapshots while nothing changes."""
@@ -57,7 +57,7 @@ class _Servant(hfsm.HfsmMonitor):
         return structure_of(self._runtime)
 
     def getSnapshot(self, current: Current | None = None) -> hfsm.ComponentSnapshot:  # noqa: ARG002
-        return take_snapshot(self._runtime, self._breakpoints, self._started_at)
+        return take_snapshot(self._runtime, self._started_at, self._breakpoints)
 
     def pause(self, current: Current | None = None) -> None:  # noqa: ARG002
         self._runtime.pause()

@@ -148,6 +148,15 @@ class Execution(VirtualRun):
         """Return whether all states of a path from the root are current: `followBall/green`."""
         return any(f"{active}/".startswith(f"{path}/") for active in self.active_paths)
 
+    @property
+    def states(self) -> list[str]:
+        """The paths of all states: `followBall/green`."""
+        return [
+            f"{path}/{state.name}" if path else state.name
+            for run, path in self._paths.items()
+            for state in run.automaton.states
+        ]
+
     def state(self, automaton: str | int) -> str:
         """Return the current state of an automaton; for a ghost, the state that it remembers."""
         return self.automaton(automaton).current.name

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import os
 import resource
 import socket
@@ -80,8 +81,12 @@ def no_file_stays_open(pool: Pool) -> Iterator[None]:
 
 
 @pytest.fixture(params=["line", "channel"])
-def call(request: pytest.FixtureRequest, pool: Pool) -> Callable[..., Outcome]:
+def call(
+    request: pytest.FixtureRequest, pool: Pool, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Outcome]:
     """Call once at an address, over a connection for one call at a time, or for those in flight."""
+    monkeypatch.setattr("zenoh_ice._local.neighbors._HELLO_LIMIT", EVENT_LIMIT)
+    monkeypatch.setattr("zenoh_ice._local.neighbors._HELLO_SHARE", math.inf)
 
     def call(address: str, timeout: float = EVENT_LIMIT) -> Outcome:
         with closing(Neighbor(pool, address, SERVER)) as neighbor:

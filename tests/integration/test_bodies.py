@@ -1,5 +1,6 @@
 """Robots that are no Naos, served as every robot: what they announce, and how it moves them."""
 
+import json
 import math
 
 import pytest
@@ -13,7 +14,8 @@ from interfaces.jderobot import (
     Pose3DEncodersPrx,
     Pose3DMotorsPrx,
 )
-from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, WalkPrx
+from interfaces.nao import ActionStatus, DescriptionPrx, HealthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, WalkPrx
+from naoserver.body import LARGEST_DESCRIPTION
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.bodies import ARM, CART, GIANT
@@ -74,6 +76,13 @@ def test_a_humanoid_serves_what_it_has(giant):
     shoulders = {f"{side}Shoulder{part}" for side in ("Left", "Right") for part in ("Motors", "Encoders")}
     expected = ALWAYS | BALLS | MOVING | NECK | shoulders | {"Camera", "InertialUnit"}
     assert set(giant.communicator.identities()) == expected
+
+
+def test_a_description_as_large_as_it_may_be_arrives(monkeypatch):
+    looks = json.dumps("x" * (LARGEST_DESCRIPTION - 2))
+    monkeypatch.setattr(FakeRobot, "looks", lambda _: looks)
+    with served_to_client(FakeRobot(body=ARM)) as robot:
+        assert robot.proxy(DescriptionPrx, "Description").getLooks() == looks
 
 
 # -- hinges -------------------------------------------------------------------------------------------------------

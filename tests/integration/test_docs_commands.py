@@ -52,6 +52,7 @@ BEFORE: Final = {
 SUPPLIED: Final = {
     "how-to/ros2-behaviors.md": ("examples/turtlebot/bump_and_go.xml",),
     "how-to/scxml.md": ("behaviors/follow_ball.xml",),
+    "how-to/trials.md": ("behaviors/follow_ball.xml",),
     "tutorial/football.md": ("behaviors/score.xml",),
 }
 """Documents that a page presumes."""
@@ -69,6 +70,7 @@ CHECKOUT: Final = (
 PICTURES: Final = (
     "tutorial/football.md",
     "how-to/own-robot.md",
+    "how-to/trials.md",
     "how-to/troubleshooting.md",
     "how-to/virtual-nao.md",
 )

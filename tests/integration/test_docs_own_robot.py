@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -16,31 +17,11 @@ import pytest
 from msgspec import Struct
 from msgspec.structs import fields
 
-from interfaces.nao import GroundTruthPrx, PoseHeadPrx
+from interfaces.nao import DescriptionPrx, GroundTruthPrx, PoseHeadPrx
+from naoserver import parts
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver.footsteps import Footsteps
-from naoserver.parts import (
-    Battery,
-    Camera,
-    Coupling,
-    Effector,
-    FallRules,
-    Gear,
-    Groups,
-    HingeAxis,
-    InertialUnit,
-    Lamp,
-    MotorHeat,
-    Play,
-    Posture,
-    RangeTable,
-    Sole,
-    Sonar,
-    SpeedRule,
-    TouchSensor,
-    Wheels,
-)
+from naoserver.parts import Hinge, Inertia, Joint, JointFacts, Link, Motor, Shape
 from naoserver_sim.own_body import read_own_body
 from tests.support.limits import MOVE_LIMIT, RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of, sections_of
@@ -54,27 +35,13 @@ pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
 PAGE: Final = (DOCS / "how-to/own-robot.md").read_text("utf-8")
 BLOCKS: Final = blocks_of(PAGE)
-TABLES: Final[tuple[type[Struct], ...]] = (
-    Battery,
-    Camera,
-    Coupling,
-    Effector,
-    FallRules,
-    Gear,
-    Groups,
-    HingeAxis,
-    InertialUnit,
-    Lamp,
-    MotorHeat,
-    Play,
-    Posture,
-    RangeTable,
-    Sole,
-    Sonar,
-    SpeedRule,
-    TouchSensor,
-    Wheels,
-)
+NOT_IN_FILES: Final = (Hinge, Inertia, Joint, JointFacts, Link, Motor, Shape)
+"""Parts that come from the model, or are made of others."""
+TABLES: Final = [
+    part
+    for part in vars(parts).values()
+    if isinstance(part, type) and issubclass(part, Struct) and part not in NOT_IN_FILES
+]
 OUTPUTS: Final = {
     command.text.split()[-1]: command.output
     for block in BLOCKS
@@ -164,6 +131,17 @@ def test_a_behavior_says_before_it_starts_what_the_cart_lacks(folder: Path) -> N
 def test_the_lamp_of_a_urdf_does_what_the_page_says(folder: Path) -> None:
     with server(folder, "lamp.toml") as environment:
         assert printed(folder, "look.py", environment) == OUTPUTS["look.py"]
+        with initialize(realm="own", connect=[environment["VISUALHFSM_CONNECT"]]) as communicator:
+            description = DescriptionPrx.checkedCast(communicator.stringToProxy("Description"))
+            looks = json.loads(description.getLooks())
+    assert {(shape["link"], shape["kind"]) for shape in looks["shapes"]} == {
+        ("foot", "cylinder"),
+        ("pole", "box"),
+        ("shade", "mesh"),
+    }
+    assert {tuple(shape["color"]) for shape in looks["shapes"] if shape["link"] == "shade"} == {
+        (0.95, 0.8, 0.3)
+    }
 
 
 def test_a_model_without_a_torque_is_refused_as_the_page_says(
@@ -179,7 +157,7 @@ def test_a_model_without_a_torque_is_refused_as_the_page_says(
     assert str(refused.value) == said
 
 
-@pytest.mark.parametrize("part", [Body, *TABLES, Footsteps], ids=lambda part: part.__name__)
+@pytest.mark.parametrize("part", [Body, *TABLES], ids=lambda part: part.__name__)
 def test_the_reference_has_every_key(part: type[Struct]) -> None:
     (section,) = [each for each in sections_of("reference/bodies.md") if each.title.startswith("Keys of")]
     keys = set(re.findall(r"[`[.](\w+)", section.text))

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
+from tests.support import processes
 from tests.support.limits import FOREVER, RUN_LIMIT
-from tests.support.processes import REPOSITORY
+from tests.support.processes import REPOSITORY, ComponentProcess
 
 CONFTEST = """
 from functools import partialmethod
@@ -136,6 +139,28 @@ def starting(shared):
 def test_shared_starts(shared, starting):
     run_on(shared, lambda: (starting(), start_process(), start_communicator()))
 """
+LOCKED = """
+from zenoh.handlers import Callback
+
+@pytest.fixture(scope="module")
+def locked(shared):
+    entered, leave = threading.Event(), threading.Event()
+
+    def hold(_reply):
+        entered.set()
+        leave.wait(20)
+
+    liveliness = shared.transport.session.liveliness()
+    with liveliness.declare_token("token"), ThreadPoolExecutor(1) as pool:
+        pool.submit(liveliness.get, "token", handler=Callback(hold, indirect=False))
+        assert entered.wait(20)
+        yield
+        leave.set()
+
+def test_locked(locked):
+    pass
+"""
+"""A test during which Zenoh keeps a session locked, since it calls a function that does not return."""
 
 
 def run(folder: Path, limit: float, files: dict[str, str]) -> dict[str, dict[str, str]]:
@@ -184,6 +209,10 @@ def test_what_ends_with_its_test_or_with_what_is_older_is_not_reported(tmp_path:
     assert run(tmp_path, FOREVER, {"clean": CLEAN}) == {"clean": {}}
 
 
+def test_the_check_does_not_wait_for_a_session_that_zenoh_keeps_locked(tmp_path: Path) -> None:
+    assert run(tmp_path, FOREVER, {"locked": LOCKED}) == {"locked": {}}
+
+
 def test_what_older_things_start_and_do_not_end_is_reported_when_they_have_ended(
     errors: dict[str, dict[str, str]],
 ) -> None:
@@ -207,3 +236,18 @@ def test_what_a_test_leaves_is_reported_beside_older_things(errors: dict[str, di
 def test_what_shared_fixtures_leave_is_reported(errors: dict[str, dict[str, str]]) -> None:
     left = "test_fixtures.py left behind the thread 'idler' of test_fixtures.py::test_it"
     assert errors["fixtures"] == {"test_it": left}
+
+
+def test_a_process_that_keeps_the_output_of_a_component_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    code = f"import subprocess; print(subprocess.Popen(['sleep', '{FOREVER}']).pid)"
+    with ExitStack() as stack:
+        component = stack.enter_context(ComponentProcess([sys.executable, "-c", code]))
+        left = int(component.wait_for(r"^\d+$")[0])
+        component.process.wait(RUN_LIMIT)
+        monkeypatch.setattr(processes, "END_LIMIT", 0.1)
+        with pytest.raises(AssertionError, match="left a process with its output"):
+            stack.close()
+    os.kill(left, signal.SIGKILL)
+    component.wait()
+    assert component.process.stdout is not None
+    component.process.stdout.close()

@@ -19,7 +19,7 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
 from hfsm_runtime._recording.run import RecordedRuntime, recording
-from hfsm_runtime.debugger._snapshot import structure_of
+from hfsm_runtime.debugger.snapshot import structure_of
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.recording_file.messages import (
     Change,

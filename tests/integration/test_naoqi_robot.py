@@ -10,7 +10,7 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from contextlib import closing
 
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.naoqi._libqi import connect
 from naoserver.naoqi._link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress
 from naoserver.naoqi._robot import NaoqiRobot
@@ -116,9 +116,9 @@ def test_it_walks_and_stops(robot):
     robot.walker.command(WalkVelocity(forward=0.05))
     eventually(lambda: robot.walker.odometry().x > start + 0.01)
     assert robot.walker.walking
-    robot.walker.command(WalkVelocity())
+    robot.walker.command(STILL)
     eventually(lambda: not robot.walker.walking)
-    assert robot.walker.commanded() == WalkVelocity()
+    assert robot.walker.commanded() == STILL
 
 
 def test_it_goes_into_a_posture(robot):

@@ -8,6 +8,7 @@ import pytest
 from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
 from interfaces.nao import SafetyPrx
 from naoserver.bodies import find_body
+from tests.support.cart import CART, CART_TOML
 from tests.support.limits import END_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import eventually, wait_for
@@ -17,55 +18,17 @@ pytestmark = pytest.mark.sim
 
 SPEED = 0.15  # m/s
 ALWAYS = {"Body", "Clock", "Description", "Encoders", "Health", "Motors", "Safety", "Walk"}
-TROLLEY = """<mujoco>
-  <worldbody>
-    <body name="base" pos="0 0 0.05">
-      <freejoint/>
-      <geom type="cylinder" size="0.1 0.02" mass="2"/>
-      <geom type="sphere" size="0.02" pos="0.07 0 -0.03" mass="0.1" friction="0.02"/>
-      <body name="left" pos="0 0.12 0">
-        <joint name="left" axis="0 1 0"/>
-        <geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
-      </body>
-      <body name="right" pos="0 -0.12 0">
-        <joint name="right" axis="0 1 0"/>
-        <geom type="cylinder" size="0.05 0.01" quat="0.7071 0.7071 0 0" mass="0.1"/>
-      </body>
-    </body>
-  </worldbody>
-  <actuator>
-    <velocity name="left" joint="left" kv="1" forcerange="-5 5" forcelimited="true"/>
-    <velocity name="right" joint="right" kv="1" forcerange="-5 5" forcelimited="true"/>
-  </actuator>
-</mujoco>"""
-TROLLEY_TOML = """
-model = "trolley.xml"
-[groups]
-wheels = ["left", "right"]
-[walk]
-kind = "wheels"
-left = "left"
-right = "right"
-radius = 0.05
-distance = 0.24
-fastest = 0.4
-fastest_turn = 2.0
-[joint.left]
-max_velocity = 12.0
-[joint.right]
-max_velocity = 12.0
-"""
 
 
-@pytest.fixture(params=["T1", "G1", "Cart", "trolley.toml"])
+@pytest.fixture(params=["T1", "G1", "Cart", "my_cart.toml"])
 def body(request, tmp_path):
     """What `--body` is given, and some of what such a robot announces."""
-    if request.param != "trolley.toml":
+    if request.param != "my_cart.toml":
         hinges = {f"{hinge}Motors" for hinge in find_body(request.param).hinges}
         return request.param, ALWAYS | hinges | {"Camera", "Head", "InertialUnit"}
-    (tmp_path / "trolley.xml").write_text(TROLLEY)
-    (tmp_path / request.param).write_text(TROLLEY_TOML)
-    return str(tmp_path / request.param), ALWAYS
+    (tmp_path / "cart.xml").write_text(CART)
+    (tmp_path / request.param).write_text(CART_TOML)
+    return str(tmp_path / request.param), ALWAYS | {"Head", "NeckMotors"}
 
 
 def server(endpoint, body, directory):

@@ -8,7 +8,8 @@ import signal
 import sys
 import threading
 import time
-from concurrent.futures import wait
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack
 
 import msgspec
@@ -614,6 +615,29 @@ class TestLife:
             call.result(CALL_LIMIT)
         assert time.monotonic() - started < EVENT_LIMIT
         servant.leave.set()
+
+    @over_both
+    def test_destroy_ends_a_call_that_waits_behind_another_while_no_thread_is_free(
+        self, pair: Pair, servant: CalculatorI, make_communicator: Callable[..., Communicator]
+    ) -> None:
+        client = make_communicator(connect=[pair.endpoint], dispatch_threads=1)
+        calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+        calculator.sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
+        busy, free = threading.Barrier(3), threading.Event()
+        for _ in range(2):  # one of them usually waits for files
+            client.pool.submit(lambda: (busy.wait(EVENT_LIMIT), free.wait(EVENT_LIMIT)))
+        busy.wait(EVENT_LIMIT)
+        (served,) = pair.server.served.values()
+        with ThreadPoolExecutor(2) as threads:
+            waits = threads.submit(calculator.add, 1.0, 2.0)
+            until(lambda: served.status().waiting == 1)
+            threads.submit(client.destroy)
+            try:
+                assert isinstance(waits.exception(EVENT_LIMIT), CommunicatorDestroyedException)
+            finally:
+                free.set()
+                servant.leave.set()
 
     @over_both
     def test_destroyed_communicator_refuses(self, pair: Pair, remote: ScientificPrx) -> None:

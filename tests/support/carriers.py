@@ -14,7 +14,7 @@ import zenoh
 
 from tests.support.waiting import until
 from zenoh_ice import Communicator
-from zenoh_ice._presence import servant_token
+from zenoh_ice._presence import parse_servant_token, servant_token
 from zenoh_ice.transport import Target
 
 if TYPE_CHECKING:
@@ -90,13 +90,23 @@ def calls_over_network(server: Communicator) -> list[str]:
 @contextmanager
 def two_servers(pair: Pair, target: Target, type_id: str) -> Iterator[None]:
     """Let a target seem to have another server, too, so that the client calls it over the network."""
+    servers: set[str] = set()
+
+    def note(key: str, came: bool) -> None:
+        token = parse_servant_token(key)
+        if token is not None and token.target == target:
+            (servers.add if came else servers.discard)(token.server)
+
+    # Called after the routes, which were there before.
+    watch = pair.client.transport.watch(f"@servant/{target.realm}/**", note)
     token = pair.server.transport.announce(servant_token(target, type_id, "", "c0ffee", 1.0))
-    until(lambda: len(pair.client.presence.servers(target)) == 2)
+    until(lambda: len(servers) == 2)
     try:
         yield
     finally:
         token.close()
-        until(lambda: len(pair.client.presence.servers(target)) == 1)
+        until(lambda: len(servers) == 1)
+        watch.close()
 
 
 def _local_files(pid: int) -> list[int]:

@@ -55,7 +55,9 @@ class Leaks:
         self._tester: Final = threading.current_thread()
         self._threads: Final[WeakKeyDictionary[threading.Thread, Origin]] = WeakKeyDictionary()
         self._processes: Final[dict[int, Origin]] = {}
-        self._sessions: list[Opened] = []
+        # Zenoh is not asked which are closed: it would hold the interpreter while it waits for a session's lock,
+        # and its other threads hold that lock while they wait for the interpreter, to call a function.
+        self._sessions: Final[dict[zenoh.Session, Opened]] = {}
         self._reported: Final[set[Thing]] = set()
 
     def origin(self) -> Origin:
@@ -72,7 +74,11 @@ class Leaks:
 
     def session_opened(self, session: zenoh.Session) -> None:
         """Record who opened a Zenoh session."""
-        self._sessions.append(Opened(session, self.origin()))
+        self._sessions[session] = Opened(session, self.origin())
+
+    def session_closes(self, session: zenoh.Session) -> None:
+        """Forget a Zenoh session."""
+        self._sessions.pop(session, None)
 
     @contextmanager
     def check(self, scope: str, limit: float = END_LIMIT) -> Iterator[None]:
@@ -90,11 +96,11 @@ class Leaks:
         return [thing for thing in new if not self._may_be_older(thing, before)]
 
     def _running(self) -> set[Thing]:
-        self._sessions = [opened for opened in self._sessions if not opened.session.is_closed()]
         threads = (
             thread for thread in threading.enumerate() if not isinstance(thread, threading._DummyThread)
         )
-        return {*threads, *_children(), *self._sessions}
+        sessions = tuple(self._sessions.values())  # other threads open and close some
+        return {*threads, *_children(), *sessions}
 
     def _may_be_older(self, thing: Thing, before: set[Thing]) -> bool:
         """Return whether something from before may have started this, and will end it."""
@@ -159,7 +165,8 @@ def _command(process: psutil.Process) -> str:
 def watched_leaks() -> Iterator[Leaks]:
     """Watch who starts threads, child processes and Zenoh sessions."""
     leaks = Leaks()
-    start, popen, opens = threading.Thread.start, subprocess.Popen.__init__, zenoh.open
+    start, popen = threading.Thread.start, subprocess.Popen.__init__
+    opens, close = zenoh.open, zenoh.Session.close
 
     def watched_start(thread: threading.Thread) -> None:
         leaks.thread_starts(thread)
@@ -174,8 +181,17 @@ def watched_leaks() -> Iterator[Leaks]:
         leaks.session_opened(session)
         return session
 
+    def watched_close(session: zenoh.Session) -> None:
+        leaks.session_closes(session)
+        close(session)
+
+    def watched_exit(session: zenoh.Session, *_: object) -> None:
+        watched_close(session)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(threading.Thread, "start", watched_start)
         patch.setattr(subprocess.Popen, "__init__", watched_popen)
         patch.setattr(zenoh, "open", watched_open)
+        patch.setattr(zenoh.Session, "close", watched_close)
+        patch.setattr(zenoh.Session, "__exit__", watched_exit)
         yield leaks

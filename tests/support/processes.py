@@ -114,7 +114,11 @@ class ComponentProcess:
             self.process.wait(END_LIMIT)
             raise AssertionError(f"{self.command} did not end at SIGINT:\n{self.output}") from None
         finally:
-            self._reader.join(EVENT_LIMIT)
+            self._reader.join(END_LIMIT)
+            # Otherwise closing would wait for the end of that process, without a limit, and without a signal's handler.
+            assert not self._reader.is_alive(), (
+                f"{self.command} left a process with its output:\n{self.output}"
+            )
             assert self.process.stdout is not None
             self.process.stdout.close()
 

@@ -26,13 +26,14 @@ from visualhfsm._editing.diff import Difference
 from visualhfsm._editing.places import Hit
 from visualhfsm._editing.problems import CounterexampleView, StepView
 from visualhfsm._editing.views import SHOWN
+from visualhfsm._html_file import STATIC
 from visualhfsm._live.stopping import StopReport
 from visualhfsm._monitoring.robot import RobotFacts
 from visualhfsm._monitoring.run_log import Timeline
 from visualhfsm._robots import World
-from visualhfsm._run_page import STATIC
 from visualhfsm._services import Push
 from visualhfsm._web import protocol
+from visualhfsm.trials._view import TrialsView
 
 __all__ = ["FILE", "protocol_types"]
 
@@ -53,6 +54,7 @@ _ANSWERS: Final[tuple[type[msgspec.Struct], ...]] = (
     Signature,
     StopReport,
     Timeline,
+    TrialsView,
     World,
 )
 """What requests are answered with, and is no part of a push."""
@@ -176,6 +178,8 @@ class _Writer:
         match shape:
             case shapes.UnionType(types=types):
                 return " | ".join(dict.fromkeys(self._type(each) for each in types))
+            case shapes.StructType(array_like=True, fields=fields):
+                return f"[{', '.join(f'{field.name}: {self._type(field.type)}' for field in fields)}]"
             case shapes.StructType(cls=kind, tag="") | shapes.StructType(cls=kind, tag=None):
                 return self.reference(kind)
             case shapes.StructType():

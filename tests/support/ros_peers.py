@@ -83,6 +83,7 @@ class Peer:
             self.process.kill()
             self.process.wait(END_LIMIT)
         self._reader.join(EVENT_LIMIT)
+        assert not self._reader.is_alive()  # otherwise closing would wait for it, without a limit
         assert self.process.stdout is not None
         self.process.stdout.close()
 

@@ -6,7 +6,7 @@ import hashlib
 import sys
 
 from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.parts import Axis
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.present import present
@@ -41,7 +41,7 @@ def trace(seed: int, name: str = DEFAULT_BODY, *, period: float = 0.1, seconds: 
             walker.command(WalkVelocity(0.25))
         if tenth == 40:
             robot.command_stiffnesses({raised.joint: 0.0}, 0.2)
-            walker.command(WalkVelocity())
+            walker.command(STILL)
         for _ in range(round(0.1 / period)):
             clock.advance(period)
             robot.state()

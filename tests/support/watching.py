@@ -31,7 +31,7 @@ def recorded(until: float) -> RunLog:
 
 def content(page: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return what run-page.js reads: the content, and the moments."""
-    found = re.search(r'id="run">([A-Za-z0-9+/=]*)</script>', page)
+    found = re.search(r'id="data">([A-Za-z0-9+/=]*)</script>', page)
     assert found
     first, *moments = gzip.decompress(base64.b64decode(found[1])).split(b"\n")
     return json.loads(first), [json.loads(each) for each in moments]

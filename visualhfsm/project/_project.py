@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Literal, Self
+from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 from codegen.hfsm.scxml import is_scxml
 from visualhfsm._code_help.service import CodeHelp
@@ -25,6 +25,9 @@ from ._document import OpenDocument
 from ._events import Event, Listener, Listeners, Opened
 from ._root import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX, Root
 from ._titles import free_title, stem
+
+if TYPE_CHECKING:
+    from visualhfsm.trials import Summary
 
 _MOST_ENTRIES: Final = 2000  # of a directory
 _MOST_REMARKS: Final = 100  # about one document
@@ -222,6 +225,29 @@ class Project:
         if not stat.S_ISREG(status.st_mode) or suffix not in _KINDS:
             return None
         return Entry(path, _KINDS[suffix], status.st_size, status.st_mtime)
+
+    # -- trials --------------------------------------------------------------------------------------------
+
+    def trials(
+        self,
+        path: str | Path,
+        *,
+        success: str | None = None,
+        out: str | Path | None = None,
+        workers: int | None = None,
+        cluster: str | None = None,
+        **changes: Any,  # noqa: ANN401 - keys of a plan
+    ) -> Summary:
+        """Run a saved document many times in virtual time, and return how often it succeeds, and why not.
+
+        `path` is that of a plan, or of a document, perhaps with a plan beside it; `success` is the state that
+        a trial must reach, and `changes` are other keys of the plan, such as `runs`. See `run_trials` for the
+        rest. This runs the code of the document. Raises VisualHfsmError.
+        """
+        from visualhfsm.trials import plan_of, run_trials
+
+        plan = plan_of(self.root.source(str(path)), success, **changes)
+        return run_trials(plan, out=None if out is None else Path(out), workers=workers, cluster=cluster)
 
     # -- for open documents --------------------------------------------------------------------------------
 

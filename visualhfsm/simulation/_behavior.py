@@ -59,6 +59,11 @@ class Behavior(Execution):
         super().__init__(component, world, parameters=parameters, stubs=stubs, on_error=on_error)
 
     @property
+    def has_robot(self) -> bool:
+        """Whether it has a robot."""
+        return self._robot is not None
+
+    @property
     def robot(self) -> RobotUnderTest:
         """The robot, to place balls, read joints, and get camera images; raises UnknownName without one."""
         if self._robot is None:

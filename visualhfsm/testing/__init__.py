@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from visualhfsm.simulation import RobotUnderTest as RobotUnderTest
 
     from ._plugin import MakeBehavior as MakeBehavior
+    from ._plugin import RunTrials as RunTrials
     from ._properties import check_properties as check_properties
 
 _MODULES: Final = {
@@ -29,6 +30,7 @@ _MODULES: Final = {
     "DocumentInvalid": "visualhfsm.simulation",
     "MakeBehavior": "visualhfsm.testing._plugin",
     "RobotUnderTest": "visualhfsm.simulation",
+    "RunTrials": "visualhfsm.testing._plugin",
     "UnknownName": "hfsm_runtime.virtual",
     "check_properties": "visualhfsm.testing._properties",
 }

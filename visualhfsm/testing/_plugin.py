@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hfsm_runtime import Component
     from visualhfsm.simulation import Behavior
     from visualhfsm.simulation._robot import CameraKind, RobotKind
+    from visualhfsm.trials import Summary
     from zenoh_ice import Object
 
 
@@ -116,6 +117,42 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     yield make
     for behavior in made:
         behavior.close()
+
+
+class RunTrials(Protocol):
+    """The fixture `trials`."""
+
+    def __call__(
+        self,
+        path: str | Path,
+        *,
+        success: str | None = None,
+        workers: int | None = None,
+        **changes: Any,  # noqa: ANN401
+    ) -> Summary:
+        """Run the trials of a plan, or of a document with a plan beside it, and return what they say.
+
+        A relative path is looked up next to the test, then below the project root. `success` is the state
+        that a trial must reach, `changes` are other keys of the plan, such as `runs` and `seed`.
+        """
+
+
+@pytest.fixture
+def trials(request: pytest.FixtureRequest) -> RunTrials:
+    """Run a behavior many times."""
+    from visualhfsm.trials import plan_of, run_trials
+
+    def run(
+        path: str | Path,
+        *,
+        success: str | None = None,
+        workers: int | None = None,
+        **changes: Any,  # noqa: ANN401
+    ) -> Summary:
+        file = _find_file("plan or document", Path(path), [request.path.parent, request.config.rootpath])
+        return run_trials(plan_of(file, success, **changes), workers=workers)
+
+    return run
 
 
 @pytest.hookimpl(wrapper=True)

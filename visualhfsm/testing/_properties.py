@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from hypothesis import HealthCheck, Phase, given, settings
 
-from codegen.hfsm.document import Property
-from codegen.hfsm.model_checker.expressions import ExpressionError, Holds, parse
-from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
-from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED
+from codegen.hfsm.model_checker.model import read_model
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
 from hfsm_runtime.virtual.errors import BehaviorFailed, says_it_all
 from hfsm_runtime.virtual.execution import name_of
 from visualhfsm.simulation import Behavior
-from visualhfsm.simulation._loading import DocumentInvalid, forget, load_component, read
+from visualhfsm.simulation._loading import forget, load_component, read
+from visualhfsm.simulation._properties import Check, Stated
 
 from ._abstraction import abstract_component
 from .strategies import Step, stimuli
@@ -53,7 +51,7 @@ def check_properties(
     """
     path = Path(document).resolve()
     model = read_model(read(path), path)
-    stated = [_Stated(each, model) for each in model.document.properties]
+    stated = [Stated(each, model) for each in model.document.properties]
     checks = [(name_of(invariant, "the invariant"), invariant) for invariant in invariants]
     component = abstract_component(model.document, path) if abstract else load_component(path)
 
@@ -90,13 +88,10 @@ def check_properties(
         forget(component)
 
 
-_Check = tuple[str, Invariant]
-
-
 class _Examination(Observer):
     """Check a behavior after each cycle, when its automata are consistent."""
 
-    def __init__(self, b: Behavior, checks: Sequence[_Check]) -> None:
+    def __init__(self, b: Behavior, checks: Sequence[Check]) -> None:
         self._b = b
         self._checks = checks
         self._broken: tuple[str, float, str] | None = None
@@ -138,46 +133,3 @@ class _Examination(Observer):
 
 def _listed(steps: Sequence[Step]) -> str:
     return "".join(f"\n    {step!r}" for step in steps) or "\n    (none)"
-
-
-class _Stated:
-    """A property that a document states, as the model checker understands it."""
-
-    def __init__(self, stated: Property, model: Model) -> None:
-        self._model: Final = model
-        self._kind: Final = stated.kind.strip()
-        self._within: Final = nanoseconds(stated.within)
-        text = " ".join(stated.expression.text.split())
-        self._name: Final = f"property {stated.name or text!r} ({self._kind} {text})"
-        try:
-            expression = parse(stated.expression.text, model)
-        except ExpressionError as error:
-            raise DocumentInvalid(f"{model.path}:{stated.line}: {self._name}: {error}") from error
-        self._holds: Final[Holds] = expression.bind(
-            {automaton.index: automaton.index for automaton in model.automata}
-        )
-
-    def start(self, b: Behavior) -> _Check:
-        """Return the check for a run."""
-        runs = [b.tree.run(automaton.source.id) for automaton in self._model.automata]
-        seen = False
-
-        def check(b: Behavior) -> bool:
-            nonlocal seen
-            now = round(b.time * 1e9)
-            if seen or (self._within is not None and now > self._within and self._kind != "eventually"):
-                return True
-            holds = self._holds(tuple(self._local(index, run) for index, run in enumerate(runs)))
-            if self._kind == "eventually":
-                seen = holds
-                return holds or self._within is None or now < self._within
-            return holds is (self._kind == "always")
-
-        return self._name, check
-
-    def _local(self, index: int, run: Run | None) -> tuple[int, int, int]:
-        if run is None:
-            return 0, 0, 0
-        states = self._model.automata[index].states
-        state = next(each.index for each in states if each.source.id == run.current.id)
-        return state, (ACTIVE if run.active else 0) | (FINISHED if run.finished else 0), 0

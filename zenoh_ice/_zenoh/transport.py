@@ -11,7 +11,6 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cached_property, lru_cache, partial
-from queue import SimpleQueue
 from typing import Any, Final
 
 import zenoh
@@ -353,10 +352,8 @@ class _Caller:
 
     def _call_in_channel(self, payload: bytes, attachment: bytes) -> Outcome:
         """Call after the calls in flight."""
-        outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
-        self.begin(payload, attachment, outcomes.put)
-        with self._transport.pool.blocked():
-            outcome = outcomes.get()  # always comes, at the limit at the latest
+        begin = partial(self.begin, payload, attachment)
+        outcome: Outcome | SystemException = self._transport.local.wait_for(begin, self.timeout)
         if isinstance(outcome, SystemException):
             raise outcome
         return outcome

@@ -11,8 +11,8 @@ from hfsm_runtime import Automaton, Component, Parameter, State
 from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger._breakpoints import Breakpoints
-from hfsm_runtime.debugger._snapshot import structure_of, take_snapshot
 from hfsm_runtime.debugger.reload import Reloading
+from hfsm_runtime.debugger.snapshot import structure_of, take_snapshot
 from hfsm_runtime.errors import EventError, ReloadRefusedError, UnknownElementError, ValueTypeError
 from hfsm_runtime.virtual import PacedClock, PacedExecution, VirtualWorld
 from interfaces.hfsm import Breakpoint, ComponentStatus
@@ -121,7 +121,7 @@ def test_a_breakpoint_pauses_it_and_a_snapshot_shows_it(make: Make) -> None:
     eventually(lambda: run.tree.root.cycles > 5)
     run.send("rest")
     eventually(lambda: run.status is ComponentStatus.Paused)
-    snapshot = take_snapshot(run, points, 0.0)
+    snapshot = take_snapshot(run, 0.0, points)
     assert [point.state for point in snapshot.stoppedAt] == [2]
     assert snapshot.automata[0].state == 2
     assert structure_of(run).name == "counts"

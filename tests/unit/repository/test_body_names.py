@@ -25,10 +25,9 @@ PACKAGES: Final = (
 )
 SUFFIXES: Final = frozenset({".html", ".js", ".json", ".py", ".toml", ".xml"})
 FREE: Final = (
-    "naoserver/bodies",  # descriptions, and motions of each body
+    "naoserver/bodies",  # descriptions, motions and looks of each body
     "naoserver/naoqi",  # NAOqi runs on Naos only, and its names are theirs
     "naoserver/qi",
-    "naoserver/looks",  # what each body looks like
 )
 """Folders in which bodies have names."""
 WORD: Final = re.compile(r"\w+")

@@ -8,7 +8,6 @@ import mmap
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import closing
 
 import pytest
@@ -33,18 +32,6 @@ SEAL_SHRINK = 0x2
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_memory, "_SIZE", SIZE)
-
-
-@pytest.fixture
-def arena() -> Iterator[Arena]:
-    with closing(Arena()) as arena:
-        yield arena
-
-
-@pytest.fixture
-def view(arena: Arena) -> Iterator[ArenaView]:
-    with closing(ArenaView(os.dup(arena.file))) as view:
-        yield view
 
 
 def lend(arena: Arena, size: int, *readers: tuple[object, int]) -> Extent:

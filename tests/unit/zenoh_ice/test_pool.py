@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -16,13 +15,6 @@ from tests.support.waiting import until
 from zenoh_ice import BusyException
 from zenoh_ice._pool import Job, Pool
 from zenoh_ice._threads import UserCodeThread
-
-
-@pytest.fixture
-def pool() -> Iterator[Pool]:
-    pool = Pool(4, "pool")
-    yield pool
-    assert pool.close(EVENT_LIMIT)
 
 
 @pytest.fixture

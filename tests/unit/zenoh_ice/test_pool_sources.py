@@ -62,13 +62,6 @@ MakeFeed = Callable[..., Feed]
 
 
 @pytest.fixture
-def pool() -> Iterator[Pool]:
-    pool = Pool(4, "pool")
-    yield pool
-    assert pool.close(EVENT_LIMIT)
-
-
-@pytest.fixture
 def feed(pool: Pool) -> Iterator[MakeFeed]:
     """Attach sources to the pool, and close them at the end."""
     with ExitStack() as end:

@@ -8,7 +8,7 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import closing, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -67,18 +67,6 @@ def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
     one, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     with one, other:
         yield one, other
-
-
-@pytest.fixture
-def arena() -> Iterator[Arena]:
-    with closing(Arena()) as arena:
-        yield arena
-
-
-@pytest.fixture
-def view(arena: Arena) -> Iterator[ArenaView]:
-    with closing(ArenaView(os.dup(arena.file))) as view:
-        yield view
 
 
 class TestEncoding:

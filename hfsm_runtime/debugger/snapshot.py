@@ -27,7 +27,9 @@ def structure_of(runtime: ComponentRun) -> hfsm.ComponentStructure:
     )
 
 
-def take_snapshot(runtime: ComponentRun, points: Breakpoints, started_at: float) -> hfsm.ComponentSnapshot:
+def take_snapshot(
+    runtime: ComponentRun, started_at: float, points: Breakpoints | None = None
+) -> hfsm.ComponentSnapshot:
     """Return a snapshot of a component; `started_at` is its start as a wall time in s since the epoch."""
     with runtime.tree.lock:
         now, reloads = runtime.component_time.now(), runtime.reloads
@@ -43,7 +45,7 @@ def take_snapshot(runtime: ComponentRun, points: Breakpoints, started_at: float)
         generation=reloads,
         automata=[snapshot for _, snapshot in automata],
         parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
-        stoppedAt=list(points.stopped_at),
+        stoppedAt=list(points.stopped_at) if points else [],
         errors=list(runtime.errors),
         marks=[hfsm.Mark(*mark) for mark in runtime.marks.shown(now)],
         refusal=refusal.message if (refusal := runtime.refusal) is not None else "",

@@ -1,0 +1,145 @@
+"""`visualhfsm trials`, as a user calls it: kept outcomes, a trial again, a comparison, a page."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.support.limits import RUN_LIMIT
+from tests.support.places import ROOT
+from tests.support.processes import ComponentProcess, module
+from tests.support.waiting import until
+from visualhfsm._live.recordings import open_recording
+
+pytestmark = pytest.mark.slow
+
+PLAN = """
+robot = "fake"
+runs = 12
+limit = 3
+
+[scene]
+BallGreen.pan = { from = -0.4, to = 0.4 }
+
+[disturbances.carried]
+at = { from = 1, to = 3 }
+move = "BallGreen"
+to = { pan = 3.1 }
+
+[success]
+state = "search"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "follow_ball.xml").write_bytes((ROOT / "behaviors" / "follow_ball.xml").read_bytes())
+    (tmp_path / "follow_ball.trials.toml").write_text(PLAN, encoding="utf-8")
+    return tmp_path
+
+
+def trials(folder: Path, *arguments: str, code: int = 0) -> str:
+    command = module("visualhfsm", "trials", *arguments)
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, timeout=RUN_LIMIT, check=False,
+        env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "COLUMNS": "100"},
+    )  # fmt: skip
+    assert done.returncode == code, done.stderr
+    return done.stdout if code == 0 else done.stderr
+
+
+def test_a_series_is_kept_shown_and_not_computed_twice(folder: Path) -> None:
+    first = trials(folder, "follow_ball.xml")
+    rate = re.search(r"follow_ball +(\d+) of 12 succeed: ", first)
+    assert rate
+    assert 0 < int(rate[1]) < 12
+    assert "not in search after 3 s" in first
+    table = (folder / "follow_ball.outcomes.csv").read_text().splitlines()
+    assert len(table) == 13
+    again = trials(folder, "follow_ball.xml")
+    assert "goes on with the 12 outcomes there" in again
+    assert again.endswith(first[first.index("follow_ball  ") :])
+
+
+def test_a_trial_is_run_again_and_recorded_for_the_editor(folder: Path) -> None:
+    text = trials(folder, "follow_ball.xml", "--only", "4", "--record", "4.mcap")
+    assert trials(folder, "follow_ball.xml", "--only", "4") in text.replace("Recorded in 4.mcap", "")
+    run = open_recording(folder / "4.mcap")
+    ended = re.search(r"at ([\d.]+) s\n", text)
+    assert ended
+    assert run.log.newest is not None
+    assert run.log.newest.component.time == pytest.approx(float(ended[1]), abs=0.06)
+    assert run.pictures.cameras == ["Camera"]
+    assert run.log.newest.robot.joints
+
+
+def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
+    plan = folder / "follow_ball.trials.toml"
+    plan.write_text(PLAN.replace("runs = 12", "runs = 5000"), encoding="utf-8")
+    outcomes = folder / "follow_ball.outcomes.jsonl"
+    command = module("visualhfsm", "trials", "follow_ball.xml", "--workers", "1")
+    with ComponentProcess(command, {"PYTHONPATH": str(ROOT)}, cwd=folder) as process:
+        until(lambda: outcomes.exists() and outcomes.read_bytes().count(b"\n") > 3, RUN_LIMIT)
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait() == 130, process.output
+    assert "of 5000 are done; the same command goes on" in process.output
+    kept = outcomes.read_bytes().count(b"\n") - 1
+    plan.write_text(PLAN.replace("runs = 12", f"runs = {kept + 2}"), encoding="utf-8")
+    assert f"goes on with the {kept} outcomes there" in trials(folder, "follow_ball.xml")
+
+
+def test_two_documents_are_compared_on_the_same_trials(folder: Path) -> None:
+    text = (folder / "follow_ball.xml").read_text(encoding="utf-8")
+    (folder / "slow.xml").write_text(text.replace("&gt; 0.5", "&gt; 1.5"), encoding="utf-8")
+    shown = trials(folder, "follow_ball.xml", "slow.xml")
+    assert re.search(r"0 gained, \d+ lost", shown)
+    assert re.search(r"only follow_ball succeeds in \d+: ", shown)
+    assert (folder / "slow.outcomes.csv").exists()
+
+
+def test_parameters_are_tuned_and_tried_on_fresh_trials(folder: Path) -> None:
+    text = (folder / "follow_ball.xml").read_text(encoding="utf-8")
+    declared = "<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>"
+    tunable = text.replace("&gt; 0.5", "&gt; self.patience").replace(
+        "<SubAutomata", declared + "<SubAutomata", 1
+    )
+    (folder / "tunable.xml").write_text(tunable, encoding="utf-8")
+    ranges = "[parameters]\npatience = { from = 0.1, to = 3 }\n"
+    (folder / "tunable.trials.toml").write_text(PLAN + ranges, encoding="utf-8")
+    shown = trials(folder, "tunable.xml", "--tune", "--settings", "6", "--runs", "8")
+    found = re.search(r"^patience = ([\d.]+)$", shown, re.M)
+    assert found
+    assert float(found[1]) < 1.5
+    assert re.search(r"\d gained, 0 lost", shown)
+    assert "goes on with the 8 outcomes there" in trials(
+        folder, "tunable.xml", "--tune", "--settings", "6", "--runs", "8"
+    )
+
+
+def test_the_page_has_those_of_the_worst_trials_beside_it(folder: Path) -> None:
+    trials(folder, "follow_ball.xml", "--runs", "4", "--report", "pages/ball.html")
+    pages = sorted(path.name for path in (folder / "pages" / "ball").iterdir())
+    assert pages == ["0.html", "1.html", "2.html", "3.html"]
+    assert (folder / "pages" / "ball.html").stat().st_size < 2e6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["follow_ball.xml", "--success", "found"], 1, "there is no state found; there are follow, search"),
+        (["follow_ball.xml", "--record", "x.mcap"], 2, "--record needs --only NUMBER"),
+        (["absent.xml"], 2, "absent.xml"),
+        (["follow_ball.xml", "--tune"], 1, "no parameter has a range"),
+        (["follow_ball.xml", "--tune", "--only", "3"], 2, "without --only"),
+        (["follow_ball.xml"] * 3, 2, "at most two documents are compared"),
+        (["follow_ball.xml", "--cluster", "tcp://127.0.0.1:1"], 1, "the cluster at tcp://127.0.0.1:1 cannot"),
+    ],
+)
+def test_what_is_not_possible_is_said_in_a_line(
+    folder: Path, arguments: list[str], code: int, message: str
+) -> None:
+    assert message in trials(folder, *arguments, code=code)

@@ -1,0 +1,105 @@
+"""The plan of a series of trials."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from visualhfsm.trials import Plan, Spread, Success, TrialsError, plan_of, read_plan
+
+PLAN = """
+runs = 20
+limit = 5
+
+[scene]
+BallGreen.pan = { from = -0.5, to = 0.5 }
+
+[parameters]
+start = { same = "BallGreen.pan" }
+
+[disturbances.shove]
+at = { from = 1, to = 2 }
+push = 30
+seconds = 0.1
+
+[success]
+state = "follow"
+"""
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    (tmp_path / "follow.xml").write_text("<VisualHFSM/>")
+    return tmp_path / "follow.trials.toml"
+
+
+def test_a_plan_stands_beside_its_document(place: Path) -> None:
+    place.write_text(PLAN)
+    plan = read_plan(place)
+    assert plan.document == str(place.parent / "follow.xml")
+    assert (plan.runs, plan.limit, plan.success.state) == (20, 5.0, "follow")
+    assert plan == plan_of(place.parent / "follow.xml")
+
+
+def test_a_document_without_a_plan_varies_nothing(place: Path) -> None:
+    plan = plan_of(place.parent / "follow.xml", "follow", runs=3)
+    assert plan == Plan(document=str(place.parent / "follow.xml"), runs=3, success=Success(state="follow"))
+    assert plan.varying == ()
+
+
+def test_scene_parameters_and_disturbances_are_drawn_together(place: Path) -> None:
+    place.write_text(PLAN)
+    plan = read_plan(place)
+    values = plan.draw(7)
+    assert list(values) == [
+        *("BallGreen.pan", "parameters.start"),
+        *("shove.at", "shove.seconds", "shove.push", "shove.direction"),
+    ]
+    assert values["parameters.start"] == values["BallGreen.pan"]
+    assert values["shove.push"] == 30
+    assert plan.varying == ("BallGreen.pan", "shove.at", "shove.direction")
+
+
+def test_a_trial_is_the_same_whatever_is_drawn_beside_it() -> None:
+    plan = Plan(document="x.xml", scene={"x": Spread(lowest=0, highest=1)})
+    assert plan.draw(3) == plan.draw(3) != plan.draw(4)
+    assert plan.seed_of(3) == plan.seed_of(3) != plan.seed_of(4)
+    other = Plan(document="x.xml", seed=2, scene=plan.scene)
+    assert other.draw(3) != plan.draw(3)
+
+
+def test_values_that_are_not_accepted_are_drawn_again() -> None:
+    plan = Plan(document="x.xml", scene={"x": Spread(lowest=0, highest=1)})
+    assert all(plan.draw(n, lambda values: values["x"] > 0.9)["x"] > 0.9 for n in range(20))  # type: ignore[operator]
+
+
+def test_a_plan_that_accepts_nothing_is_refused() -> None:
+    plan = Plan(document="x.xml", accept="legal.py:legal", scene={"x": Spread(lowest=0, highest=1)})
+    with pytest.raises(TrialsError, match=r"legal\.py:legal accepted none of 10000 draws: widen the ranges"):
+        plan.draw(0, lambda values: False)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("runs = 0", ":1: runs = 0"),
+        ("run = 3", ":1: run: there is no such key; there is document, runs"),
+        ("limit = 'long'", ":1: limit = 'long': write a number"),
+        ('robot = "nao"', ":1: robot = 'nao'"),
+        ('document = "other.xml"', "there is no document"),
+        ('[parameters]\nx = { same = "y" }', "parameters.x: there is no quantity y that has its own value"),
+        ('[success]\nfunction = "judge"', ":2: success.function = 'judge': write FILE.py:FUNCTION"),
+        ("[disturbances.a]\nat = 1", "a disturbance has one of push, move, offline, late; here: none"),
+        ("[disturbances.a]\nat = 1\npush = 3", "say how long: seconds = 1.0, for push"),
+        ('[disturbances.a]\nat = 1\nmove = "Ball"', "say where Ball is put"),
+        ("[disturbances.a]\nat = -1\npush = 3\nseconds = 1", "disturbances.a.at = -1"),
+        ("x = [", "not TOML"),
+    ],
+)
+def test_a_plan_that_makes_no_sense_is_refused_with_its_place(place: Path, text: str, message: str) -> None:
+    place.write_text(text)
+    with pytest.raises(TrialsError) as caught:
+        read_plan(place)
+    assert message in str(caught.value)
+    assert str(place) in str(caught.value)

@@ -1,0 +1,147 @@
+"""Series of trials in processes: the same outcomes on any number of them, and whatever happens to them."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError, run_trials
+from visualhfsm.trials._record import Record, read_outcomes
+from visualhfsm.trials._series import LocalPool, Series
+
+WAITS = document(
+    sub(
+        1,
+        0,
+        state(1, "waiting", "rolled.append(random.random())\nsizes |= {str(len(rolled))}", initial=True),
+        state(2, "done"),
+        transition(1, 1, 2, "sum(rolled) > self.patience", name="enough"),
+        variables="rolled = []\nsizes = set()",
+    ),
+    libraries=("random",),
+    head="<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>",
+)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    folder = tmp_path / "documents"
+    folder.mkdir()
+    (folder / "waits.xml").write_text(WAITS, encoding="utf-8")
+    return folder / "waits.xml"
+
+
+def plan(path: Path, runs: int = 12, **fields: object) -> Plan:
+    return Plan(
+        **{
+            "document": str(path),
+            "robot": "none",
+            "limit": 1.0,
+            "runs": runs,
+            "success": Success(state="done"),
+            "parameters": {"patience": Spread(lowest=2.0, highest=6.0)},
+            **fields,
+        }  # type: ignore[arg-type]
+    )
+
+
+def computed(series: Series, file: Path, pool: LocalPool) -> list[Outcome]:
+    with Record(file, series.header) as record:
+        series.run(record, pool)
+    return sorted(read_outcomes(file), key=lambda outcome: outcome.number)
+
+
+def test_one_process_and_three_compute_the_same(path: Path, tmp_path: Path) -> None:
+    series = Series(plan(path))
+    with LocalPool(1) as one, LocalPool(3) as three:
+        first = computed(series, tmp_path / "one", one)
+        assert computed(series, tmp_path / "three", three) == first
+    assert [outcome.number for outcome in first] == [*range(12)]
+    assert {outcome.success for outcome in first} == {True, False}
+
+
+def test_a_series_goes_on_where_it_was_broken_off(path: Path, tmp_path: Path) -> None:
+    series = Series(plan(path))
+    computed_again: list[int] = []
+    with LocalPool(2) as pool:
+        whole = computed(series, tmp_path / "whole", pool)
+        with Record(tmp_path / "broken", series.header) as record:
+            for outcome in islice(series.outcomes(range(12), pool), 5):
+                record.add(outcome)
+        with Record(tmp_path / "broken", series.header) as record:
+            series.run(record, pool, lambda outcome: computed_again.append(outcome.number))
+    assert len(computed_again) == 7
+    assert sorted(read_outcomes(tmp_path / "broken"), key=lambda each: each.number) == whole
+
+
+def test_an_edit_meanwhile_does_not_reach_the_trials(path: Path, tmp_path: Path) -> None:
+    series = Series(plan(path, 3))
+    path.write_text("no document", encoding="utf-8")
+    with LocalPool(1) as pool:
+        assert len(computed(series, tmp_path / "out", pool)) == 3
+
+
+def test_a_killed_process_costs_its_trial_only_which_is_run_again(path: Path, tmp_path: Path) -> None:
+    series = Series(plan(path, 30))
+    with LocalPool(2) as pool:
+        whole = computed(series, tmp_path / "whole", pool)
+        killed = 0
+        with Record(tmp_path / "killed", series.header) as record:
+            for outcome in series.outcomes(range(30), pool):
+                record.add(outcome)
+                if outcome.number % 7 == 0:
+                    for child in psutil.Process().children():
+                        child.kill()
+                        killed += 1
+    assert killed >= 5
+    assert sorted(read_outcomes(tmp_path / "killed"), key=lambda each: each.number) == whole
+
+
+def hanging(code: str) -> str:
+    return document(sub(1, 0, state(1, "only", code, initial=True)), libraries=("time", "os"))
+
+
+def test_a_trial_that_hangs_fails_with_its_values(path: Path) -> None:
+    path.write_text(hanging("while True:\n    pass"), encoding="utf-8")
+    hangs = Plan(document=str(path), robot="none", runs=1, patience=5.0, scene={}, parameters={}, limit=1.0)
+    summary = run_trials(hangs, workers=1)
+    assert [row.reason for row in summary.rows] == ["took more than 5 s"]
+
+
+def test_a_trial_that_ends_its_process_fails(path: Path) -> None:
+    path.write_text(hanging("os._exit(3)"), encoding="utf-8")
+    summary = run_trials(Plan(document=str(path), robot="none", runs=1, limit=1.0), workers=1)
+    assert [row.reason for row in summary.rows] == ["ended its process"]
+
+
+def test_a_trial_that_eats_memory_fails_at_its_limit(path: Path) -> None:
+    path.write_text(hanging("kept = bytearray(900 << 20)"), encoding="utf-8")
+    summary = run_trials(Plan(document=str(path), robot="none", runs=1, limit=1.0, memory=600), workers=1)
+    assert "MemoryError" in summary.rows[0].reason or "memory" in summary.rows[0].reason
+
+
+def test_what_a_trial_prints_goes_nowhere(path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path.write_text(hanging("print('hello')\nos.write(1, b'there')"), encoding="utf-8")
+    assert run_trials(Plan(document=str(path), robot="none", runs=2, limit=0.3), workers=1).rate.rate == 1.0
+    assert "hello" not in capfd.readouterr().out
+
+
+def test_a_plan_that_is_not_possible_ends_the_series_at_once(path: Path) -> None:
+    with pytest.raises(TrialsError, match="there is no state finished; there are waiting, done"):
+        run_trials(plan(path, success=Success(state="finished")), workers=2)
+    path.write_text("no document", encoding="utf-8")
+    with pytest.raises(TrialsError, match=r"documents/waits\.xml cannot be run"):
+        run_trials(plan(path), workers=1)
+
+
+def test_outcomes_are_kept_where_they_are_wanted(path: Path, tmp_path: Path) -> None:
+    out = tmp_path / "kept.jsonl"
+    ended: list[Outcome] = []
+    first = run_trials(plan(path), out=out, workers=1)
+    again = run_trials(plan(path, 15), out=out, workers=1, ended=ended.append)
+    assert [outcome.number for outcome in ended] == [12, 13, 14]
+    assert again.rows[:12] == first.rows

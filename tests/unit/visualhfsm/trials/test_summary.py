@@ -1,0 +1,210 @@
+"""What a series of trials says."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from visualhfsm.trials import Outcome, Plan, Spread, Summary, TrialsError
+from visualhfsm.trials._comparison import Comparison
+from visualhfsm.trials._outcome import Change
+from visualhfsm.trials._page import trials_page
+from visualhfsm.trials._record import Header, Record
+from visualhfsm.trials._summary import summarize
+from visualhfsm.trials._table import write_table
+from visualhfsm.trials._terminal import show, show_comparison
+from visualhfsm.trials._view import view_of
+
+VARYING = ("robot.x", "robot.y", "light")
+
+
+def outcome(number: int) -> Outcome:
+    """Return the outcome of a trial that fails far away, and where it is dark."""
+    x, light = number / 100, ("dark", "bright")[number % 2]
+    success = x < 0.5 and light == "bright"
+    return Outcome(
+        number=number,
+        values={"robot.x": x, "robot.y": -x, "light": light, "noise": True},
+        success=success,
+        reason="" if success else "fell" if x >= 0.9 else "not in goal after 9 s",
+        time=3.0 + x if success else 9.0,
+        states="goal" if success else "search",
+        numbers={"falls": float(x >= 0.9)},
+        changes=(Change(0.0, "search"), Change(2.0, "goal")) if success else (Change(0.0, "search"),),
+    )
+
+
+@pytest.fixture
+def summary() -> Summary:
+    return Summary((outcome(number) for number in reversed(range(100))), VARYING)
+
+
+def test_the_rate_has_its_interval(summary: Summary) -> None:
+    assert (summary.rate.successes, summary.rate.trials) == (25, 100)
+    assert summary.rate.lowest == pytest.approx(0.175, abs=1e-3)
+    assert summary.rate.highest == pytest.approx(0.343, abs=1e-3)
+    assert str(summary).splitlines() == [
+        "25 of 100 succeed: 25 %  (17.5 to 34.3 %)",
+        "  65 not in goal after 9 s in search",
+        "  10 fell in search",
+    ]
+
+
+def test_it_says_what_success_depends_on(summary: Summary) -> None:
+    light = summary.dependences["light"]
+    assert [(part.label, part.rate.successes, part.rate.trials) for part in light] == [
+        ("bright", 25, 50),
+        ("dark", 0, 50),
+    ]
+    places = [(part.label, part.rate.successes, part.rate.trials) for part in summary.dependences["robot.x"]]
+    assert places == [
+        ("0 to 0.198", 10, 20),
+        ("0.198 to 0.396", 10, 20),
+        ("0.396 to 0.594", 5, 20),
+        ("0.594 to 0.792", 0, 20),
+        ("0.792 to 0.99", 0, 20),
+    ]
+
+
+def test_each_trial_is_in_one_range(summary: Summary) -> None:
+    for parts in summary.dependences.values():
+        assert sum(part.rate.trials for part in parts) == 100
+
+
+def test_numbers_are_those_of_success(summary: Summary) -> None:
+    assert summary.numbers["time"].least == pytest.approx(3.01)
+    assert summary.numbers["time"].greatest == pytest.approx(3.49)
+    assert summary.numbers["falls"].count == 25
+
+
+def test_the_commonest_way_to_fail_comes_first_and_the_rarest_is_the_worst(summary: Summary) -> None:
+    assert [(way.reason, way.states, len(way.numbers)) for way in summary.ways] == [
+        ("not in goal after 9 s", "search", 65),
+        ("fell", "search", 10),
+    ]
+    assert {row.reason for row in summary.worst} == {"fell"}
+    assert [row.number for row in summary.worst] == [*range(90, 100)]
+
+
+def test_places_are_a_map(summary: Summary) -> None:
+    (found,) = summary.maps
+    assert found.thing == "robot"
+    assert found.places[3] == (0.03, -0.03, True, 3)
+
+
+def test_the_order_in_which_trials_end_does_not_matter(summary: Summary) -> None:
+    other = Summary(map(outcome, range(100)), VARYING)
+    assert other.rows == summary.rows
+    assert other.ways == summary.ways
+
+
+def test_the_table_has_a_row_for_each_trial(summary: Summary, tmp_path: Path) -> None:
+    write_table(tmp_path / "walk.csv", summary)
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "walk.csv").read_text())))
+    assert len(rows) == 100
+    assert rows[3] == {
+        "number": "3",
+        "success": "true",
+        "reason": "",
+        "states": "goal",
+        "robot.x": "0.03",
+        "robot.y": "-0.03",
+        "light": "bright",
+        "noise": "True",
+        "time": "3.03",
+        "falls": "0.0",
+    }
+
+
+def test_a_table_that_cannot_be_written_is_named(summary: Summary, tmp_path: Path) -> None:
+    with pytest.raises(TrialsError, match="the table cannot be written"):
+        write_table(tmp_path / "nowhere" / "walk.csv", summary)
+
+
+def test_two_series_are_compared_trial_by_trial(summary: Summary) -> None:
+    better = [
+        Outcome(
+            **{
+                **{field: getattr(o, field) for field in Outcome.__struct_fields__},
+                "success": True,
+                "time": 2.5,
+            }
+        )
+        for o in map(outcome, range(100))
+        if o.number >= 2
+    ]
+    found = Comparison(summary, Summary(better, VARYING))
+    assert found.only_first == []
+    assert len(found.only_second) == 74
+    assert found.chance < 1e-20
+    assert found.verdict.startswith("74 gained, 0 lost: real (p = ")
+    time = found.numbers["time"]
+    assert time.low < time.mean < time.high < 0
+    assert time.second == pytest.approx(2.5)
+
+
+def test_the_same_series_twice_differs_in_nothing(summary: Summary) -> None:
+    found = Comparison(summary, summary)
+    assert (found.chance, found.verdict) == (1.0, "none: the same trials succeed")
+
+
+def test_series_without_a_common_trial_are_not_compared(summary: Summary) -> None:
+    with pytest.raises(TrialsError, match="no trial in common"):
+        Comparison(summary, Summary([outcome(200)], VARYING))
+
+
+def test_the_terminal_shows_all_of_it(summary: Summary) -> None:
+    console = Console(file=io.StringIO(), width=100)
+    show(console, summary, "walk")
+    show_comparison(console, Comparison(summary, summary), ("one", "other"))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    for expected in (
+        "walk  25 of 100 succeed: 25 %  (17.5 to 34.3 %)",
+        "bright  ██████████░░░░░░░░░░  25 of 50",
+        "not in goal after 9 s",
+        "The worst: 90, 91, 92",
+        "none: the same trials succeed",
+    ):
+        assert expected in text
+
+
+def kept(tmp_path: Path, outcomes: int) -> Path:
+    file = tmp_path / "walk.outcomes.jsonl"
+    with Record(file, Header("walk.xml", "", {})) as record:
+        for number in range(outcomes):
+            record.add(outcome(number))
+    return file
+
+
+def test_the_view_has_a_timeline_of_each_way_and_of_the_worst(tmp_path: Path) -> None:
+    file = kept(tmp_path, 100)
+    plan = Plan(document="walk.xml", runs=120, scene={"robot.x": Spread(lowest=0, highest=1)})
+    view = view_of(plan, summarize(file, VARYING, 120), file, {95: "walk/95.html"})
+    assert (view.name, view.planned, view.share.successes, view.share.trials) == ("walk", 120, 25, 100)
+    assert [(way.reason, way.count, way.timeline.number) for way in view.ways] == [
+        ("not in goal after 9 s", 65, 0),
+        ("fell", 10, 90),
+    ]
+    assert [trial.page for trial in view.worst].count("walk/95.html") == 1
+    (times, falls) = view.histograms
+    assert (times.name, falls.name) == ("time", "falls")
+    assert sum(times.good) == 25
+    assert sum(times.bad) == 75
+
+
+def test_the_page_is_one_file_without_a_network(tmp_path: Path) -> None:
+    file = kept(tmp_path, 20)
+    page = trials_page(view_of(Plan(document="<b>.xml"), summarize(file, VARYING, 20), file))
+    assert "default-src 'none'" in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    assert "<title>&lt;b&gt;</title>" in page
+
+
+def test_a_page_of_a_thousand_trials_is_small(tmp_path: Path) -> None:
+    file = kept(tmp_path, 1000)
+    page = trials_page(view_of(Plan(document="walk.xml"), summarize(file, VARYING, 1000), file))
+    assert len(page) < 2e6

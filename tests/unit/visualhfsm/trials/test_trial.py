@@ -1,0 +1,212 @@
+"""One trial: what it does, how it is judged, and that it is the same each time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from visualhfsm.trials import Disturbance, Plan, Spread, Success, TrialsError
+from visualhfsm.trials._trial import run_trial
+
+FOLLOW = "behaviors/follow_ball.xml"
+
+WAITS = document(
+    sub(
+        1,
+        0,
+        state(1, "waiting", "import random\nrolled.append(random.random())", initial=True),
+        state(2, "done"),
+        transition(1, 1, 2, "len(rolled) > self.patience", name="enough"),
+        variables="rolled = []",
+    ),
+    head="<parameters><parameter><name>patience</name><type>int</type><default>3</default></parameter></parameters>",
+)
+
+
+@pytest.fixture
+def waits(tmp_path: Path) -> str:
+    path = tmp_path / "waits.xml"
+    path.write_text(WAITS, encoding="utf-8")
+    return str(path)
+
+
+def plan(path: str, state: str | None = None, *, upright: bool = True, **fields: Any) -> Plan:
+    success = fields.pop("success", Success(state=state, upright=upright))
+    return Plan(**{"document": path, "robot": "none", "limit": 2.0, "success": success, **fields})
+
+
+def test_a_trial_ends_where_its_state_is_reached(waits: str) -> None:
+    outcome = run_trial(plan(waits, "done"), 0)
+    assert (outcome.success, outcome.reason, outcome.time, outcome.states) == (True, "", 0.4, "done")
+    assert [(change.time, change.states) for change in outcome.changes] == [(0.0, "waiting"), (0.4, "done")]
+    assert outcome.numbers["cycles"] == 5
+
+
+def test_a_state_that_is_left_at_once_counts_as_reached(tmp_path: Path) -> None:
+    passing = document(
+        sub(
+            1,
+            0,
+            state(1, "before", initial=True),
+            state(2, "goal"),
+            state(3, "after"),
+            transition(1, 1, 2, "250", type="time"),
+            transition(2, 2, 3, "True"),
+            period="20",
+        )
+    )
+    path = tmp_path / "passing.xml"
+    path.write_text(passing, encoding="utf-8")
+    outcome = run_trial(plan(str(path), "goal"), 0)
+    assert outcome.success
+    assert outcome.time == pytest.approx(0.26)
+
+
+def test_a_trial_that_does_not_reach_it_says_where_it_was(waits: str) -> None:
+    outcome = run_trial(plan(waits, "done", parameters={"patience": 100}), 0)
+    assert (outcome.success, outcome.reason) == (False, "not in done after 2 s")
+    assert (outcome.time, outcome.states) == (2.0, "waiting")
+
+
+def test_without_a_state_it_must_reach_the_limit(waits: str) -> None:
+    assert run_trial(plan(waits), 0).success
+
+
+def test_an_error_of_the_code_fails_with_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "broken.xml"
+    path.write_text(document(sub(1, 0, state(1, "only", "1 / 0", initial=True))), encoding="utf-8")
+    outcome = run_trial(plan(str(path)), 0)
+    assert outcome.reason.endswith("raised ZeroDivisionError: division by zero")
+    assert "broken.xml" in outcome.error
+    assert "timeline of broken" in outcome.error
+
+
+def test_a_broken_property_fails(tmp_path: Path) -> None:
+    stated = document(
+        sub(1, 0, state(1, "one", initial=True), state(2, "two"), transition(1, 1, 2, "500", type="time")),
+        head='<properties><property kind="never"><name>stays</name><expression>two</expression></property>'
+        "</properties>",
+    )
+    path = tmp_path / "stated.xml"
+    path.write_text(stated, encoding="utf-8")
+    outcome = run_trial(plan(str(path)), 0)
+    assert outcome.reason == "property 'stays' (never two) does not hold"
+    assert outcome.time == pytest.approx(0.5, abs=0.11)
+    assert run_trial(plan(str(path), success=Success(properties=False)), 0).success
+
+
+def test_a_state_that_does_not_exist_is_no_goal(waits: str) -> None:
+    with pytest.raises(TrialsError, match="there is no state finished; there are waiting, done"):
+        run_trial(plan(waits, "finished"), 0)
+
+
+def test_an_unknown_parameter_is_refused(waits: str) -> None:
+    with pytest.raises(TrialsError, match=r"trial 3 is not possible: .*speed"):
+        run_trial(plan(waits, parameters={"speed": 1.0}), 3)
+
+
+def test_random_numbers_of_the_code_belong_to_the_trial(waits: str) -> None:
+    judged = plan(waits, numbers={"first": "judge.py:first"})
+    Path(waits).with_name("judge.py").write_text(
+        "def first(run):\n    return run.variables('waits')['rolled'][0]\n", encoding="utf-8"
+    )
+    once, again, other = (run_trial(judged, number).numbers["first"] for number in (5, 5, 6))
+    assert once == again != other
+
+
+@pytest.mark.parametrize(
+    ("code", "reason"),
+    [
+        ("return True", ""),
+        ("return None", ""),
+        ("return False", "judged not good"),
+        ("return 'too slow'", "too slow"),
+        ("return 1 / 0", "judge.py:judge: ZeroDivisionError: division by zero"),
+    ],
+)
+def test_a_function_of_the_run_judges(waits: str, code: str, reason: str) -> None:
+    Path(waits).with_name("judge.py").write_text(f"def judge(run):\n    {code}\n", encoding="utf-8")
+    outcome = run_trial(plan(waits, success=Success(function="judge.py:judge")), 0)
+    assert (outcome.success, outcome.reason) == (not reason, reason)
+
+
+def test_samples_are_taken_ten_times_a_second(waits: str) -> None:
+    Path(waits).with_name("judge.py").write_text("def passed(run):\n    return run.time\n", encoding="utf-8")
+    numbers = run_trial(plan(waits, samples={"passed": "judge.py:passed"}), 0).numbers
+    assert numbers["passed mean"] == pytest.approx(1.0)
+    assert numbers["passed max"] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("reference", "message"),
+    [
+        ("nothing.py:f", "there is no file"),
+        ("judge.py:absent", "judge.py defines no function absent"),
+        ("broken.py:f", "cannot be loaded: SyntaxError"),
+    ],
+)
+def test_a_function_that_is_not_there_is_refused(waits: str, reference: str, message: str) -> None:
+    Path(waits).with_name("judge.py").write_text("value = 3\n", encoding="utf-8")
+    Path(waits).with_name("broken.py").write_text("def f(:\n", encoding="utf-8")
+    with pytest.raises(TrialsError, match=message):
+        run_trial(plan(waits, numbers={"n": reference}), 0)
+
+
+@pytest.mark.sim
+def test_a_fall_fails_and_the_same_trial_falls_the_same_way() -> None:
+    pushed = plan(
+        FOLLOW,
+        robot="sim",
+        camera="drawn",
+        scene={"noise": True, "BallGreen.pan": Spread(lowest=-0.5, highest=0.5)},
+        disturbances={"shove": Disturbance(at=0.5, push=200.0, seconds=0.2)},
+    )
+    outcome = run_trial(pushed, 2)
+    assert (outcome.success, outcome.reason) == (False, "fell")
+    assert run_trial(pushed, 2) == outcome
+    lies = plan(FOLLOW, upright=False, robot="sim", camera="drawn", disturbances=pushed.disturbances)
+    assert run_trial(lies, 2).success
+
+
+def test_a_ball_that_is_carried_away_is_lost() -> None:
+    away = {"away": Disturbance(at=1.0, move="BallGreen", to={"pan": 3.1})}
+    outcome = run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances=away), 0)
+    assert outcome.success
+    assert 1.5 < outcome.time < 2.0
+
+
+def test_a_server_that_is_offline_is_back_later() -> None:
+    gone = {"gone": Disturbance(at=0.5, offline=("Camera",), seconds=0.4)}
+    outcome = run_trial(plan(FOLLOW, robot="fake", disturbances=gone), 0)
+    assert outcome.success, outcome.error
+
+
+def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path) -> None:
+    # The ball jumps at 1.0 s; a robot that sees it 0.6 s late turns its head 0.6 s later.
+    (tmp_path / "follow_ball.xml").write_bytes(Path(FOLLOW).read_bytes())
+    (tmp_path / "judge.py").write_text(
+        "def turned(run):\n"
+        "    speeds = [c.time for c in run.calls('Head.setSpeed') if c.time > 1.0 and abs(c.pan) > 0.3]\n"
+        "    return speeds[0] if speeds else 99.0\n",
+        encoding="utf-8",
+    )
+    jump = Disturbance(at=1.0, move="BallGreen", to={"pan": 0.4, "distance": 1.0})
+    late = Disturbance(at=0.2, late=0.6, seconds=5.0)
+    seen = [
+        run_trial(
+            plan(
+                str(tmp_path / "follow_ball.xml"),
+                robot="fake",
+                limit=3.0,
+                scene={"BallGreen.pan": 0.0, "BallGreen.distance": 1.0},
+                disturbances=disturbances,
+                numbers={"turned": "judge.py:turned"},
+            ),
+            0,
+        ).numbers["turned"]
+        for disturbances in ({"jump": jump}, {"jump": jump, "late": late})
+    ]
+    assert seen[1] - seen[0] == pytest.approx(0.6, abs=0.15)

@@ -1,0 +1,136 @@
+"""The search for the best parameters: what it finds, what it gives up, and that it goes on where it ended."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+from pathlib import Path
+
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError
+from visualhfsm.trials._record import read_outcomes
+from visualhfsm.trials._series import LocalPool
+from visualhfsm.trials._tuning import Tuning
+from visualhfsm.trials._worker import Task
+
+BEST = 0.3
+"""Away from it, the document's state takes longer, in s, and does not end at all beyond 1."""
+SLOW = document(
+    sub(
+        1,
+        0,
+        state(1, "working", "worked += 0.1", initial=True),
+        state(2, "done"),
+        transition(1, 1, 2, f"worked > abs(self.gain - {BEST}) + self.weather", name="enough"),
+        variables="worked = 0.0",
+    ),
+    head="<parameters>"
+    "<parameter><name>gain</name><type>float</type><default>2</default></parameter>"
+    "<parameter><name>weather</name><type>float</type><default>0</default></parameter>"
+    "</parameters>",
+)
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Plan:
+    folder = tmp_path / "documents"
+    folder.mkdir()
+    (folder / "slow.xml").write_text(SLOW, encoding="utf-8")
+    return Plan(
+        document=str(folder / "slow.xml"),
+        robot="none",
+        limit=1.5,
+        runs=8,
+        success=Success(state="done"),
+        parameters={
+            "gain": Spread(lowest=-3.0, highest=3.0),
+            "weather": Spread(mean=0.2, deviation=0.05, lowest=0.0),
+        },
+    )
+
+
+class NoPool:
+    """A pool for a search of which everything is there."""
+
+    workers = 1
+
+    def submit(self, task: Task) -> Future[Outcome]:
+        raise AssertionError(f"trial {task.number} is computed again")
+
+
+def test_it_finds_the_parameters_with_which_it_succeeds_soonest(plan: Plan, tmp_path: Path) -> None:
+    tuning = Tuning(plan, settings=20)
+    with LocalPool(2) as pool:
+        found = tuning.search(tmp_path / "file", pool)
+    assert found is not None
+    assert found["gain"] == pytest.approx(BEST, abs=0.25)
+    assert [*found] == ["gain"]  # the weather is drawn in each trial
+    assert 0 < tuning.given_up < 20
+
+
+def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path) -> None:
+    trials: list[int] = []
+    tuning = Tuning(plan, settings=12)
+    with LocalPool(2) as pool:
+        tuning.search(tmp_path / "file", pool, trials.append)
+    kept = [*read_outcomes(tmp_path / "file")]
+    assert len(kept) == 12 * 8 - 4 * tuning.given_up
+    assert sum(trials) == tuning.most_trials == 12 * 8
+    gains = {outcome.number // 8: outcome.values["parameters.gain"] for outcome in kept}
+    assert len(set(gains.values())) == 12
+
+
+def test_any_number_of_workers_finds_the_same(plan: Plan, tmp_path: Path) -> None:
+    with LocalPool(1) as one, LocalPool(3) as three:
+        first = Tuning(plan, settings=8).search(tmp_path / "one", one)
+        second = Tuning(plan, settings=8).search(tmp_path / "three", three)
+    assert first == second
+    outcomes = [
+        sorted(read_outcomes(tmp_path / name), key=lambda each: each.number) for name in ("one", "three")
+    ]
+    assert outcomes[0] == outcomes[1]
+
+
+def test_a_search_goes_on_where_it_was_stopped(plan: Plan, tmp_path: Path) -> None:
+    stop, ended = threading.Event(), []
+
+    def advance(trials: int) -> None:
+        ended.append(trials)
+        if sum(ended) > 30:
+            stop.set()
+
+    with LocalPool(2) as pool:
+        assert Tuning(plan, settings=8).search(tmp_path / "file", pool, advance, stop) is None
+        before = len([*read_outcomes(tmp_path / "file")])
+        found = Tuning(plan, settings=8).search(tmp_path / "file", pool)
+        assert found == Tuning(plan, settings=8).search(tmp_path / "fresh", pool)
+    assert 30 < before < len([*read_outcomes(tmp_path / "file")])
+    assert Tuning(plan, settings=8).search(tmp_path / "file", NoPool()) == found
+
+
+def test_another_number_may_be_the_cost(plan: Plan, tmp_path: Path) -> None:
+    with LocalPool(2) as pool:
+        found = Tuning(plan, settings=12, cost="cycles").search(tmp_path / "file", pool)
+        assert found is not None
+        assert abs(float(found["gain"]) - BEST) < 0.6
+        with pytest.raises(TrialsError, match="no trial has a number aim; there are time, calls, cycles"):
+            Tuning(plan, settings=12, cost="aim").search(tmp_path / "other", pool)
+
+
+def test_it_is_confirmed_by_fresh_trials_without_what_is_tuned(plan: Plan) -> None:
+    tuning = Tuning(plan, settings=1)
+    assert tuning.fresh.seed != plan.seed
+    assert [*tuning.fresh.parameters] == ["weather"]
+    tuned = tuning.with_parameters({"gain": 0.5}, tuning.fresh)
+    assert tuned.parameters["gain"] == 0.5
+    assert tuned.draw(3)["parameters.weather"] == tuning.fresh.draw(3)["parameters.weather"]
+
+
+def test_a_plan_without_ranges_has_nothing_to_tune(plan: Plan) -> None:
+    fixed = {name: each for name, each in plan.parameters.items() if name == "weather"}
+    with pytest.raises(
+        TrialsError, match=r"no parameter has a range: write those to be tuned under \[parameters\]"
+    ):
+        Tuning(Plan(document=plan.document, robot="none", parameters=fixed), settings=1)

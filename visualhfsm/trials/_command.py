@@ -1,0 +1,224 @@
+"""The command `visualhfsm trials`: run a behavior many times, and say how often it succeeds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+import typer
+
+from zenoh_ice.application.cli import finite
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ._plan import Plan
+    from ._progress import Place
+    from ._summary import Summary
+
+EPILOG: Final = """Examples:
+
+visualhfsm trials behaviors/follow_ball.xml
+
+visualhfsm trials behaviors/score.trials.toml --runs 1000
+
+visualhfsm trials behaviors/score.trials.toml --only 417 --record run417.mcap
+
+visualhfsm trials mine.xml theirs.xml --runs 300
+
+visualhfsm trials follow_ball.xml --tune --minimize "aim mean" --runs 40
+
+visualhfsm trials score.trials.toml --cluster tcp://192.168.0.4:8786
+
+Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C."""
+
+
+def trials(
+    documents: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="DOCUMENT",
+            exists=True,
+            dir_okay=False,
+            help="A document, with the plan NAME.trials.toml beside it if there is one, or a plan; two "
+            "of them are compared, both by the plan of the first one.",
+        ),
+    ],
+    *,
+    runs: Annotated[
+        int | None, typer.Option(metavar="N", min=1, max=1_000_000, help="Number of trials.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Seed of everything that is drawn.")
+    ] = None,
+    success: Annotated[
+        str | None, typer.Option(metavar="STATE", help="The state that a trial must reach.")
+    ] = None,
+    limit: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", min=0.001, callback=finite, help="End of a trial, in robot time."),
+    ] = None,
+    robot: Annotated[
+        Literal["sim", "fake", "none"] | None,
+        typer.Option(help="The simulated robot, the fake one without physics, or none."),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, max=1000, help="Trials at a time.", show_default="one a processor"),
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run on a cluster of Dask, such as tcp://HOST:8786.")
+    ] = None,
+    only: Annotated[
+        int | None, typer.Option(metavar="NUMBER", min=0, help="Run one trial here, and show it.")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option(metavar="MCAP", dir_okay=False, help="Record that one for the editor.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", file_okay=False, help="Where outcomes are kept; by default beside DOCUMENT."
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="HTML",
+            dir_okay=False,
+            help="Write everything as a page, with those of the ten worst trials in a folder beside it.",
+        ),
+    ] = None,
+    tune: Annotated[
+        bool, typer.Option("--tune", help="Search the parameters that have a range for those that do best.")
+    ] = False,
+    settings: Annotated[
+        int, typer.Option(metavar="N", min=1, max=100_000, help="Settings that --tune tries.")
+    ] = 40,
+    minimize: Annotated[
+        str,
+        typer.Option(metavar="NUMBER", help="What a successful trial costs for --tune, such as 'aim mean'."),
+    ] = "time",
+    again: Annotated[
+        bool, typer.Option("--again", help="Replace outcomes that are there, instead of going on with them.")
+    ] = False,
+) -> None:
+    """Run a behavior many times in virtual time, with other places, noise and disturbances each time.
+
+    A plan says what varies and what counts as success. The same plan and seed give the same outcomes,
+    wherever they are computed. Outcomes are kept as they come: after Ctrl-C the same command goes on. Code of
+    the document runs as you: try only documents that you trust.
+    """
+    if len(documents) > 2:
+        raise typer.BadParameter("at most two documents are compared", param_hint="DOCUMENT")
+    if record is not None and only is None:
+        raise typer.BadParameter("--record needs --only NUMBER")
+    if report is not None and (len(documents) > 1 or tune):
+        raise typer.BadParameter("a page is of one document", param_hint="--report")
+    if tune and (len(documents) > 1 or only is not None):
+        raise typer.BadParameter("one document is tuned, without --only", param_hint="--tune")
+    from msgspec.structs import replace
+
+    from ._plan import plan_of
+
+    changes = {"runs": runs, "seed": seed, "limit": limit, "robot": robot}
+    if report is not None:
+        from visualhfsm._html_file import check_place
+
+        check_place(report)
+    given = {name: value for name, value in changes.items() if value is not None}
+    plans = [plan_of(documents[0], success, **given)]
+    for path in documents[1:]:  # the plan of the first one, so that all values are the same
+        own = plan_of(path, success, **given)
+        plans.append(own if path.suffix == ".toml" else replace(plans[0], document=own.document))
+    if only is not None:
+        for plan in plans:
+            _run_one(plan, only, record)
+        return
+    from rich.console import Console
+
+    from ._comparison import Comparison
+    from ._progress import Place, run_all
+    from ._record import SUFFIX
+    from ._terminal import show, show_comparison
+
+    console = Console()
+    place = Place(console, workers, cluster, again)
+    names = _names(plans)
+    if tune:
+        _tune(place, plans[0], settings, minimize, (out or Path(plans[0].document).parent) / names[0])
+        return
+    summaries = []
+    for plan, name in zip(plans, names, strict=True):
+        folder = out or Path(plan.document).parent
+        file = folder / (name + SUFFIX)
+        summary = run_all(place, plan, file)
+        summaries.append(summary)
+        if report is not None:
+            _write_page(report, plan, summary, file, console)
+    for summary, name in zip(summaries, names, strict=True):
+        show(console, summary, name)
+    if len(summaries) == 2:
+        show_comparison(console, Comparison(*summaries), (names[0], names[1]))
+
+
+def _tune(place: Place, plan: Plan, settings: int, cost: str, path: Path) -> None:
+    """Search the best parameters of a plan, and print what they change in fresh trials."""
+    from ._comparison import Comparison
+    from ._progress import run_all, search
+    from ._record import SUFFIX as OUTCOMES
+    from ._terminal import show, show_comparison
+    from ._tuning import SUFFIX, Tuning
+
+    tuning = Tuning(plan, settings=settings, cost=cost)
+    found = search(place, tuning, path.name, path.with_name(path.name + SUFFIX))
+    plans = {"untuned": tuning.fresh, "tuned": tuning.with_parameters(found, tuning.fresh)}
+    before, after = (
+        run_all(place, each, path.with_name(f"{path.name}.{name}{OUTCOMES}")) for name, each in plans.items()
+    )
+    show(place.console, after, "tuned")
+    show_comparison(place.console, Comparison(before, after), ("untuned", "tuned"))
+    place.console.print()
+    for name, value in found.items():
+        place.console.print(f"{name} = {value!r}", highlight=False)
+
+
+def _names(plans: list[Plan]) -> list[str]:
+    stems = [Path(plan.document).stem for plan in plans]
+    return (
+        stems if len(set(stems)) == len(stems) else [f"{stem}-{index}" for index, stem in enumerate(stems, 1)]
+    )
+
+
+def _write_page(path: Path, plan: Plan, summary: Summary, file: Path, console: Console) -> None:
+    """Write the page of a series; its worst trials are run again, and recorded."""
+    from ._page import write_trials_page
+    from ._trial import quiet, run_trial
+
+    def record(number: int, recording: Path) -> None:
+        with quiet():
+            run_trial(plan, number, recording)
+
+    with console.status("runs the worst trials again, to record them"):
+        size = write_trials_page(path, plan, summary, file, record)
+    console.print(f"{path}: {size / 1e6:.1f} MB")
+
+
+def _run_one(plan: Plan, number: int, record: Path | None) -> None:
+    """Run one trial in this process, and print what it came to."""
+    from ._trial import run_trial
+
+    outcome = run_trial(plan, number, record)
+    for name, value in outcome.values.items():
+        typer.echo(f"{name} = {value!r}")
+    for change in outcome.changes:
+        typer.echo(f"{change.time:10.3f} s  {change.states}")
+    for name, figure in outcome.numbers.items():
+        typer.echo(f"{name}: {figure:.6g}")
+    if outcome.error:
+        typer.echo(outcome.error)
+    typer.echo(
+        f"trial {number} of {Path(plan.document).name}: {outcome.reason or 'success'} at {outcome.time:g} s"
+    )
+    if record is not None:
+        typer.echo(f"Recorded in {record}: open it in the editor, or `visualhfsm report {record}`.")

@@ -1,0 +1,74 @@
+"""Two series of the same trials, of different documents or plans: what differs, and whether by chance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ._errors import TrialsError
+from ._statistics import Rate, mcnemar, mean_difference
+from ._summary import Row, Summary
+
+_SIGNIFICANT: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """The means of a number in two series, and the mean difference with its interval."""
+
+    first: float
+    second: float
+    mean: float
+    low: float
+    high: float
+
+
+class Comparison:
+    """What differs between two series, trial by trial; only trials that both have count."""
+
+    def __init__(self, first: Summary, second: Summary) -> None:
+        others = {row.number: row for row in second.rows}
+        self._pairs: Final = [(row, others[row.number]) for row in first.rows if row.number in others]
+        if not self._pairs:
+            raise TrialsError("the two series have no trial in common")
+        self.rates: Final[tuple[Rate, Rate]] = (first.rate, second.rate)
+        self.only_first: Final[Sequence[int]] = [
+            a.number for a, b in self._pairs if a.success and not b.success
+        ]
+        """The trials in which only the first succeeds."""
+        self.only_second: Final[Sequence[int]] = [
+            a.number for a, b in self._pairs if b.success and not a.success
+        ]
+        """The trials in which only the second succeeds."""
+        self.chance: Final = mcnemar(len(self.only_first), len(self.only_second))
+        """Probability of rates that differ as much by chance."""
+        self.numbers: Final[Mapping[str, Change]] = _changes(
+            [pair for pair in self._pairs if pair[0].success and pair[1].success]
+        )
+        """The numbers of trials in which both succeed."""
+
+    @property
+    def verdict(self) -> str:
+        """Whether the difference in success is real, in words."""
+        gained, lost = len(self.only_second), len(self.only_first)
+        if not gained and not lost:
+            return "none: the same trials succeed"
+        real = "real" if self.chance < _SIGNIFICANT else "perhaps chance"
+        return f"{gained} gained, {lost} lost: {real} (p = {self.chance:.3g})"
+
+
+def _changes(pairs: Sequence[tuple[Row, Row]]) -> dict[str, Change]:
+    if not pairs:
+        return {}
+    names = [
+        name for name in pairs[0][0].numbers if all(name in a.numbers and name in b.numbers for a, b in pairs)
+    ]
+    found = {}
+    for name in names:
+        first = [a.numbers[name] for a, _ in pairs]
+        second = [b.numbers[name] for _, b in pairs]
+        found[name] = Change(float(np.mean(first)), float(np.mean(second)), *mean_difference(first, second))
+    return found

@@ -1,0 +1,47 @@
+"""Functions of a plan: Python files beside it, which judge and measure trials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from hfsm_runtime.loading import load_module
+
+from ._errors import TrialsError
+
+
+class FunctionFailed(Exception):
+    """A function of a plan raised an exception; the text says which one."""
+
+
+def call_function(reference: str, folder: Path, run: object) -> Any:  # noqa: ANN401 - what it returns
+    """Return what a function of a plan returns for a run. Raises TrialsError, and FunctionFailed."""
+    function = load_function(reference, folder)
+    try:
+        return function(run)
+    except Exception as error:
+        raise FunctionFailed(f"{reference}: {type(error).__name__}: {error}") from error
+
+
+def load_function(reference: str, folder: Path) -> Callable[..., Any]:
+    """Return a function by `FILE.py:NAME`, the file relative to the plan's folder. Raises TrialsError."""
+    file, _, name = reference.rpartition(":")
+    path = (folder / file).resolve()
+    if not path.is_file():
+        raise TrialsError(f"{reference}: there is no file {path}")
+    module = _load(path, path.stat().st_mtime_ns)
+    function = getattr(module, name, None)
+    if not callable(function):
+        raise TrialsError(f"{reference}: {path.name} defines no function {name}")
+    return function  # type: ignore[no-any-return]
+
+
+@lru_cache(maxsize=32)
+def _load(path: Path, changed: int) -> ModuleType:  # noqa: ARG001 - loaded again when it was edited
+    try:
+        return load_module(f"_trials_{path.stem}", path)
+    except Exception as error:
+        raise TrialsError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error

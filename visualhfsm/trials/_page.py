@@ -1,0 +1,49 @@
+"""A series of trials as one HTML file, with the pages of its worst trials beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import msgspec
+
+from visualhfsm._editing.serialization import parse
+from visualhfsm._html_file import html_file, write_html
+from visualhfsm._live.recordings import open_recording
+from visualhfsm._run_page import write_run_page
+
+from ._plan import Plan
+from ._summary import Summary
+from ._view import TrialsView, view_of
+
+_ENTRY: Final = "trials-page.js"
+_STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels", "monitor", "trials"))
+
+
+def trials_page(view: TrialsView) -> str:
+    """Return the page of a series as HTML."""
+    return html_file(view.name, _ENTRY, _STYLES, msgspec.json.encode(view))
+
+
+def write_trials_page(
+    path: Path, plan: Plan, summary: Summary, outcomes: Path, record: Callable[[int, Path], object]
+) -> int:
+    """Write the page of a series, and those of its worst trials into a folder beside it.
+
+    `record` runs a trial again and records it in a file. Returns the size of the page in bytes. Raises
+    VisualHfsmError.
+    """
+    folder = path.with_suffix("")
+    pages = {}
+    with TemporaryDirectory() as recordings:
+        for row in summary.worst:
+            recording = Path(recordings) / f"{row.number}.mcap"
+            record(row.number, recording)
+            run = open_recording(recording)
+            document = parse(run.document, "The document cannot be read") if run.document else None
+            page = folder / f"{row.number}.html"
+            write_run_page(page, run.exported(document))
+            pages[row.number] = f"{folder.name}/{page.name}"
+    return write_html(path, trials_page(view_of(plan, summary, outcomes, pages)))

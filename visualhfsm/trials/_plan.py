@@ -1,0 +1,178 @@
+"""The plan of a series of trials: what varies, what disturbs, what counts as success, and its limits.
+
+A plan is a TOML file beside a document; docs/how-to/trials.md describes its keys. The same plan and seed draw
+the same values for a trial, whatever else is drawn.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+import msgspec
+from msgspec import Meta, Struct
+
+from visualhfsm.simulation._robot import CameraKind, RobotKind
+from zenoh_ice.toml_file import parse_toml, read_text
+
+from ._errors import TrialsError
+from ._quantities import Quantity, Same, Spread, Value, Values, draw_all, read_quantities, varies
+
+SUFFIX: Final = ".trials.toml"
+PARAMETERS: Final = "parameters."
+"""Beginning of the names of quantities that are parameters of the component."""
+_KINDS: Final = ("push", "move", "offline", "late")
+_MOST_DRAWS: Final = 10_000
+
+Time = Annotated[float, Meta(ge=0, le=86_400, description="write seconds from 0 to 86400")]
+Function = Annotated[
+    str, Meta(pattern=r"^[\w./-]+\.py:\w+\Z", description="write FILE.py:FUNCTION, such as judge.py:is_good")
+]
+
+
+class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
+    """Something that happens to the robot at a time, one of: `push`, `move`, `offline`, `late`."""
+
+    at: Spread | Time
+    """In s of the trial."""
+    seconds: Spread | Time = 0.0
+    """How long a push lasts, servants are offline, or pictures are late."""
+    push: Spread | float | None = None
+    """Force in N, horizontal."""
+    direction: Spread | float = Spread(lowest=-3.14159, highest=3.14159)
+    """Direction of a push in rad, from the robot's front to the left."""
+    move: str | None = None
+    """Name of a ball or another object."""
+    to: dict[str, Spread | float] = {}
+    """Where it is put, by x, y and z in m; a carried ball by pan in rad, distance and height in m."""
+    offline: tuple[str, ...] | None = None
+    """Identities of servants whose calls fail; none for all."""
+    late: Spread | Time | None = None
+    """Age in s of the pictures of all cameras."""
+
+    def __post_init__(self) -> None:
+        given = [name for name in _KINDS if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"a disturbance has one of {', '.join(_KINDS)}; here: {', '.join(given) or 'none'}"
+            )
+        if self.move is not None and not self.to:
+            raise ValueError(f"say where {self.move} is put: to = {{ x = 1.0, y = 0.5 }}")
+        if self.move is None and self.seconds == 0.0:
+            raise ValueError(f"say how long: seconds = 1.0, for {given[0]}")
+
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """Its numbers by name."""
+        names = ["at", "seconds"] if self.move is None else ["at"]
+        names += ["push", "direction"] if self.push is not None else []
+        names += ["late"] if self.late is not None else []
+        return {**{name: getattr(self, name) for name in names}, **self.to}
+
+
+class Success(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
+    """What a trial must do; all that is given must hold."""
+
+    state: str | None = None
+    """Path of the states that it must reach, which ends the trial."""
+    upright: bool = True
+    """Whether a fall fails and ends the trial."""
+    properties: bool = True
+    """Whether the properties of the document must hold."""
+    function: Function | None = None
+    """A function of the run, called at its end: returns whether it is good, or a text that says why not."""
+
+
+class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
+    """A series of trials of one document."""
+
+    document: str = ""
+    """The document, relative to the plan; by default the one with the same name."""
+    runs: Annotated[int, Meta(ge=1, le=1_000_000)] = 100
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 1
+    limit: Annotated[float, Meta(gt=0, le=86_400)] = 60.0
+    """End of a trial in s of robot time."""
+    robot: RobotKind | Literal["none"] = "sim"
+    camera: CameraKind = "auto"
+    scene: dict[str, Quantity] = {}
+    """Where the robot and the things are, and how well they are seen, by names; see `_scene`."""
+    parameters: dict[str, Quantity] = {}
+    """Parameters of the component."""
+    accept: Function | None = None
+    """A function of the drawn values that returns whether they are possible; else all are drawn again."""
+    disturbances: dict[str, Disturbance] = {}
+    """What happens, by a name for each."""
+    success: Success = Success()
+    numbers: dict[str, Function] = {}
+    """Functions of the run that are called at its end, by the name of the number that each returns."""
+    samples: dict[str, Function] = {}
+    """Functions of the run that are called ten times a second; their mean and maximum are noted."""
+    patience: Annotated[float, Meta(gt=0, le=86_400)] = 300.0
+    """Longest wall time of a trial in s."""
+    memory: Annotated[int, Meta(ge=100, le=1_000_000)] = 4000
+    """Most memory of a trial in MB."""
+
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """All quantities by name: those of the scene, of parameters and of disturbances."""
+        found = {**self.scene, **{PARAMETERS + name: each for name, each in self.parameters.items()}}
+        for name, disturbance in self.disturbances.items():
+            found |= {f"{name}.{key}": each for key, each in disturbance.quantities.items()}
+        return found
+
+    @property
+    def varying(self) -> tuple[str, ...]:
+        """The names of the quantities that differ from trial to trial."""
+        return tuple(name for name, each in self.quantities.items() if varies(each))
+
+    def draw(self, number: int, accept: Callable[[Values], object] | None = None) -> dict[str, Value]:
+        """Return the values of a trial; `accept` is the loaded function. Raises TrialsError."""
+        for attempt in range(_MOST_DRAWS):
+            values = draw_all(self.quantities, f"{self.seed}/{number}/{attempt}")
+            if accept is None or accept(values):
+                return values
+        raise TrialsError(f"{self.accept} accepted none of {_MOST_DRAWS} draws: widen the ranges of the plan")
+
+    def seed_of(self, number: int) -> int:
+        """Return the seed of noise and of the user's random numbers in a trial."""
+        return random.Random(f"{self.seed}/{number}").getrandbits(31)
+
+
+class _File(Plan, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A plan as its file has it: names may be nested tables."""
+
+    scene: dict[str, Any] = {}
+    parameters: dict[str, Any] = {}
+
+
+def read_plan(path: Path) -> Plan:
+    """Return the plan of a file; its document is absolute. Raises TrialsError with file, line and key."""
+    text, source = read_text(path, TrialsError), str(path)
+    file = parse_toml(text, _File, source, TrialsError)
+    fields: dict[str, Any] = {name: getattr(file, name) for name in Plan.__struct_fields__}
+    for section in ("scene", "parameters"):
+        fields[section] = read_quantities(fields[section], section, source, text, TrialsError)
+    plan = Plan(**fields)
+    own = {name for name, each in plan.quantities.items() if not isinstance(each, Same)}
+    for name, each in plan.quantities.items():
+        if isinstance(each, Same) and each.same not in own:
+            raise TrialsError(f"{path}: {name}: there is no quantity {each.same} that has its own value")
+    name = file.document or path.name.removesuffix(SUFFIX) + ".xml"
+    document = path.parent / name
+    if not document.is_file():
+        raise TrialsError(f"{path}: there is no document {document}: write document = ...")
+    return msgspec.structs.replace(plan, document=str(document))
+
+
+def plan_of(path: Path, success: str | None = None, **changes: Any) -> Plan:  # noqa: ANN401 - fields of Plan
+    """Return the plan in a file, or that of a document: of the file beside it, or one that varies nothing.
+
+    `success` is the state that a trial must reach, and `changes` are other fields. Raises TrialsError.
+    """
+    beside = path if path.suffix == ".toml" else path.with_name(path.stem + SUFFIX)
+    plan = read_plan(beside) if beside.is_file() else Plan(document=str(path))
+    if success is not None:
+        changes["success"] = msgspec.structs.replace(plan.success, state=success)
+    return msgspec.structs.replace(plan, **changes)

@@ -1,0 +1,98 @@
+"""Run tasks in processes: one for each thread of the executor that runs them, here or on a cluster."""
+
+from __future__ import annotations
+
+import base64
+import os
+import pickle
+import threading
+from collections.abc import Mapping
+from typing import Final
+
+import msgspec
+
+from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
+
+from ._errors import TrialsError
+from ._outcome import Outcome
+from ._worker import Answer, Task
+
+_ATTEMPTS: Final = 20
+"""How often a trial is run whose process is killed: most probably it is no fault of the trial."""
+_DRAW_LIMIT: Final = 60.0
+"""Limit in s for drawing the values of a trial without running it."""
+_ENVIRONMENT: Final[Mapping[str, str]] = {
+    "PYTHONHASHSEED": "0",  # the order of sets
+    "OPENBLAS_NUM_THREADS": "1",  # other trials use the other processors
+    "OMP_NUM_THREADS": "1",
+}
+
+
+class Processes:
+    """The processes of some threads: one each, which lasts from task to task."""
+
+    def __init__(self) -> None:
+        self._here = threading.local()
+        self._lock = threading.Lock()
+        self._all: list[LineProcess] = []
+        self._closed = False
+
+    def run(self, task: Task) -> Outcome:
+        """Run a task in the process of this thread. Raises TrialsError for a plan that is not possible."""
+        for _ in range(_ATTEMPTS):
+            try:
+                return self._ask(task, task.plan.patience)
+            except KilledError:
+                reason = f"its process was killed {_ATTEMPTS} times, perhaps for want of memory"
+            except TooSlowError:
+                reason = f"took more than {task.plan.patience:g} s"
+                break
+            except NoAnswerError:
+                reason = "ended its process"
+                break
+        try:
+            return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=reason)
+        except NoAnswerError as error:
+            raise TrialsError(f"trial {task.number} cannot be drawn: {error}") from error
+
+    def _ask(self, task: Task, patience: float) -> Outcome:
+        if self._closed:
+            raise TrialsError("the trials have been ended")
+        answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
+        try:
+            found = msgspec.json.decode(answer, type=Answer)
+        except msgspec.MsgspecError as error:
+            raise NoAnswerError(f"it wrote something else: {error}") from error
+        if found.outcome is None:
+            raise TrialsError(found.refused)
+        return found.outcome
+
+    def close(self) -> None:
+        """End all processes."""
+        with self._lock:
+            self._closed = True
+            processes = [*self._all]
+        for process in processes:
+            process.close()
+
+    def _process(self) -> LineProcess:
+        process: LineProcess | None = getattr(self._here, "process", None)
+        if process is None:
+            with self._lock:
+                process = LineProcess(f"{__package__}._worker", _ENVIRONMENT)
+                self._all.append(process)
+            self._here.process = process
+        return process
+
+
+_of_this_process = Processes()
+
+
+def run_task(task: Task) -> Outcome:
+    """Run a task in a process of the thread that calls this: for the workers of a cluster."""
+    return _of_this_process.run(task)
+
+
+def processors() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0))

@@ -1,0 +1,130 @@
+"""The file of outcomes, which is written while trials run, so that whatever ends them costs nothing.
+
+Its first line says what the trials are of, each other line is an outcome, in the order in which they ended. A
+line that was cut off by a crash is removed when the file is opened again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Final, Self
+
+import msgspec
+
+from ._errors import TrialsError
+from ._outcome import Outcome
+
+SUFFIX: Final = ".outcomes.jsonl"
+_LONGEST_HEADER: Final = 10_000  # bytes
+
+
+class Header(msgspec.Struct, frozen=True):
+    """What outcomes are of; those of equal headers belong together."""
+
+    document: str
+    """Name of the document."""
+    digest: str
+    """Of the plan, with its seed but not the number of its runs, and of the files beside the document."""
+    versions: dict[str, str]
+    """Of what computes the outcomes."""
+
+
+class Record:
+    """An open file of outcomes, for one process at a time."""
+
+    def __init__(self, path: Path, header: Header, *, again: bool = False) -> None:
+        """Open a file to go on with it, or `again` from the start.
+
+        Raises TrialsError if it has outcomes of something else, or cannot be written.
+        """
+        self.path: Final = path
+        self.done: Final[set[int]] = set()
+        """The numbers of the trials whose outcomes are there."""
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("a+b", buffering=0)
+        except OSError as error:
+            raise TrialsError(f"{path}: outcomes cannot be kept there: {error.strerror}") from error
+        try:
+            self._begin(header, again=again)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _begin(self, header: Header, *, again: bool) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise TrialsError(f"{self.path}: another process writes outcomes to it now") from error
+        found = None if again else read_header(self.path)
+        if found is not None and found != header:
+            raise TrialsError(
+                f"{self.path} has outcomes of another plan, document or version: --again replaces them, and "
+                "--out writes elsewhere"
+            )
+        if found is None:
+            self._file.truncate(0)
+            self._write(header, "what they are of")
+            return
+        self.done.update(outcome.number for outcome in read_outcomes(self.path))
+        self._file.truncate(self.path.read_bytes().rfind(b"\n") + 1)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
+
+    def add(self, outcome: Outcome) -> None:
+        """Keep an outcome. Raises TrialsError when it cannot be written; earlier ones stay."""
+        self._write(outcome, f"outcome {outcome.number}")
+        self.done.add(outcome.number)
+
+    def _write(self, what: Header | Outcome, name: str) -> None:
+        line = msgspec.json.encode(what) + b"\n"
+        try:
+            if self._file.write(line) == len(line):
+                return
+            why = "the disk is full"
+        except OSError as error:
+            why = error.strerror or str(error)
+        raise TrialsError(
+            f"{self.path}: {name} cannot be kept: {why}; the same command goes on with what is there"
+        )
+
+
+def read_header(path: Path) -> Header | None:
+    """Return what the outcomes of a file are of, None for an empty file. Raises TrialsError."""
+    with _reading(path) as file:
+        line = file.readline(_LONGEST_HEADER)
+    if not line.endswith(b"\n"):
+        return None
+    try:
+        return msgspec.json.decode(line, type=Header)
+    except msgspec.MsgspecError as error:
+        raise TrialsError(f"{path} is no file of outcomes: {error}") from error
+
+
+def read_outcomes(path: Path) -> Iterator[Outcome]:
+    """Yield the outcomes of a file, as they ended. Raises TrialsError."""
+    with _reading(path) as file:
+        file.readline()
+        for number, line in enumerate(file, 2):
+            if not line.endswith(b"\n"):
+                return  # a crash cut it off
+            try:
+                yield msgspec.json.decode(line, type=Outcome)
+            except msgspec.MsgspecError as error:
+                raise TrialsError(f"{path}:{number}: no outcome of a trial: {error}") from error
+
+
+def _reading(path: Path) -> BinaryIO:
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise TrialsError(f"{path}: cannot be read: {error.strerror}") from error

@@ -1,0 +1,128 @@
+"""Record a behavior in virtual time for viewers: its automata, its robot, and the pictures that it takes.
+
+The recording is of the kind that a watcher makes: the editor opens it, and a page can be written of it. It
+only looks: a behavior that is recorded does the same, bit by bit.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import msgspec
+
+from hfsm_runtime.debugger.snapshot import structure_of, take_snapshot
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.recording_file.messages import (
+    Action,
+    Description,
+    Picture,
+    RobotPose,
+    Shape,
+    Snapshot,
+    World,
+)
+from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
+from hfsm_runtime.tree import ChangeKind, Run
+from naoserver.body import write_body
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._monitoring.pictures import encode_jpeg
+
+if TYPE_CHECKING:
+    from naoserver.capabilities import Pose, WorldShape
+    from visualhfsm.simulation import Behavior
+
+_DIGITS: Final = 4
+_PICTURE_PERIOD: Final = 0.45
+"""s between two pictures of a camera that are kept."""
+_CAMERA: Final = ".getImageData"
+_COLORS: Final = "RGB8"
+_LOOK_PERIOD: Final = 0.01
+"""Wall seconds between looks at whether the file has caught up."""
+
+
+class BehaviorRecording(Observer):
+    """A recording of a behavior; call `look` as its time passes, and `close` at the end.
+
+    Raises VisualHfsmError when the file exists, or cannot be written.
+    """
+
+    def __init__(self, behavior: Behavior, path: Path) -> None:
+        self._behavior = behavior
+        self._start = time.time()
+        text = behavior.document.read_text(encoding="utf-8") if behavior.document else ""
+        try:
+            self._writer = RecordingWriter.watching(path, behavior.name, text)
+        except RecordingFailedError as error:
+            raise VisualHfsmError(str(error)) from error
+        self._calls = 0
+        self._pictured: dict[str, float] = {}
+        self._changed = False
+        self._put("/actions", Action("structure", msgspec.to_builtins(structure_of(behavior))))
+        if behavior.has_robot:
+            device = behavior.robot.device
+            self._put("/description", Description.of(write_body(device.body), device.looks()))
+            if device.stage is not None:
+                self._put("/world", World([_shape(each) for each in device.stage.shapes]))
+        behavior.tree.observers.append(self)
+        self.look()
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        """Note that a change is to be shown."""
+        self._changed = True
+
+    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+        """Show a change once its cycle has ended."""
+        if self._changed:
+            self._changed = False
+            self._show()
+
+    def look(self) -> None:
+        """Write down how everything is now, and the pictures since the last time."""
+        self._show()
+        calls = self._behavior.calls()
+        for call in calls[self._calls :]:
+            camera = call.target.removesuffix(_CAMERA)
+            due = call.time - self._pictured.get(camera, -_PICTURE_PERIOD) >= _PICTURE_PERIOD
+            if camera != call.target and due and call.error is None:
+                shape = call.result.description
+                if call.arguments.get("format") == _COLORS:
+                    self._pictured[camera] = call.time
+                    jpeg = encode_jpeg(shape.width, shape.height, call.result.pixelData)
+                    at = self._start + call.time
+                    self._writer.look(f"/images/{camera}", Picture.of(camera, round(at * 1e9), jpeg), at)
+        self._calls = len(calls)
+        while self._writer.crowded:  # virtual time waits for the disk
+            time.sleep(_LOOK_PERIOD)
+
+    def close(self) -> None:
+        """End the file."""
+        self._show()
+        self._writer.close()
+
+    def _show(self) -> None:
+        behavior = self._behavior
+        if behavior.has_robot:
+            joints = {name: round(angle, _DIGITS) for name, angle in behavior.robot.joints.items()}
+            stage = behavior.robot.device.stage
+            truth = None if stage is None else stage.truth()
+            torso = None if truth is None else _place(truth.torso)
+            objects = {} if truth is None else {name: _place(at) for name, at in truth.objects.items()}
+            self._put("/robot", RobotPose(joints, torso, objects))
+        snapshot = take_snapshot(behavior, self._start)
+        self._put("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(snapshot))))
+
+    def _put(self, topic: str, message: Action | Description | RobotPose | Snapshot | World) -> None:
+        self._writer.look(topic, message, self._start + self._behavior.time)
+
+
+def _place(pose: Pose) -> list[float]:
+    w, x, y, z = pose.orientation
+    return [round(value, _DIGITS) for value in (*pose.position, x, y, z, w)]
+
+
+def _shape(shape: WorldShape) -> Shape:
+    return Shape(
+        shape.object, shape.kind.lower(), [*shape.size], _place(shape.pose), [*shape.color], shape.opacity
+    )

@@ -1,0 +1,134 @@
+"""The scene of a trial: the settings of its robot, made from the values of the plan's quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+import msgspec
+
+from naoserver.errors import RobotError
+
+from ._errors import TrialsError
+from ._quantities import Value, Values
+
+if TYPE_CHECKING:
+    from naoserver_sim.world import World
+    from visualhfsm.simulation import Behavior
+
+_SETTINGS: Final[Mapping[str, type]] = {"body": str, "posture": str, "world": str, "noise": bool}
+_CARRIED: Final = ("pan", "distance", "height")
+_FAKE: Final = frozenset({"body"})
+"""Settings that the fake robot has, too."""
+
+
+class Scene:
+    """The values of one trial, sorted by what they set. Raises TrialsError for a name that sets nothing."""
+
+    def __init__(self, values: Values, robot: str) -> None:
+        self._robot = robot
+        self.settings: dict[str, Any] = {}
+        """Settings for `simulate`."""
+        self._places: dict[str, dict[str, float]] = {}
+        for name, value in values.items():
+            self._take(name, value)
+        if robot == "sim" and (self._places or "world" in self.settings):
+            self.settings["world"] = self._world()
+
+    def set_up(self, behavior: Behavior) -> None:
+        """Place the balls of the fake robot, whose world has no file."""
+        if self._robot == "fake":
+            for thing, place in self._places.items():
+                behavior.robot.ball(thing).place(**place)
+
+    def _take(self, name: str, value: Value) -> None:
+        thing, dot, coordinate = name.rpartition(".")
+        if self._robot == "none":
+            raise TrialsError(f'{name}: these trials have no robot; write robot = "sim" or "fake"')
+        if not dot:
+            kind = _SETTINGS.get(name)
+            if kind is None or (self._robot == "fake" and name not in _FAKE):
+                known = ", ".join(each for each in _SETTINGS if self._robot == "sim" or each in _FAKE)
+                raise TrialsError(
+                    f"{name}: there is no such quantity of a scene; there are {known}, and places"
+                )
+            if not isinstance(value, kind):
+                raise TrialsError(
+                    f"{name} = {value!r}: write {'true or false' if kind is bool else 'a text'}"
+                )
+            self.settings[name] = value
+            return
+        if isinstance(value, bool | str):
+            raise TrialsError(f"{name} = {value!r}: write a number")
+        if self._robot == "fake" and coordinate not in _CARRIED:
+            raise TrialsError(
+                f"{name}: the fake robot has balls with {', '.join(_CARRIED)}, and nothing else"
+            )
+        self._places.setdefault(thing, {})[coordinate] = float(value)
+
+    def _world(self) -> World:
+        from naoserver_sim.world import DEFAULT_WORLD, Light, load_world  # needs the package MuJoCo
+
+        try:
+            world = load_world(self.settings.get("world", DEFAULT_WORLD))
+            for thing, place in self._places.items():
+                if thing == "robot":
+                    world = _with(world, robot=_moved("robot", world.robot, place, ("x", "y"), ("heading",)))
+                elif thing == "light":
+                    light = world.light or Light()
+                    world = _with(world, light=_moved("light", light, place, (), ("brightness", "ambient")))
+                else:
+                    world = _with_thing(world, thing, place)
+            return world
+        except (RobotError, ValueError) as error:
+            raise TrialsError(f"the scene is not possible: {error}") from error
+
+
+def _with(world: World, **fields: object) -> World:
+    return msgspec.structs.replace(world, **fields)
+
+
+def _with_thing(world: World, name: str, place: Mapping[str, float]) -> World:
+    """Return a world in which a ball or a box is elsewhere."""
+    for kind in ("carried_balls", "balls", "boxes"):
+        things = list(getattr(world, kind))
+        for index, thing in enumerate(things):
+            if thing.name == name:
+                things[index] = (
+                    _carried(thing, place)
+                    if kind == "carried_balls"
+                    else _moved(name, thing, place, ("x", "y"), ("heading",) if kind == "boxes" else ())
+                )
+                return _with(world, **{kind: tuple(things)})
+    known = ", ".join(("robot", "light", *world.names))
+    raise TrialsError(f"{name}: there is no such thing in the world; there are {known}")
+
+
+def _moved(
+    name: str,
+    thing: Any,  # noqa: ANN401 - a part of a world
+    place: Mapping[str, float],
+    position: tuple[str, ...],
+    others: tuple[str, ...],
+) -> Any:  # noqa: ANN401
+    """Return a part of a world with another `position`, by x and y, and other fields."""
+    fields: dict[str, Any] = {}
+    for key, value in place.items():
+        if key in position:
+            at = list(fields.get("position", thing.position))
+            at[position.index(key)] = value
+            fields["position"] = tuple(at)
+        elif key in others:
+            fields[key] = value
+        else:
+            raise TrialsError(f"{name}.{key}: there is {', '.join((*position, *others))}")
+    return msgspec.structs.replace(thing, **fields)
+
+
+def _carried(ball: Any, place: Mapping[str, float]) -> Any:  # noqa: ANN401 - a part of a world
+    start = list(ball.start)
+    for key, value in place.items():
+        if key not in _CARRIED:
+            raise TrialsError(f"{ball.name}.{key}: it is carried, and has {', '.join(_CARRIED)}")
+        start[_CARRIED.index(key)] = value
+    return msgspec.structs.replace(ball, start=tuple(start))

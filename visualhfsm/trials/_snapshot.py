@@ -1,0 +1,100 @@
+"""The files of a series as it began, so that they can be edited meanwhile, and sent elsewhere."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import interfaces
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from codegen.hfsm.formats.reader import looks_like_document
+
+from ._errors import TrialsError
+
+_SUFFIXES: Final = frozenset(
+    (".csv", ".idl", ".json", ".mjcf", ".obj", ".py", ".scxml", ".stl", ".toml", ".txt", ".urdf", ".xml")
+)
+_MOST_BYTES: Final = 20 << 20
+"""Of all files together, before they are packed."""
+_MOST_FILES: Final = 2000
+_PACKAGE: Final = "interfaces"
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """An archive of files, the path of the document in it, and a digest that no other one has."""
+
+    document: str
+    archive: bytes
+    digest: str
+
+
+def take_snapshot(document: Path) -> Snapshot:
+    """Pack a document's folder, without what is hidden and documents of others, and its project's interfaces.
+
+    Raises TrialsError when they are too many or too large.
+    """
+    folder = document.parent.resolve()
+    name = folder.name or "documents"
+    parts = {name: folder}
+    beside = folder.parent / _PACKAGE
+    if beside.is_dir() and name != _PACKAGE and str(beside) not in interfaces.__path__:
+        parts[_PACKAGE] = beside
+    archive = _pack(parts, _documents(document.resolve()))
+    return Snapshot(f"{name}/{document.name}", archive, hashlib.sha256(archive).hexdigest())
+
+
+def unpack(archive: bytes, folder: Path) -> None:
+    """Write the files of an archive of ours into an empty folder."""
+    with zipfile.ZipFile(io.BytesIO(archive)) as packed:
+        packed.extractall(folder)
+
+
+def _pack(parts: dict[str, Path], documents: frozenset[Path]) -> bytes:
+    found = [
+        (f"{name}/{path.relative_to(folder).as_posix()}", path)
+        for name, folder in parts.items()
+        for path in sorted(folder.rglob("*"))
+        if path.suffix.lower() in _SUFFIXES
+        and not _left_out(path.relative_to(folder))
+        and path.is_file()
+        and (path in documents or not looks_like_document(path))
+    ]
+    size = sum(path.stat().st_size for _, path in found)
+    if size > _MOST_BYTES or len(found) > _MOST_FILES:
+        raise TrialsError(
+            f"{len(found)} files with {size >> 20} MB stand beside the document, and at most {_MOST_FILES} "
+            f"with {_MOST_BYTES >> 20} MB are taken along: put it into another folder"
+        )
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, path in found:
+            archive.writestr(
+                zipfile.ZipInfo(name), path.read_bytes(), zipfile.ZIP_DEFLATED
+            )  # without its time
+    return packed.getvalue()
+
+
+def _documents(document: Path) -> frozenset[Path]:
+    """Return a document and those whose automata it imports; its run reports what is wrong in them."""
+    found: set[Path] = set()
+    left = {document}
+    while left:
+        path = left.pop()
+        found.add(path)
+        content = read_document(path, Diagnostics()) if path.is_file() else None
+        automata = content.automata if content is not None else ()
+        imports = (automaton.imported for automaton in automata)
+        left |= {(path.parent / each.file.text.strip()).resolve() for each in imports if each} - found
+    return frozenset(found)
+
+
+def _left_out(path: Path) -> bool:
+    """Return whether a file is hidden, or of trials: their plans and outcomes are no part of a behavior."""
+    hidden = any(part.startswith((".", "__pycache__")) for part in path.parts)
+    return hidden or path.name.endswith((".trials.toml", ".outcomes.csv"))

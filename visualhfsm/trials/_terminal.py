@@ -1,0 +1,108 @@
+"""The summary of trials as tables in a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from rich.console import Console, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from ._comparison import Comparison
+from ._statistics import Rate
+from ._summary import Summary
+
+_BAR: Final = 20
+_MOST_NAMED: Final = 8
+_MOST_WAYS: Final = 8
+
+
+def show(console: Console, summary: Summary, title: str) -> None:
+    """Print a summary."""
+    rate = summary.rate
+    console.print()
+    console.print(
+        Text.assemble((title, "bold"), f"  {rate.successes} of {rate.trials} succeed: ", (str(rate), "bold"))
+    )
+    for part in (_numbers(summary), _dependences(summary), _ways(summary), _worst(summary)):
+        if part is not None:
+            console.print()
+            console.print(part)
+
+
+def show_comparison(console: Console, comparison: Comparison, names: tuple[str, str]) -> None:
+    """Print what differs between two series."""
+    table = _table("", names[0], names[1], "difference")
+    table.add_row("success", str(comparison.rates[0]), str(comparison.rates[1]), comparison.verdict)
+    for name, change in comparison.numbers.items():
+        shown = f"{change.mean:+.3g}  ({change.low:+.3g} to {change.high:+.3g})"
+        table.add_row(f"{name}, mean", f"{change.first:.4g}", f"{change.second:.4g}", shown)
+    console.print()
+    console.print(table)
+    for label, numbers in ((names[0], comparison.only_first), (names[1], comparison.only_second)):
+        if numbers:
+            console.print(f"only {label} succeeds in {len(numbers)}: {_named(numbers)}")
+
+
+def bar(rate: Rate) -> Text:
+    """Return a rate as a bar."""
+    full = round(rate.rate * _BAR)
+    return Text.assemble(("█" * full, "green"), ("░" * (_BAR - full), "red"))
+
+
+def _table(*columns: str, title: str = "") -> Table:
+    table = Table(
+        box=None, title=title or None, title_justify="left", title_style="bold", padding=(0, 2, 0, 0)
+    )
+    for index, name in enumerate(columns):
+        table.add_column(name, justify="left" if index == 0 else "right", header_style="dim")
+    return table
+
+
+def _numbers(summary: Summary) -> RenderableType | None:
+    if not summary.numbers:
+        return None
+    of = "of those that succeed" if summary.rate.successes else "of all"
+    table = _table("", "least", "25 %", "median", "75 %", "most", "mean", title=f"Numbers {of}")
+    for name, each in summary.numbers.items():
+        figures = (each.least, each.lower, each.median, each.upper, each.greatest, each.mean)
+        table.add_row(name, *(f"{figure:.4g}" for figure in figures))
+    return table
+
+
+def _dependences(summary: Summary) -> RenderableType | None:
+    if not summary.dependences or summary.rate.successes in (0, summary.rate.trials):
+        return None
+    table = _table("", "", "", "success", title="What it depends on")
+    for name, parts in summary.dependences.items():
+        for index, part in enumerate(parts):
+            shown = f"{part.rate.successes} of {part.rate.trials}"
+            table.add_row("" if index else name, part.label, bar(part.rate), shown)
+    return table
+
+
+def _ways(summary: Summary) -> RenderableType | None:
+    if not summary.ways:
+        return None
+    table = Table(
+        box=None, title="How it fails", title_justify="left", title_style="bold", padding=(0, 2, 0, 0)
+    )
+    for name in ("trials", "why", "in", "numbers"):
+        table.add_column(name, header_style="dim", overflow="fold")
+    for way in summary.ways[:_MOST_WAYS]:
+        table.add_row(str(len(way.numbers)), way.reason, way.states, _named(way.numbers))
+    left = len(summary.ways) - _MOST_WAYS
+    return table if left <= 0 else Group(table, Text(f"and {left} other ways", style="dim"))
+
+
+def _worst(summary: Summary) -> RenderableType:
+    numbers = [row.number for row in summary.worst]
+    return Text.assemble(
+        "The worst: ", (_named(numbers), "bold"), ("  one again: --only NUMBER --record FILE", "dim")
+    )
+
+
+def _named(numbers: Sequence[int]) -> str:
+    shown = ", ".join(map(str, numbers[:_MOST_NAMED]))
+    return f"{shown}, ..." if len(numbers) > _MOST_NAMED else shown

@@ -1,0 +1,274 @@
+"""One trial, in this process: a behavior in virtual time, its disturbances, and how it is judged."""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import random
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.tree import ChangeKind, Run
+from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName
+from naoserver.errors import RobotError
+from visualhfsm.simulation import Behavior, simulate
+from visualhfsm.simulation._properties import stated_properties
+
+from ._disturbances import Disturbances
+from ._errors import TrialsError
+from ._functions import FunctionFailed, call_function, load_function
+from ._outcome import Change, Outcome
+from ._plan import Plan
+from ._quantities import Value, Values
+from ._scene import Scene
+
+_PERIOD: Final = 0.1
+"""s between two samples."""
+_MOST_CHANGES: Final = 200
+_LONGEST_ERROR: Final = 10_000
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Let nothing that a trial prints or logs come between those of others, in a `with` block."""
+    with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        logging.disable()
+        try:
+            yield
+        finally:
+            logging.disable(logging.NOTSET)
+
+
+def draw_values(plan: Plan, number: int) -> dict[str, Value]:
+    """Return the values of a trial. Raises TrialsError."""
+    accept = load_function(plan.accept, Path(plan.document).parent) if plan.accept else None
+    return plan.draw(number, accept)
+
+
+def run_trial(plan: Plan, number: int, recording: Path | None = None) -> Outcome:
+    """Run a trial of a plan in this process and return its outcome; perhaps it is recorded in a file.
+
+    The random numbers of Python and NumPy that the behavior uses begin with the trial's seed. Raises
+    TrialsError for a plan that is not possible, DocumentInvalid for its document.
+    """
+    values = draw_values(plan, number)
+    seed = plan.seed_of(number)
+    random.seed(seed)
+    np.random.seed(seed)
+    scene = Scene({name: values[name] for name in plan.scene}, plan.robot)
+    try:
+        behavior = simulate(
+            plan.document,
+            robot=None if plan.robot == "none" else plan.robot,
+            parameters={name: values[f"parameters.{name}"] for name in plan.parameters},
+            **_settings(plan, scene, seed),
+        )
+    except (RobotError, UnknownName) as error:
+        raise TrialsError(f"trial {number} is not possible: {error}") from error
+    with closing(behavior):
+        scene.set_up(behavior)
+        if recording is None:
+            return _Trial(plan, number, values, behavior).run()
+        from ._recording import BehaviorRecording  # needs Pillow
+
+        with closing(BehaviorRecording(behavior, recording)) as recorded:
+            return _Trial(plan, number, values, behavior, recorded.look).run()
+
+
+def _settings(plan: Plan, scene: Scene, seed: int) -> dict[str, Any]:
+    if plan.robot == "sim":
+        return {"camera": plan.camera, "seed": seed, **scene.settings}
+    return scene.settings
+
+
+class _Trial:
+    """A trial that runs."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        number: int,
+        values: Values,
+        behavior: Behavior,
+        looked: Callable[[], object] = lambda: None,
+    ) -> None:
+        self._plan = plan
+        self._number = number
+        self._values = values
+        self._behavior = behavior
+        self._looked = looked
+        self._folder = Path(plan.document).parent
+        goal = plan.success.state
+        if goal is not None and goal not in behavior.states:
+            raise TrialsError(f"there is no state {goal}; there are {', '.join(behavior.states)}")
+        self._observed = _Observed(behavior, goal, properties=plan.success.properties)
+        self._distance = 0.0
+        self._place: tuple[float, float] | None = None
+        self._samples = {name: _Samples() for name in plan.samples}
+        Disturbances(behavior, plan.disturbances, values)
+
+    def run(self) -> Outcome:
+        """Run to the end: of success, of its limit, or of the behavior."""
+        error = ""
+        numbers: dict[str, float] = {}
+        try:
+            reason = self._run() or self._judged()
+            numbers = self._noted()
+        except FunctionFailed as failure:
+            reason = str(failure)
+        except BehaviorFailed as failure:
+            error = str(failure)[:_LONGEST_ERROR]
+            reason = error.partition("\n")[0]
+        except MemoryError:
+            reason = f"needs more than {self._plan.memory} MB of memory"
+        behavior, observed = self._behavior, self._observed
+        return Outcome(
+            number=self._number,
+            values=self._values,
+            success=not reason,
+            reason=reason,
+            time=round(behavior.time, 6) if observed.reached is None else observed.reached,
+            states=", ".join(behavior.active_paths),
+            numbers=numbers,
+            changes=tuple(observed.changes),
+            left_out=observed.left_out,
+            error=error,
+        )
+
+    def _run(self) -> str:
+        """Advance until it ends; return why it failed, if it did."""
+        behavior, success, observed = self._behavior, self._plan.success, self._observed
+        start, step = behavior.clock.now(), 0
+        while True:
+            fell = self._look()
+            passed = behavior.clock.now() - start
+            if observed.broken:
+                return observed.broken
+            if fell and success.upright:
+                return "fell"
+            if observed.reached is not None:
+                return ""
+            if behavior.ended.is_set():
+                return f"ended before {success.state}" if success.state or behavior.halted else ""
+            if passed >= self._plan.limit - 1e-9:
+                return f"not in {success.state} after {self._plan.limit:g} s" if success.state else ""
+            step += 1
+            behavior.advance(max(0.0, min(step * _PERIOD, self._plan.limit) - passed))
+
+    def _look(self) -> bool:
+        """Take the samples, and return whether the robot lies on the floor."""
+        behavior = self._behavior
+        self._looked()
+        for name, reference in self._plan.samples.items():
+            self._samples[name].take(self._call(reference))
+        if self._plan.robot == "none":
+            return False
+        place = _place(behavior)
+        if place is not None:
+            self._distance += math.dist(self._place or place, place)
+            self._place = place
+        return behavior.robot.state.fallen
+
+    def _judged(self) -> str:
+        """Return why the plan's function does not call the trial good; empty if it does."""
+        if self._plan.success.function is None:
+            return ""
+        verdict = self._call(self._plan.success.function)
+        if isinstance(verdict, str):
+            return verdict
+        return "" if verdict is None or bool(verdict) else "judged not good"
+
+    def _noted(self) -> dict[str, float]:
+        behavior = self._behavior
+        noted = {"calls": float(len(behavior.calls())), "cycles": float(self._observed.cycles)}
+        if self._place is not None:
+            noted["distance"] = self._distance
+        for name, samples in self._samples.items():
+            noted |= {f"{name} mean": samples.mean, f"{name} max": samples.highest}
+        noted |= {name: float(self._call(each)) for name, each in self._plan.numbers.items()}
+        return {name: number for name, number in noted.items() if math.isfinite(number)}
+
+    def _call(self, reference: str) -> Any:  # noqa: ANN401 - what the function returns
+        return call_function(reference, self._folder, self._behavior)
+
+
+class _Observed(Observer):
+    """What the automata of a trial do: their changes, their cycles, and the properties they keep."""
+
+    def __init__(self, behavior: Behavior, goal: str | None, *, properties: bool) -> None:
+        self._behavior = behavior
+        self._goal = goal
+        self.reached: float | None = None
+        """When the goal was reached, in s of the trial."""
+        self.broken = ""
+        """The property that does not hold."""
+        self.cycles = 0
+        self.changes: deque[Change] = deque(maxlen=_MOST_CHANGES)
+        self.left_out = 0
+        stated = stated_properties(behavior.document) if properties and behavior.document else []
+        self._checks = [each.start(behavior) for each in stated]
+        self._note(0.0)
+        behavior.tree.observers.append(self)
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002
+        """Note the states."""
+        self._note(now / 1e9)
+
+    def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
+        """Count the cycle, and check the properties."""
+        self.cycles += 1
+        for name, holds in self._checks:
+            if not self.broken and not holds(self._behavior):
+                self.broken = f"{name} does not hold"
+
+    def _note(self, time: float) -> None:
+        states = ", ".join(self._behavior.active_paths)
+        if self._goal is not None and self.reached is None and self._behavior.is_active(self._goal):
+            self.reached = time
+        if self.changes and self.changes[-1].states == states:
+            return
+        if self.changes and self.changes[-1].time == time:
+            self.changes[-1] = Change(time, states)
+            return
+        self.left_out += len(self.changes) == _MOST_CHANGES
+        self.changes.append(Change(time, states))
+
+
+class _Samples:
+    """A number that is taken again and again."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._sum = 0.0
+        self.highest = -math.inf
+
+    def take(self, value: float | None) -> None:
+        """Take it once; None means that there is none now."""
+        if value is not None:
+            self._count += 1
+            self._sum += float(value)
+            self.highest = max(self.highest, float(value))
+
+    @property
+    def mean(self) -> float:
+        """The mean, not a number if none was taken."""
+        return self._sum / self._count if self._count else math.nan
+
+
+def _place(behavior: Behavior) -> tuple[float, float] | None:
+    """Return where the robot is on the floor in m; None if it does not know."""
+    device = behavior.robot.device
+    if device.stage is not None:
+        x, y, _ = device.stage.truth().torso.position
+        return x, y
+    if device.walker is not None:
+        odometry = device.walker.odometry()
+        return odometry.x, odometry.y
+    return None

@@ -1,0 +1,99 @@
+"""The process that runs trials: a line with a task, a line with its outcome.
+
+Documents run here, and nothing else does: a trial that hangs, that takes all memory, or that ends the process
+costs itself. The random order of sets is fixed by the environment of the process.
+"""
+
+from __future__ import annotations
+
+import base64
+import pickle
+import resource
+import shutil
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from hfsm_runtime.virtual.errors import ExecutionError
+from visualhfsm._line_process import answer_lines
+
+from ._errors import TrialsError
+from ._outcome import Outcome
+from ._plan import Plan
+from ._snapshot import Snapshot, unpack
+from ._trial import draw_values, quiet, run_trial
+
+_MOST_MEMORY: Final = 1 << 40
+"""Limit of the address space in bytes: the plan limits the memory that is used."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A trial to run: its plan, whose document is that of the snapshot, and its number."""
+
+    plan: Plan
+    number: int
+    snapshot: Snapshot
+    runs: bool = True
+    """Without it, only its values are drawn."""
+
+    @property
+    def without_run(self) -> Task:
+        """The same trial, to draw its values only."""
+        return replace(self, runs=False)
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """The outcome of a task, or why its plan is not possible."""
+
+    outcome: Outcome | None = None
+    refused: str = ""
+
+
+class _Worker:
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._digest = ""
+        self._here = Path()
+
+    def answer(self, line: bytes) -> bytes:
+        """Return the answer to a task."""
+        task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
+        return msgspec.json.encode(self._run(task))
+
+    def _run(self, task: Task) -> Answer:
+        if task.snapshot.digest != self._digest:
+            if self._digest:
+                shutil.rmtree(self._here)
+            self._digest = task.snapshot.digest
+            self._here = self._folder / self._digest[:16]
+            unpack(task.snapshot.archive, self._here)
+        soft = task.plan.memory << 20
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, resource.getrlimit(resource.RLIMIT_DATA)[1]))
+        plan = msgspec.structs.replace(task.plan, document=str(self._here / task.snapshot.document))
+        try:
+            if not task.runs:
+                return Answer(
+                    Outcome(number=task.number, values=draw_values(plan, task.number), success=False)
+                )
+            with quiet():
+                outcome = run_trial(plan, task.number)
+        except (TrialsError, ExecutionError) as error:
+            return Answer(refused=self._plain(str(error)))
+        return Answer(
+            msgspec.structs.replace(
+                outcome, reason=self._plain(outcome.reason), error=self._plain(outcome.error)
+            )
+        )
+
+    def _plain(self, text: str) -> str:
+        """Return a text without the path of the snapshot, which differs from process to process."""
+        return text.replace(f"{self._here}/", "")
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix="visualhfsm-trials-") as folder:
+        answer_lines(_Worker(Path(folder)).answer, _MOST_MEMORY)
