@@ -96,6 +96,8 @@ class Communicator:
         self.destroyed = False
         self.served: Final[dict[Target, ServedObject]] = {}
         """Servants of this process."""
+        self.client_watches: tuple[ClientWatch, ...] = ()
+        """Those that want to know of calls."""
         self.call_numbers: Final = itertools.count(1)
         self._lock: Final = threading.RLock()
         self._active: Final[dict[ObjectAdapter, None]] = {}  # adapters, in the order of their activation
@@ -121,6 +123,7 @@ class Communicator:
                 transport = partial(ZenohTransport, settings)
             self.transport: Final = transport(self.pool)
             end.callback(self.transport.close)
+            end.callback(self._close_watches)
             self.client_id: Final = self.transport.id
             # A listener without endpoints to connect to gets its links when others connect, and they may
             # leave.
@@ -239,11 +242,15 @@ class Communicator:
     def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client of the realm that ends or is lost, until closed.
 
-        A client that dies is reported at once, one that hangs after the lease. The id is that of
-        `Current.client`. The function runs on a thread of the communicator; its exceptions are logged.
+        A client that dies is reported at once, one that hangs after the lease, and one that dies right after
+        its first call within 2.5 s. The id is that of `Current.client`. The function runs on a thread of the
+        communicator; its exceptions are logged.
         """
         self.check()
-        return ClientWatch(self.transport, self.realm, callback, self.pool.submit)
+        watch = ClientWatch(self.transport, self.realm, callback, self.pool.submit, self._forget_watch)
+        with self._lock:
+            self.client_watches = (*self.client_watches, watch)
+        return watch
 
     @property
     def clock(self) -> Clock:
@@ -308,6 +315,14 @@ class Communicator:
         watched = self.realm if realm is None else check_name(realm, "realm")
         self.presence.watch(watched)
         return watched
+
+    def _forget_watch(self, watch: ClientWatch) -> None:
+        with self._lock:
+            self.client_watches = tuple(each for each in self.client_watches if each is not watch)
+
+    def _close_watches(self) -> None:
+        for watch in self.client_watches:
+            watch.close()
 
     def _forget_future(self, future: Future[Any]) -> None:
         self._futures.discard(future)

@@ -318,11 +318,16 @@ class ServedObject:
             current = Current(
                 self.target.identity, operation.name, about.call_id, timeout, self._communicator
             )
+            watches = self._communicator.client_watches
+            for watch in watches:
+                watch.called(current.client)
             _here.turns = (*turns, turn)
             try:
                 result = method.function(*arguments, current)
             finally:
                 _here.turns = turns
+                for watch in watches:  # its client may have ended meanwhile
+                    watch.called(current.client)
             stage = "returned"
             if method.make_result is not None:
                 reply(True, to_msgpack(method.make_result(result)))

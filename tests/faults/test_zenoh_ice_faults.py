@@ -30,10 +30,12 @@ from zenoh_ice import (
     ConfigurationException,
     ConnectFailedException,
     ConnectionLostException,
+    Current,
     EndpointInUseException,
     ObjectNotExistException,
     SystemException,
     TimeoutException,
+    _presence,
     initialize,
 )
 from zenoh_ice._zenoh.transport import ZenohTransport
@@ -52,6 +54,20 @@ with initialize(clock="wall", lease=1.0, connect=[sys.argv[1]]) as client:
         except SystemException:
             pass
         time.sleep(0.05)
+"""
+
+ONE_CALL = """
+import os, sys
+from tests.support.calculator import CalculatorPrx
+from zenoh_ice import initialize
+from zenoh_ice._zenoh.transport import ZenohTransport
+if sys.argv[2] == "quick":  # the process ends before anybody has got its token
+    ZenohTransport.appear = lambda self, realm: None
+with initialize(clock="wall", connect=[sys.argv[1]]) as client:
+    calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
+    print("calls", flush=True)
+    print("called by", calculator.who(), flush=True)
+    os._exit(0)
 """
 
 MakeCommunicator = Callable[..., Communicator]
@@ -406,6 +422,51 @@ class TestClients:
         pair.client.destroy()
         until(lambda: who in lost)
         assert names[0].startswith("zenoh_ice")
+
+    @over_both
+    def test_a_client_that_ended_before_its_token_came_is_lost(
+        self, by_environment: None, lasting: tuple[ComponentProcess, str]
+    ) -> None:
+        server, endpoint = lasting
+        with ComponentProcess([sys.executable, "-c", ONE_CALL, endpoint, "quick"]) as process:
+            client_id = process.wait_for("^called by (.*)")[1].strip()
+            server.wait_for(f"^lost {client_id}")
+
+    @over_both
+    def test_a_client_whose_call_is_executed_after_its_end_is_lost_again(
+        self, by_environment: None, pair: Pair
+    ) -> None:
+        lost: list[str] = []
+        callers: list[str] = []
+        leave = threading.Event()
+
+        class Slow(CalculatorI):
+            def who(self, current: Current) -> str:
+                callers.append(current.client)
+                assert leave.wait(EVENT_LIMIT)
+                return current.client
+
+        pair.server.onClientLost(lost.append)
+        pair.adapter.add(Slow(), "Calculator")
+        with ComponentProcess([sys.executable, "-c", ONE_CALL, pair.endpoint, "slow"]) as process:
+            until(lambda: callers)
+            process.process.kill()
+            until(lambda: lost == callers)
+            leave.set()
+            until(lambda: lost == 2 * callers)
+
+    def test_a_server_that_calls_itself_is_no_lost_client(
+        self, pair: Pair, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(_presence, "_TOKEN_LOOK", 0.01)
+        lost: list[str] = []
+        pair.server.onClientLost(lost.append)
+        pair.adapter.add(CalculatorI(), "Calculator")
+        assert CalculatorPrx.checkedCast(pair.server.stringToProxy("Calculator")).who()
+        with ComponentProcess([sys.executable, "-c", ONE_CALL, pair.endpoint, "quick"]) as process:
+            other = process.wait_for("^called by (.*)")[1].strip()
+            until(lambda: lost)
+        assert set(lost) == {other}
 
     def test_closed_watch_reports_nobody(self, pair: Pair) -> None:
         pair.adapter.add(CalculatorI(), "Calculator")

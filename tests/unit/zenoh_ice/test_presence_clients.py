@@ -29,7 +29,7 @@ def jobs() -> Jobs:
 
 @pytest.fixture
 def watch(transport: InProcessTransport, jobs: Jobs) -> Watch:
-    return lambda callback: ClientWatch(transport, "nao", callback, jobs.append)
+    return lambda callback: ClientWatch(transport, "nao", callback, jobs.append, lambda _: None)
 
 
 def run(jobs: Jobs) -> None:
