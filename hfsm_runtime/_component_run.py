@@ -84,9 +84,9 @@ class ComponentRun:
         self.refusal: Refusal | None = None
         """The refused command that pauses the component; None while it runs or is paused by a client."""
         self.speed = 0.0
-        """Seconds of component time per wall second in a trial, where it can be changed; otherwise 0."""
+        """Seconds of component time per wall second in a dry run, where it can be changed; otherwise 0."""
         self.joints: Callable[[], dict[str, float]] = dict
-        """Returns the joint angles in rad of a trial's fake robot; none outside a trial."""
+        """Returns the joint angles in rad of a dry run's fake robot; none outside a dry run."""
         self.marks = Marks()
         """The component's marks on the pictures of its cameras."""
         equip(component, clock, self._sleep, self.send, self.mark)
@@ -241,8 +241,8 @@ class ComponentRun:
             setattr(self.component, name, convert(value, wanted, f"the parameter {name}"))
 
     def set_speed(self, speed: float) -> None:  # noqa: ARG002
-        """Set the speed of time, in s per wall second. Raises ValueTypeError outside a trial."""
-        raise ValueTypeError(f"{self.name} is no trial: it runs in the time of its robot")
+        """Set the speed of time, in s per wall second. Raises ValueTypeError outside a dry run."""
+        raise ValueTypeError(f"{self.name} is no dry run: it runs in the time of its robot")
 
     def replace(
         self,

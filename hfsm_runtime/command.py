@@ -174,9 +174,9 @@ class World:
 
 def make_app(
     component: type[Component],
-    trial: Callable[[Communicator], AbstractContextManager[World]] | None = None,
+    dry_run: Callable[[Communicator], AbstractContextManager[World]] | None = None,
 ) -> typer.Typer:
-    """Return the command of a component; a `trial`, given the realm's communicator, makes another world."""
+    """Return the command of a component; a `dry_run`, given the realm's communicator, makes another world."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     module = getattr(inspect.getmodule(component), "__spec__", None)
     name = f"python -m {module.name}" if module else f"python {PurePath(inspect.getfile(component)).name}"
@@ -212,19 +212,19 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
         breakpoints = [_breakpoint(each) for each in breakpoint or []]
         if record_images and record is None:
             raise typer.BadParameter("--record-images needs --record")
-        if record is not None and trial is not None:
-            raise typer.BadParameter("a trial is not recorded")
-        if ros["ros"] and trial is not None:
-            raise typer.BadParameter("a trial is not shown in ROS")
+        if record is not None and dry_run is not None:
+            raise typer.BadParameter("a dry run is not recorded")
+        if ros["ros"] and dry_run is not None:
+            raise typer.BadParameter("a dry run is not shown in ROS")
         with initialize(settings) as communicator, ExitStack() as stack:
             made, node = make_component(component, parameters), None
-            if trial is None:
+            if dry_run is None:
                 world = World(communicator, partial(connect_proxies, communicator=communicator))
                 if ros["ros"] or ros_of(component):
                     node = stack.enter_context(_ros_node(component, settings, ros))
                     world = replace(world, connect=_with_endpoints(world.connect, node))
             else:
-                world = stack.enter_context(trial(communicator))
+                world = stack.enter_context(dry_run(communicator))
             world.connect(made)
             # From here on there is a recording to close and a robot to stop.
             stop = stack.enter_context(cli.stop_on_signals())

@@ -41,7 +41,7 @@ _STOP_LIMITS: Final = (5.0, 3.0)
 
 _CLOSE_LIMITS: Final = (3.0, 2.0)
 
-_TRIAL: Final = "visualhfsm.simulation._trial"
+_DRY_RUN: Final = "visualhfsm.simulation._dry_run"
 """The module that runs a component without a robot."""
 
 
@@ -76,11 +76,11 @@ class RunningComponents:
         return {"path": str(generated.component)}
 
     async def run(
-        self, source: Source, arguments: Sequence[str], *, trial: str | None = None
+        self, source: Source, arguments: Sequence[str], *, dry_run: str | None = None
     ) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
 
-        A `trial` has a fake robot with the body of this name instead of the realm's robot.
+        A `dry_run` has a fake robot with the body of this name instead of the realm's robot.
 
         Nobody could distinguish two components of the same name: the second one is refused.
         """
@@ -90,9 +90,9 @@ class RunningComponents:
                 raise VisualHfsmError(
                     f"another document runs as {name}: stop it first, or save this one under another name"
                 )
-        if trial is not None:
-            trial = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, trial))
-        await complete(self._run_of(source.tab).start(source, arguments, trial=trial))
+        if dry_run is not None:
+            dry_run = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, dry_run))
+        await complete(self._run_of(source.tab).start(source, arguments, dry_run=dry_run))
         return {"component": name}
 
     async def stop(self, tab: int) -> object:
@@ -196,7 +196,9 @@ class _Run:
         async with self._busy:
             return await self._generate(source, beside=True)
 
-    async def start(self, source: Source, arguments: Sequence[str] = (), *, trial: str | None = None) -> None:
+    async def start(
+        self, source: Source, arguments: Sequence[str] = (), *, dry_run: str | None = None
+    ) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
             await self._stop(_STOP_LIMITS)
@@ -207,7 +209,7 @@ class _Run:
             try:
                 generated = await self._generate(source)
                 self._report("starting")
-                runner = [] if trial is None else ["-P", "-m", _TRIAL, f"--body={trial}"]
+                runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
                 await self._launch([sys.executable, *runner, str(generated.component), *arguments])
             except BaseException as error:
                 message = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"

@@ -260,7 +260,7 @@ def test_the_editor_tries_the_behavior_without_robot_and_lamp(project: Path) -> 
         pushes = Pushes()
         service = RunningComponents(pushes, Settings(connect=(free_endpoint(),)))
         try:
-            await service.run(opened(project), ["--seconds", "1"], trial="")
+            await service.run(opened(project), ["--seconds", "1"], dry_run="")
             end = await pushes.next(RunPush, lambda push: push.status == "ended")
         finally:
             await service.close()

@@ -49,7 +49,7 @@ def text(
     return document(root, below, libraries=("math", library))
 
 
-def end_of(path: Path, content: str, *, trial: bool = False, kill: int = 0) -> tuple[RunPush, str]:
+def end_of(path: Path, content: str, *, dry_run: bool = False, kill: int = 0) -> tuple[RunPush, str]:
     """Run a document, perhaps kill it when it prints its pid, and return how it ended, and its output."""
     path.write_text(content)
     found = read_document(path, Diagnostics())
@@ -65,7 +65,7 @@ def end_of(path: Path, content: str, *, trial: bool = False, kill: int = 0) -> t
         service = RunningComponents(pushes, settings)
         try:
             await service.run(
-                Source(1, 1, found, path, False), ["--clock", "wall"], trial="" if trial else None
+                Source(1, 1, found, path, False), ["--clock", "wall"], dry_run="" if dry_run else None
             )
             if kill:
                 pid = await pushes.until(lambda: re.search(r"pid (\d+)", output()))
@@ -127,9 +127,9 @@ def test_what_ends_a_component_is_found_in_the_document(path: Path, expected: En
 
 
 @pytest.mark.parametrize("name", ["sys.exit", "os._exit(0)", "missing library", "library that exits"])
-def test_what_ends_a_trial_is_found_there_too(path: Path, name: str) -> None:
+def test_what_ends_a_dry_run_is_found_there_too(path: Path, name: str) -> None:
     expected = ENDS[name]
-    end, output = end_of(path, text(**expected.parts), trial=True)
+    end, output = end_of(path, text(**expected.parts), dry_run=True)
     assert re.search(expected.says, output), output
     assert "Traceback" not in output
     assert (end.place, end.line) == (expected.place, expected.line)

@@ -545,7 +545,7 @@ class FakeRunning(NoService):
         self._publish = publish
         self.closed = False
 
-    async def run(self, source: Source, arguments: Sequence[str], *, trial: bool = False) -> dict[str, Any]:
+    async def run(self, source: Source, arguments: Sequence[str], *, dry_run: bool = False) -> dict[str, Any]:
         self._publish(RunPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))

@@ -156,11 +156,11 @@ test("the robot of the past is that of the moment that is looked at, and none wh
   monitor.followed.newest = undefined;
 });
 
-test("the robot of a trial is that of the trial, also now", () => {
+test("the robot of a dry run is that of the dry run, also now", () => {
   const robot = {joints: {HeadYaw: 0.5}, pan: 0.5, tilt: 0, health: null, torso: null, objects: {}};
   monitor.followed.newest = {at: 9, component: {time: 9, speed: 1, automata: []}, robot};
-  assert.ok(monitor.isTrial);
+  assert.ok(monitor.isDryRun);
   assert.deepEqual(monitor.body, {joints: {HeadYaw: 0.5}, tilt: null, torso: null, objects: {}});
   monitor.followed.newest = undefined;
-  assert.ok(!monitor.isTrial);
+  assert.ok(!monitor.isDryRun);
 });

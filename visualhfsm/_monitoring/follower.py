@@ -11,7 +11,7 @@ import msgspec
 
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, HfsmMonitorPrx
 from visualhfsm._monitoring.description import DescribedRobot, DescriptionMonitor, nao
-from visualhfsm._monitoring.realm import MONITOR_PREFIX, TRIAL_PREFIX, PolledValue
+from visualhfsm._monitoring.realm import DRY_RUN_PREFIX, MONITOR_PREFIX, PolledValue
 from visualhfsm._monitoring.robot import RobotMonitor, posed_robot
 from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, is_sound
 from zenoh_ice import Communicator, Sample
@@ -27,7 +27,7 @@ _SILENT: Final = 1.0
 class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
     """The constant data of a component; `run` counts how many times it was started.
 
-    `body` is the hash of a trial's robot; empty for a component that has the realm's.
+    `body` is the hash of a dry run's robot; empty for a component that has the realm's.
     """
 
     structure: ComponentStructure
@@ -69,7 +69,7 @@ class Follower:
         self._publish = publish
         self._polled_structure = PolledValue(self.monitor.getStructure.begin)
         self._breakpoints: PolledValue[list[Breakpoint]] = PolledValue(self.monitor.getBreakpoints.begin)
-        self._tried = DescriptionMonitor(communicator, f"{TRIAL_PREFIX}{component}")
+        self._tried = DescriptionMonitor(communicator, f"{DRY_RUN_PREFIX}{component}")
         self._structure: LiveStructure | None = None
         self._run = 1
         self._restarted = False
@@ -132,15 +132,15 @@ class Follower:
         if structure is None or (breakpoints is None and not self._breakpoints.trouble):
             return  # unknown breakpoints must not be published as none
         known = LiveStructure(
-            structure, self._run, breakpoints or [], self._robot.cameras(), self._body_of_trial()
+            structure, self._run, breakpoints or [], self._robot.cameras(), self._body_of_dry_run()
         )
         if known != self._structure:
             self._structure = known
             self._limit_rate(len(structure.automata))
             self._publish(known)
 
-    def _body_of_trial(self) -> str:
-        """Return the hash of a trial's robot; empty for a component that is none."""
+    def _body_of_dry_run(self) -> str:
+        """Return the hash of a dry run's robot; empty for a component that is none."""
         newest = self._log.newest
         if newest is None or not newest.component.speed:
             return ""

@@ -20,7 +20,7 @@ from zenoh_ice.transport import Target
 
 MONITOR_PREFIX: Final = "Hfsm."
 """Prefix of the identities of monitors of components."""
-TRIAL_PREFIX: Final = "Trial."
+DRY_RUN_PREFIX: Final = "DryRun."
 """Prefix of the identities that describe the robots of trials."""
 RELOAD_PATIENCE: Final = 30_000
 """Milliseconds that a component may take to reload its file, with its libraries."""

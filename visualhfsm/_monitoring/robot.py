@@ -46,7 +46,7 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
 
 
 def posed_robot(joints: dict[str, float], described: DescribedRobot) -> RobotState:
-    """Return the state of a robot of which only the joints are known, such as the fake one of a trial."""
+    """Return the state of a robot of which only the joints are known, such as the fake one of a dry run."""
     return RobotState(joints, *described.head(joints), sliding=described.sliding)
 
 

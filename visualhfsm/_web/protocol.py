@@ -235,14 +235,14 @@ class Generate(_Request):
 class Run(_Request):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
-    With `record`, the run is recorded into a new file below the root, which the answer names. A `trial` runs
-    against a fake robot in its own process, whatever robot is there; `body` is the body of that.
+    With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
+    a fake robot in its own process, whatever robot is there; `body` is the body of that.
     """
 
     tab: TabId
     arguments: Annotated[list[Name], msgspec.Meta(max_length=100)] = []
     record: bool = False
-    trial: bool = False
+    dry_run: bool = False
     body: Name = ""
 
 

@@ -59,11 +59,11 @@ class Runs:
     # ---------------------------------------------------------------------------------------- components
 
     async def run(
-        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, trial: str | None = None
+        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, dry_run: str | None = None
     ) -> dict[str, Any]:
         """Start the component of a tab; refused when one of its name runs that was not started here.
 
-        With `record`, its run is recorded with the images that it sees; a `trial` needs no robot: it
+        With `record`, its run is recorded with the images that it sees; a `dry_run` needs no robot: it
         names the body of a fake one.
         """
         name = tab.shown.component
@@ -82,7 +82,7 @@ class Runs:
             file = await self._threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
             recording = {"recording": self._root.name(file)}
-        started = await self._services.running.run(source, arguments, trial=trial)
+        started = await self._services.running.run(source, arguments, dry_run=dry_run)
         tab.generated = source.document
         tab.take_generated()
         self._changed()

@@ -24,8 +24,8 @@ async def generate(workspace: Workspace, _: Window, request: p.Generate) -> obje
 async def run(workspace: Workspace, _: Window, request: p.Run) -> dict[str, Any]:
     """Generate and start the component of a document."""
     tab = workspace.tabs.get(request.tab)
-    trial = request.body if request.trial else None
-    return await workspace.runs.run(tab, request.arguments, record=request.record, trial=trial)
+    dry_run = request.body if request.dry_run else None
+    return await workspace.runs.run(tab, request.arguments, record=request.record, dry_run=dry_run)
 
 
 async def stop_run(workspace: Workspace, _: Window, request: p.StopRun) -> object:

@@ -178,29 +178,29 @@ export class HfsmApp extends PageElement {
   }
 
   /**
-   * Start the component of the shown tab, and follow it; `options` are those of its command line. A `trial` needs no
+   * Start the component of the shown tab, and follow it; `options` are those of its command line. A `dryRun` needs no
    * robot.
    *
    * @param {string[]} options
    */
-  async run(options = [], {record = false, trial = false} = {}) {
+  async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, tabState, document: shown} = page;
     if (!shown) return;
-    if (!trial && !isReadyFor(shown.fields)) {
+    if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
       const settled = await settle(shown.fields);
       if (!settled) return;
-      trial = settled === "trial";
+      dryRun = settled === "dryRun";
       page.show(tab);
     }
     runs.dismiss(tab);
-    if (trial) this.showLive("trial");
+    if (dryRun) this.showLive("dryRun");
     else this.#showRobot();
     const opens = !this.#wanted.bottom;
     this.showBottom("hfsm-output");
     this.outputOpened = opens;
-    const body = trial ? chosenBody() : "";
-    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, trial, body});
+    const body = dryRun ? chosenBody() : "";
+    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body});
     if (started) monitor.expect(started.component);
     else if (store.online) this.#showErrors();
     else if (tabState) monitor.lookFor(tabState.component); // it may have started

@@ -631,7 +631,7 @@ export interface Requests {
   /** Decide about a document whose file another program changed: keep it, read the file, or merge both. */
   resolve: {tab: number; choice: "merge" | "mine" | "theirs"};
   /** Generate and start the component as a process; `arguments` are those of its command line. */
-  run: {tab: number; arguments?: string[]; record?: boolean; trial?: boolean; body?: string};
+  run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string};
   /** Save to the file that the document came from, with `overwrite` also over an older dialect. */
   save: {tab: number; overwrite?: boolean};
   /** Save to another file, which is the document's from then on. */

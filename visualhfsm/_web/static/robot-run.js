@@ -21,7 +21,7 @@ let chosen;
  * Provide what a document needs to run; asks the user if necessary.
  *
  * @param {Fields} fields of the document
- * @returns {Promise<boolean | "trial">} whether it may run, or is to be tried without a robot
+ * @returns {Promise<boolean | "dryRun">} whether it may run, or is to be tried without a robot
  */
 export async function settle(fields) {
   if (store.robot.stopped && !(await resetStop())) return false;
@@ -34,7 +34,7 @@ export async function settle(fields) {
       return false; // the user checks the real robot before the run
     }
     if (!choice) return false;
-    if (choice === "trial") return choice;
+    if (choice === "dryRun") return choice;
     chosen = choice;
     if (choice === "without") return true;
     return begin(simulate(simulationFor(fields)));
@@ -87,7 +87,7 @@ const choose = () =>
     choices: [
       ["without", "Run anyway"],
       ["connect", "Use a real one"],
-      ["trial", "Try it without one"],
+      ["dryRun", "Try it without one"],
       ["simulate", "Start and run", "primary"],
     ],
   });

@@ -47,7 +47,7 @@ const BODY = "visualhfsm.body";
 /** The bodies that can be simulated. */
 export const bodies = () => store.greeting.bodies ?? [];
 
-/** The body of the next simulation, or of a trial: the chosen one, as long as there is such a body. */
+/** The body of the next simulation, or of a dry run: the chosen one, as long as there is such a body. */
 export function chosenBody() {
   const wanted = [browserStorage.getItem(BODY), store.robot.simulation.body];
   return wanted.find((each) => bodies().some(({name}) => name === each)) ?? bodies().at(0)?.name ?? "";

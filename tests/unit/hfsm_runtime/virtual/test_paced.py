@@ -232,7 +232,7 @@ def test_what_is_no_speed_is_refused(speed: float) -> None:
 
 
 def test_the_time_of_a_run_with_a_robot_is_not_changed() -> None:
-    with running(two_states(1.0)) as runtime, pytest.raises(ValueTypeError, match="is no trial"):
+    with running(two_states(1.0)) as runtime, pytest.raises(ValueTypeError, match="is no dry run"):
         runtime.set_speed(2.0)
 
 

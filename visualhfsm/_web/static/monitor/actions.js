@@ -99,7 +99,7 @@ export const monitorActions = [
     keys: ["Alt+Shift+T"],
     scope: "typing",
     enabled: () => Boolean(page.document),
-    run: ({app}) => app.run([], {trial: true}),
+    run: ({app}) => app.run([], {dryRun: true}),
     hint: "you set the time, send the events and force transitions",
   },
   {

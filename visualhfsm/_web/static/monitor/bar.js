@@ -236,7 +236,7 @@ function statusOf() {
     };
   if (looking) return {status: "past", word: "Looking back"};
   const robot = store.robot.status;
-  if (robot === "lost" && usesRobot() !== false && !monitor.isTrial)
+  if (robot === "lost" && usesRobot() !== false && !monitor.isDryRun)
     return {status: "lost", word: `Robot lost since ${clockTime(store.robot.since)}`, why: "It may come back."};
   if (!newest) return {status: "waiting", word: "Waiting"};
   const {hanging} = monitor;

@@ -48,18 +48,18 @@ export class Followed {
   }
 
   /** Whether it is tried without a robot. */
-  get isTrial() {
+  get isDryRun() {
     return Boolean(this.newest?.component.speed);
   }
 
-  /** The robot of a trial, by the hash of its description; "" for what is no trial. */
-  get trialBody() {
-    return this.isTrial ? this.#body : "";
+  /** The robot of a dry run, by the hash of its description; "" for what is no dry run. */
+  get dryRunBody() {
+    return this.isDryRun ? this.#body : "";
   }
 
-  /** The places of the robot and the things around it, at a moment of the past or in a trial. */
+  /** The places of the robot and the things around it, at a moment of the past or in a dry run. */
   get body() {
-    const moment = this.isTrial ? this.snapshot : this.looking;
+    const moment = this.isDryRun ? this.snapshot : this.looking;
     if (!moment) return undefined;
     const {joints, health, torso, objects} = moment.robot;
     /** @type {Moment} */

@@ -16,7 +16,7 @@ import {monitor} from "./monitor.js";
  * @type {{id: string, label: string, tag: string, module: string, robot?: boolean}[]}
  */
 const TABS = [
-  {id: "trial", label: "Try it", tag: "hfsm-trial", module: "./trial.js"},
+  {id: "dryRun", label: "Try it", tag: "hfsm-dry-run", module: "./dry-run.js"},
   {id: "variables", label: "Variables", tag: "hfsm-live-variables", module: "./variables.js"},
   {id: "plots", label: "Plots", tag: "hfsm-plots", module: "./plots.js"},
   {id: "cameras", label: "Cameras", tag: "hfsm-cameras", module: "./cameras.js", robot: true},
@@ -97,11 +97,11 @@ export class MonitorPanel extends MonitorElement {
   }
 
   /**
-   * The tabs that have something to show; without a component, those of a present robot. A trial has no pictures of the
+   * The tabs that have something to show; without a component, those of a present robot. A dry run has no pictures of the
    * robot's cameras.
    */
   get #tabs() {
-    if (monitor.component) return TABS.filter(({id}) => id !== (monitor.isTrial ? "cameras" : "trial"));
+    if (monitor.component) return TABS.filter(({id}) => id !== (monitor.isDryRun ? "cameras" : "dryRun"));
     return TABS.filter(({robot}) => robot && store.robot.status === "present");
   }
 

@@ -202,7 +202,7 @@ class RobotView extends MonitorElement {
 
   /** @param {import("./robot-drawing.js").Moment} moment */
   async #showNow(moment) {
-    this.simulated = moment.torso !== null && !monitor.isTrial;
+    this.simulated = moment.torso !== null && !monitor.isDryRun;
     if (monitor.body) {
       this.#showPast();
       await new Promise((resolve) => setTimeout(resolve, IDLE));
@@ -215,21 +215,21 @@ class RobotView extends MonitorElement {
   }
 
   /**
-   * Show the present world, that of a recording, or none in a trial.
+   * Show the present world, that of a recording, or none in a dry run.
    *
    * @param {WorldShape[]} [world] the present one, if it has changed
    */
   #learn(world = this.world) {
     this.world = world;
-    const shown = monitor.recording?.world ?? (monitor.isTrial ? NOTHING : world);
+    const shown = monitor.recording?.world ?? (monitor.isDryRun ? NOTHING : world);
     if (this.shown === shown || !this.drawing) return;
     this.shown = shown;
     this.drawing.world.build(shown);
   }
 
-  /** Draw the robot of the recording, of the trial, or the present one. */
+  /** Draw the robot of the recording, of the dry run, or the present one. */
   async #wear() {
-    const hash = monitor.recording?.body ?? (monitor.trialBody || this.body);
+    const hash = monitor.recording?.body ?? (monitor.dryRunBody || this.body);
     if (hash === this.worn || !this.drawing) return;
     this.worn = hash;
     this.drawing.clear();
@@ -245,7 +245,7 @@ class RobotView extends MonitorElement {
     }
   }
 
-  /** Show the past or trial moment, never mixed with the present robot. */
+  /** Show the moment of the past or of a dry run, never mixed with the present robot. */
   #showPast() {
     const moment = monitor.body;
     if (!moment || !this.drawing?.body) return;

@@ -67,12 +67,12 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     return this.followed.hanging;
   }
 
-  get isTrial() {
-    return this.followed.isTrial;
+  get isDryRun() {
+    return this.followed.isDryRun;
   }
 
-  get trialBody() {
-    return this.followed.trialBody;
+  get dryRunBody() {
+    return this.followed.dryRunBody;
   }
 
   get isLive() {

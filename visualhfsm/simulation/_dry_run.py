@@ -1,6 +1,6 @@
 """Try a component without a robot.
 
-`python -m visualhfsm.simulation._trial [--body=BODY] COMPONENT [ITS OPTIONS]`
+`python -m visualhfsm.simulation._dry_run [--body=BODY] COMPONENT [ITS OPTIONS]`
 
 This is *Try it* of the editor: an execution whose time passes by itself, with the fake robot, and stand-ins
 for all other interfaces. They cannot be reached from outside; the monitor is served in the realm, as always,
@@ -35,11 +35,11 @@ from ._robot import RobotUnderTest, read_body
 
 _BODY = "--body="
 _KEPT = 100
-"""Events and calls that a trial remembers, perhaps for hours: its monitor shows neither."""
+"""Events and calls that a dry run remembers, perhaps for hours: its monitor shows neither."""
 
 
 @contextmanager
-def trial(realm: Communicator, *, body: Body) -> Iterator[World]:
+def dry_run(realm: Communicator, *, body: Body) -> Iterator[World]:
     """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block.
 
     In the `realm` only the robot's description is served, by the name of the component.
@@ -60,8 +60,8 @@ def trial(realm: Communicator, *, body: Body) -> Iterator[World]:
         ) -> PacedExecution:
             made = PacedExecution(component, world, on_error=on_error, on_refused=on_refused)
             made.joints = lambda: robot.joints
-            adapter = realm.createObjectAdapter("trial")
-            adapter.add(robot.description, f"Trial.{made.name}")
+            adapter = realm.createObjectAdapter("dry run")
+            adapter.add(robot.description, f"DryRun.{made.name}")
             adapter.activate()
             return made
 
@@ -74,7 +74,7 @@ def main() -> NoReturn:
     if len(sys.argv) > 1 and sys.argv[1].startswith(_BODY):
         body = sys.argv.pop(1).removeprefix(_BODY)
     if len(sys.argv) < 2:
-        sys.exit("usage: python -m visualhfsm.simulation._trial [--body=BODY] COMPONENT [ITS OPTIONS]")
+        sys.exit("usage: python -m visualhfsm.simulation._dry_run [--body=BODY] COMPONENT [ITS OPTIONS]")
     try:
         described = read_body(body)
     except RobotError as error:
@@ -89,7 +89,7 @@ def main() -> NoReturn:
         sys.exit(f"{file.name}: error: {error}")
     if len(found) != 1:
         sys.exit(f"{file.name} defines {len(found)} components, not one")
-    run(make_app(found[0], partial(trial, body=described)), expected=(ComponentError,))
+    run(make_app(found[0], partial(dry_run, body=described)), expected=(ComponentError,))
 
 
 if __name__ == "__main__":

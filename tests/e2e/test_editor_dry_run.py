@@ -56,7 +56,7 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     path = tmp_path / "clapping.xml"
     path.write_text(DOCUMENT)
-    settings = Settings(realm="test-trial", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    settings = Settings(realm="test-dry-run", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
         patient_services(),
         editor(tmp_path, path, make_services=make_services(settings)) as running,

@@ -1,5 +1,5 @@
 /**
- * Stand-ins for the robot in a trial: the time, the events, and the transitions that conditions would fire.
+ * Stand-ins for the robot in a dry run: the time, the events, and the transitions that conditions would fire.
  *
  * @import {TransitionStructure} from "../protocol.js"
  */
@@ -11,7 +11,7 @@ import {monitor, ON_EVENT} from "./monitor.js";
 
 const SPEEDS = [0.2, 1, 5, 20]; // s of component time in a second
 
-class Trial extends MonitorElement {
+class DryRun extends MonitorElement {
   render() {
     const {speed, automata = []} = monitor.snapshot?.component ?? {};
     const {events = []} = monitor.structure ?? {};
@@ -31,7 +31,7 @@ class Trial extends MonitorElement {
         if (leaves && kind !== ON_EVENT) next.push([id, transition]);
       }
     }
-    return html`<div class="live-values trial">
+    return html`<div class="live-values dry-run">
       <section role="group" aria-label="Time">
         <h3>Time</h3>
         ${SPEEDS.map((each) =>
@@ -88,4 +88,4 @@ class Trial extends MonitorElement {
   }
 }
 
-customElements.define("hfsm-trial", Trial);
+customElements.define("hfsm-dry-run", DryRun);

@@ -30,7 +30,7 @@ def tried(directory: Path, endpoint: str, code: str, *options: str, body: str = 
     file = compile_to(directory, document(root), "odd")
     where = ("--connect", endpoint, "--clock", "wall")
     chosen = [f"--body={body}"] if body else []
-    command = module("visualhfsm.simulation._trial", *chosen, str(file), *where, *options)
+    command = module("visualhfsm.simulation._dry_run", *chosen, str(file), *where, *options)
     with (
         initialize(connect=[], listen=[endpoint], clock="wall") as communicator,
         ComponentProcess(command) as process,
@@ -39,9 +39,9 @@ def tried(directory: Path, endpoint: str, code: str, *options: str, body: str = 
         yield process, HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.odd"))
 
 
-def test_a_trial_describes_the_robot_that_was_chosen(tmp_path: Path, endpoint: str) -> None:
+def test_a_dry_run_describes_the_robot_that_was_chosen(tmp_path: Path, endpoint: str) -> None:
     with tried(tmp_path, endpoint, SHOWS, body="T1") as (_, monitor):
-        proxy = monitor.ice_getCommunicator().stringToProxy("Trial.odd")
+        proxy = monitor.ice_getCommunicator().stringToProxy("DryRun.odd")
         described = DescriptionPrx.checkedCast(proxy)
         assert json.loads(described.getBody())["name"] == "T1"
         joints = json.loads(described.getLooks())["shapes"]
@@ -49,8 +49,8 @@ def test_a_trial_describes_the_robot_that_was_chosen(tmp_path: Path, endpoint: s
         eventually(lambda: {*monitor.getSnapshot().joints} == {*find_body("T1").joint_names})
 
 
-def test_a_trial_of_a_robot_that_is_not_there_says_so(tmp_path: Path) -> None:
-    command = module("visualhfsm.simulation._trial", f"--body={tmp_path}/robots/none.toml", "odd.py")
+def test_a_dry_run_of_a_robot_that_is_not_there_says_so(tmp_path: Path) -> None:
+    command = module("visualhfsm.simulation._dry_run", f"--body={tmp_path}/robots/none.toml", "odd.py")
     with ComponentProcess(command) as process:
         assert process.wait(END_LIMIT) == 1
     assert "robots/none.toml" in process.output
@@ -93,7 +93,7 @@ def test_a_signal_ends_code_that_hangs_though_its_time_is_not_over(tmp_path: Pat
         assert process.wait(END_LIMIT) == 143
 
 
-def test_code_that_sleeps_ends_with_its_trial(tmp_path: Path, endpoint: str) -> None:
+def test_code_that_sleeps_ends_with_its_dry_run(tmp_path: Path, endpoint: str) -> None:
     code = "import time\nprint('second', flush=True)\ntime.sleep(600)"
     with tried(tmp_path, endpoint, code) as (process, monitor):
         monitor.pause()
@@ -104,7 +104,7 @@ def test_code_that_sleeps_ends_with_its_trial(tmp_path: Path, endpoint: str) -> 
         assert "abandoned" not in process.output
 
 
-def test_a_trial_is_steered_like_any_component(tmp_path: Path, endpoint: str) -> None:
+def test_a_dry_run_is_steered_like_any_component(tmp_path: Path, endpoint: str) -> None:
     with tried(tmp_path, endpoint, "print('second', flush=True)") as (_, monitor):
         with pytest.raises(NoSuchElement, match="no transition 1 leaves second"):
             monitor.forceTransition(1, 1)

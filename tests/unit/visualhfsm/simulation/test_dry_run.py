@@ -1,4 +1,4 @@
-"""A trial: a component without a robot, whose time passes by itself."""
+"""A dry run: a component without a robot, whose time passes by itself."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from naoserver.parts import Axis
 from tests.support.automata import automaton
 from tests.support.limits import START_LIMIT
 from tests.support.running import eventually
-from visualhfsm.simulation._trial import trial
+from visualhfsm.simulation._dry_run import dry_run
 from zenoh_ice import initialize
 
 
@@ -47,7 +47,7 @@ def tried(component: Any, body: str = DEFAULT_BODY) -> Iterator[PacedExecution]:
     """Try a component for the time of a `with` block."""
     with (
         initialize(connect=[], listen=[], clock="wall") as realm,
-        trial(realm, body=find_body(body)) as world,
+        dry_run(realm, body=find_body(body)) as world,
     ):
         world.connect(component)
         run = world.runtime(component, world.communicator.clock)
@@ -65,14 +65,14 @@ def test_the_fake_robot_moves_as_its_servants_are_called() -> None:
         eventually(lambda: math.isclose(run.joints()["HeadYaw"], 0.5, abs_tol=1e-3))
 
 
-def test_a_trial_has_the_body_that_was_chosen() -> None:
+def test_a_dry_run_has_the_body_that_was_chosen() -> None:
     with tried(Looks(), "T1") as run:
         run.start()
         pan = find_body("T1").hinges["Neck"][Axis.PAN].joint
         eventually(lambda: math.isclose(run.joints()[pan], 0.5, abs_tol=1e-3))
 
 
-def test_a_command_expires_by_the_time_of_the_trial() -> None:
+def test_a_command_expires_by_the_time_of_the_dry_run() -> None:
     with tried(Turns()) as run:
         run.set_speed(0.2)
         run.start()
@@ -100,9 +100,9 @@ def test_what_the_robot_does_not_serve_answers_with_blank_values() -> None:
 
 
 @pytest.mark.slow
-def test_a_trial_needs_no_pytest() -> None:
+def test_a_dry_run_needs_no_pytest() -> None:
     code = (
-        "import sys, visualhfsm.simulation._trial, visualhfsm.simulation._behavior; "
+        "import sys, visualhfsm.simulation._dry_run, visualhfsm.simulation._behavior; "
         "sys.exit(bool({'pytest', 'hypothesis'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=START_LIMIT)
