@@ -52,11 +52,15 @@ def draw_values(plan: Plan, number: int) -> dict[str, Value]:
     return plan.draw(number, accept)
 
 
-def run_trial(plan: Plan, number: int, recording: Path | None = None) -> Outcome:
+def run_trial(
+    plan: Plan, number: int, recording: Path | None = None, *, simulate: Callable[..., Behavior] = simulate
+) -> Outcome:
     """Run a trial of a plan in this process and return its outcome; perhaps it is recorded in a file.
 
-    The random numbers of Python and NumPy that the behavior uses begin with the trial's seed. Raises
-    TrialsError for a plan that is not possible, DocumentInvalid for its document.
+    `simulate` makes the behavior, with the arguments of `visualhfsm.simulation.simulate`; if it raises
+    BehaviorFailed, the trial has failed. The random numbers of Python and NumPy that the behavior uses begin
+    with the trial's seed. Raises TrialsError for a plan that is not possible, DocumentInvalid for its
+    document.
     """
     values = draw_values(plan, number)
     seed = plan.seed_of(number)
@@ -72,6 +76,8 @@ def run_trial(plan: Plan, number: int, recording: Path | None = None) -> Outcome
         )
     except (RobotError, UnknownName) as error:
         raise TrialsError(f"trial {number} is not possible: {error}") from error
+    except BehaviorFailed as failure:
+        return _not_begun(number, values, failure)
     with closing(behavior):
         scene.set_up(behavior)
         if recording is None:
@@ -86,6 +92,22 @@ def _settings(plan: Plan, scene: Scene, seed: int) -> dict[str, Any]:
     if plan.robot == "sim":
         return {"camera": plan.camera, "seed": seed, **scene.settings}
     return scene.settings
+
+
+def _not_begun(number: int, values: Values, failure: BehaviorFailed) -> Outcome:
+    error = str(failure)[:_LONGEST_ERROR]
+    return Outcome(
+        number=number,
+        values=values,
+        success=False,
+        reason=error.partition("\n")[0],
+        time=0.0,
+        states="",
+        numbers={},
+        changes=(),
+        left_out=0,
+        error=error,
+    )
 
 
 class _Trial:

@@ -1,0 +1,9 @@
+"""The exceptions of grading."""
+
+from __future__ import annotations
+
+from visualhfsm._errors import VisualHfsmError
+
+
+class SandboxUnavailable(VisualHfsmError):
+    """Nothing on this computer contains a stranger's program; the text says what to install."""
