@@ -147,8 +147,11 @@ class _File(Plan, frozen=True, forbid_unknown_fields=True, kw_only=True):
     parameters: dict[str, Any] = {}
 
 
-def read_plan(path: Path) -> Plan:
-    """Return the plan of a file; its document is absolute. Raises TrialsError with file, line and key."""
+def read_plan(path: Path, *, document: Path | None = None) -> Plan:
+    """Return the plan of a file; its document is absolute, or `document`, whatever the plan says.
+
+    Raises TrialsError with file, line and key.
+    """
     text, source = read_text(path, TrialsError), str(path)
     file = parse_toml(text, _File, source, TrialsError)
     fields: dict[str, Any] = {name: getattr(file, name) for name in Plan.__struct_fields__}
@@ -159,6 +162,8 @@ def read_plan(path: Path) -> Plan:
     for name, each in plan.quantities.items():
         if isinstance(each, Same) and each.same not in own:
             raise TrialsError(f"{path}: {name}: there is no quantity {each.same} that has its own value")
+    if document is not None:
+        return msgspec.structs.replace(plan, document=str(document))
     name = file.document or path.name.removesuffix(SUFFIX) + ".xml"
     document = path.parent / name
     if not document.is_file():

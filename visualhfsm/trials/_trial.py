@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -52,8 +52,26 @@ def draw_values(plan: Plan, number: int) -> dict[str, Value]:
     return plan.draw(number, accept)
 
 
+class Witness(Protocol):
+    """Somebody who watches a trial."""
+
+    def begin(self, behavior: Behavior, values: Values) -> None:
+        """See it before its first cycle, with the values that were drawn."""
+
+    def look(self, behavior: Behavior) -> None:
+        """See it ten times a second."""
+
+    def end(self, outcome: Outcome) -> None:
+        """See what it came to, while the behavior can still be asked."""
+
+
 def run_trial(
-    plan: Plan, number: int, recording: Path | None = None, *, simulate: Callable[..., Behavior] = simulate
+    plan: Plan,
+    number: int,
+    recording: Path | None = None,
+    *,
+    simulate: Callable[..., Behavior] = simulate,
+    witness: Witness | None = None,
 ) -> Outcome:
     """Run a trial of a plan in this process and return its outcome; perhaps it is recorded in a file.
 
@@ -81,11 +99,24 @@ def run_trial(
     with closing(behavior):
         scene.set_up(behavior)
         if recording is None:
-            return _Trial(plan, number, values, behavior).run()
+            return _watched(_Trial(plan, number, values, behavior), witness)
         from ._recording import BehaviorRecording  # needs Pillow
 
         with closing(BehaviorRecording(behavior, recording)) as recorded:
-            return _Trial(plan, number, values, behavior, recorded.look).run()
+            trial = _Trial(plan, number, values, behavior)
+            trial.looks.append(recorded.look)
+            return _watched(trial, witness)
+
+
+def _watched(trial: _Trial, witness: Witness | None) -> Outcome:
+    """Run a trial, perhaps before a witness."""
+    if witness is None:
+        return trial.run()
+    witness.begin(trial.behavior, trial.values)
+    trial.looks.append(lambda: witness.look(trial.behavior))
+    outcome = trial.run()
+    witness.end(outcome)
+    return outcome
 
 
 def _settings(plan: Plan, scene: Scene, seed: int) -> dict[str, Any]:
@@ -113,19 +144,13 @@ def _not_begun(number: int, values: Values, failure: BehaviorFailed) -> Outcome:
 class _Trial:
     """A trial that runs."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        number: int,
-        values: Values,
-        behavior: Behavior,
-        looked: Callable[[], object] = lambda: None,
-    ) -> None:
+    def __init__(self, plan: Plan, number: int, values: Values, behavior: Behavior) -> None:
         self._plan = plan
         self._number = number
-        self._values = values
-        self._behavior = behavior
-        self._looked = looked
+        self.values = values
+        self.behavior = behavior
+        self.looks: list[Callable[[], object]] = []
+        """Called ten times a second."""
         self._folder = Path(plan.document).parent
         goal = plan.success.state
         if goal is not None and goal not in behavior.states:
@@ -150,10 +175,10 @@ class _Trial:
             reason = error.partition("\n")[0]
         except MemoryError:
             reason = f"needs more than {self._plan.memory} MB of memory"
-        behavior, observed = self._behavior, self._observed
+        behavior, observed = self.behavior, self._observed
         return Outcome(
             number=self._number,
-            values=self._values,
+            values=self.values,
             success=not reason,
             reason=reason,
             time=round(behavior.time, 6) if observed.reached is None else observed.reached,
@@ -166,7 +191,7 @@ class _Trial:
 
     def _run(self) -> str:
         """Advance until it ends; return why it failed, if it did."""
-        behavior, success, observed = self._behavior, self._plan.success, self._observed
+        behavior, success, observed = self.behavior, self._plan.success, self._observed
         start, step = behavior.clock.now(), 0
         while True:
             fell = self._look()
@@ -186,8 +211,9 @@ class _Trial:
 
     def _look(self) -> bool:
         """Take the samples, and return whether the robot lies on the floor."""
-        behavior = self._behavior
-        self._looked()
+        behavior = self.behavior
+        for look in self.looks:
+            look()
         for name, reference in self._plan.samples.items():
             self._samples[name].take(self._call(reference))
         if self._plan.robot == "none":
@@ -208,7 +234,7 @@ class _Trial:
         return "" if verdict is None or bool(verdict) else "judged not good"
 
     def _noted(self) -> dict[str, float]:
-        behavior = self._behavior
+        behavior = self.behavior
         noted = {"calls": float(len(behavior.calls())), "cycles": float(self._observed.cycles)}
         if self._place is not None:
             noted["distance"] = self._distance
@@ -218,7 +244,7 @@ class _Trial:
         return {name: number for name, number in noted.items() if math.isfinite(number)}
 
     def _call(self, reference: str) -> Any:  # noqa: ANN401 - what the function returns
-        return call_function(reference, self._folder, self._behavior)
+        return call_function(reference, self._folder, self.behavior)
 
 
 class _Observed(Observer):

@@ -1,0 +1,155 @@
+"""A document earns points in the trials of an exercise, with reasons in words and figures."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from visualhfsm.grading import Grader, GradingError, Marks, read_exercise
+
+EXERCISE = """
+title = { en = "Wait", es = "Espera" }
+
+[[criteria]]
+asks = { en = "It finishes soon after the ball is gone", es = "Termina poco después" }
+points = 4
+state = "done"
+after = "gone"
+within = 0.5
+
+[[criteria]]
+asks = { en = "It begins", es = "Empieza" }
+points = 2
+state = "waiting"
+
+[[criteria]]
+asks = { en = "Judged", es = "Evaluado" }
+points = 1
+judge = "judge.py:good"
+
+[events]
+gone = { en = "the ball is gone", es = "desaparece la pelota" }
+"""
+TRIALS = """
+robot = "fake"
+runs = 2
+limit = 3
+
+[disturbances.gone]
+at = 1.0
+move = "BallGreen"
+to = { pan = 3.1 }
+"""
+JUDGE = """
+def good(run):
+    assert run.events == {"gone": 1.0}
+    return 0.5, {"en": f"{len(run.moments)} moments", "es": f"{len(run.moments)} momentos"}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "wait"
+    folder.mkdir()
+    (folder / "exercise.toml").write_text(EXERCISE, "utf-8")
+    (folder / "trials.toml").write_text(TRIALS, "utf-8")
+    (folder / "judge.py").write_text(JUDGE, "utf-8")
+    for language in ("en", "es"):
+        (folder / f"task.{language}.md").write_text("Wait.\n", "utf-8")
+    return folder
+
+
+def grade(folder: Path, text: str, language: str = "en") -> Marks:
+    submission = folder.parent / "submission"
+    shutil.rmtree(submission, ignore_errors=True)
+    submission.mkdir()
+    path = submission / "wait.xml"
+    path.write_text(text, "utf-8")
+    return Grader(read_exercise(folder), path, language, unsafe=True).grade("ana")
+
+
+def waits(milliseconds: int, code: str = "") -> str:
+    return document(
+        sub(
+            1,
+            0,
+            state(1, "waiting", code, initial=True),
+            state(2, "done"),
+            transition(1, 1, 2, str(milliseconds), type="time"),
+            period="20",
+        )
+    )
+
+
+def test_a_state_in_time_earns_its_points(folder: Path) -> None:
+    marks = grade(folder, waits(1300))
+    assert [each.points for each in marks.earned] == [4.0, 2.0, 0.5]
+    assert [each.words for each in marks.earned] == [
+        "goes to `done` 0.3 s after the ball is gone; asked: within 0.5 s",
+        "begins in `waiting`",
+        "31 moments",
+    ]
+    assert (marks.points, marks.of, marks.reason) == (6.5, 7.0, "")
+
+
+def test_words_are_in_the_language_that_is_asked_for(folder: Path) -> None:
+    marks = grade(folder, waits(1300), "es")
+    assert [each.words for each in marks.earned] == [
+        "pasa a `done` en 0,3 s cuando desaparece la pelota; se pide: en 0,5 s como máximo",
+        "empieza en `waiting`",
+        "31 momentos",
+    ]
+    assert marks.earned[0].asks == "Termina poco después"
+
+
+@pytest.mark.parametrize(
+    ("milliseconds", "words"),
+    [
+        (1800, "goes to `done` 0.8 s after the ball is gone; asked: within 0.5 s"),
+        (9000, "never goes to `done` after the ball is gone; asked: within 0.5 s"),
+    ],
+)
+def test_a_state_too_late_earns_nothing(folder: Path, milliseconds: int, words: str) -> None:
+    earned = grade(folder, waits(milliseconds)).earned[0]
+    assert (earned.points, earned.words) == (0.0, words)
+
+
+def test_a_state_that_is_current_already_counts_at_once(folder: Path) -> None:
+    earned = grade(folder, waits(500)).earned[0]
+    assert (earned.points, earned.words) == (4.0, "is in `done` when the ball is gone; asked: within 0.5 s")
+
+
+def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
+    marks = grade(folder, waits(1300, "1 / 0"))
+    assert marks.points == 0.0
+    assert "division by zero" in marks.earned[0].words
+    assert "wait.xml:" in marks.earned[0].words
+    assert str(folder.parent) not in marks.earned[0].words
+
+
+def test_a_document_that_cannot_be_run_has_no_points_and_a_reason(folder: Path) -> None:
+    marks = grade(folder, waits(1300, "if :"))
+    assert (marks.points, marks.of) == (0.0, 7.0)
+    assert "wait.xml cannot be run" in marks.reason
+    assert str(folder.parent) not in marks.reason
+
+
+def test_the_marks_are_the_same_twice(folder: Path) -> None:
+    assert grade(folder, waits(1300)) == grade(folder, waits(1300))
+
+
+def test_a_judge_that_fails_is_a_fault_of_the_exercise_and_no_end(folder: Path) -> None:
+    (folder / "judge.py").write_text("def good(run):\n    return run.nothing\n", "utf-8")
+    marks = grade(folder, waits(1300))
+    assert [each.points for each in marks.earned] == [4.0, 2.0, 0.0]
+    assert [each.failed for each in marks.earned] == [False, False, True]
+    assert "AttributeError" in marks.earned[2].words
+
+
+def test_a_judge_that_returns_something_else_is_refused(folder: Path) -> None:
+    (folder / "judge.py").write_text("def good(run):\n    return 2.0, 'well'\n", "utf-8")
+    with pytest.raises(GradingError, match=r"judge.py:good: it must return a share from 0 to 1"):
+        grade(folder, waits(1300))

@@ -1,0 +1,77 @@
+"""Judge a run by a criterion: what share of the points it earns, and why, in words with figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Final
+
+import msgspec
+from msgspec import Meta, Struct
+
+from visualhfsm.trials._functions import FunctionFailed, call_function
+
+from ._errors import GradingError
+from ._exercise import Criterion, Exercise
+from ._run import Run
+from ._words import figure, say
+
+_SLACK: Final = 1e-9
+"""s by which a time in binary may be beyond its limit."""
+_LONGEST_WORDS: Final = 500
+
+_Judged = tuple[Annotated[float, Meta(ge=0, le=1)], str | dict[str, str]]
+
+
+class Verdict(Struct, frozen=True):
+    """What a criterion says of one run."""
+
+    share: float
+    """Of the points, from 0 to 1."""
+    words: str
+    failed: bool = False
+    """Whether its judge failed: a fault of the exercise."""
+
+
+def judge(run: Run, criterion: Criterion, exercise: Exercise, language: str) -> Verdict:
+    """Return what a criterion says of a run at its end. Raises TrialsError for a missing function."""
+    if criterion.judge is not None:
+        return _by_function(run, criterion.judge, exercise.folder, language)
+    assert criterion.state is not None
+    return _by_state(run, criterion, criterion.state, exercise.events, language)
+
+
+def _by_state(
+    run: Run, criterion: Criterion, state: str, events: Mapping[str, Mapping[str, str]], language: str
+) -> Verdict:
+    event = events[criterion.after][language] if criterion.after is not None else ""
+    start = run.events[criterion.after] if criterion.after is not None else 0.0
+    entered = run.entered(state, start)
+    late = None if entered is None else entered - start
+    if late is None:
+        words = say(language, "never" if event else "never from start", state=state, event=event)
+    elif late < _SLACK:
+        words = say(language, "at once" if event else "starts", state=state, event=event)
+    else:
+        time = figure(language, late)
+        words = say(language, "goes" if event else "goes from start", state=state, time=time, event=event)
+    good = late is not None and (criterion.within is None or late <= criterion.within + _SLACK)
+    if criterion.within is not None:
+        words += say(language, "asked", time=figure(language, criterion.within))
+    return Verdict(1.0 if good else 0.0, words)
+
+
+def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdict:
+    try:
+        found = msgspec.convert(call_function(reference, folder.resolve(), run), _Judged)
+    except FunctionFailed as error:
+        return Verdict(0.0, say(language, "judge failed", reason=str(error)[:_LONGEST_WORDS]), failed=True)
+    except msgspec.ValidationError as error:
+        raise GradingError(
+            f"{folder / reference}: it must return a share from 0 to 1 and words, as in "
+            f'return 1.0, {{"en": "walks 1.02 m", "es": "anda 1,02 m"}}: {error}'
+        ) from error
+    share, words = found
+    if not isinstance(words, str):
+        words = words.get(language) or next(iter(words.values()), "")
+    return Verdict(share, words[:_LONGEST_WORDS])

@@ -1,0 +1,157 @@
+"""Grade one document: run all trials of an exercise, and judge each by the criteria."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import msgspec
+
+from hfsm_runtime.virtual.errors import ExecutionError
+from visualhfsm.simulation import DocumentInvalid
+from visualhfsm.trials import Outcome, TrialsError
+from visualhfsm.trials._trial import quiet, run_trial
+
+from ._containment import Containment
+from ._criteria import Verdict, judge
+from ._marks import Earned, Marks
+from ._run import Run
+from ._words import say
+
+if TYPE_CHECKING:
+    from visualhfsm.trials import Plan
+
+    from ._exercise import Criterion, Exercise
+
+_LONGEST_REASON: Final = 600
+_DIGITS: Final = 3
+
+
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """A trial that was judged."""
+
+    plan: str
+    number: int
+    verdicts: Sequence[Verdict | None]
+    """One for each criterion, None where the trial does not count for it."""
+
+    def lost(self, exercise: Exercise) -> float:
+        """Return how many points were lost in it."""
+        given = zip(exercise.criteria, self.verdicts, strict=True)
+        return sum(of.points * (1.0 - each.share) for of, each in given if each is not None)
+
+
+class Grader:
+    """Grade a document by an exercise, in words of a language.
+
+    The document's folder is that of the document alone: what stands beside it can be imported. Raises
+    SandboxUnavailable where its code cannot be contained, unless it is `unsafe`.
+    """
+
+    def __init__(self, exercise: Exercise, document: Path, language: str, *, unsafe: bool) -> None:
+        self._exercise = exercise
+        self._document = document
+        self._language = exercise.language(language)
+        self._unsafe = unsafe
+        self._worst: _Judged | None = None
+
+    def grade(self, name: str) -> Marks:
+        """Return the marks of the document, which is the submission of that name."""
+        exercise = self._exercise
+        try:
+            with Containment(unsafe=self._unsafe) as containment, quiet():
+                judged = [
+                    self._run(containment, plan_name, number)
+                    for plan_name, plan in exercise.plans.items()
+                    for number in range(plan.runs)
+                ]
+        except DocumentInvalid as error:
+            return Marks.broken(exercise, name, self._language, self._plain(str(error)))
+        self._worst = max(judged, key=lambda each: each.lost(exercise))  # the first of equals
+        return Marks(
+            name=name,
+            language=self._language,
+            earned=tuple(
+                self._earned(criterion, [each.verdicts[index] for each in judged])
+                for index, criterion in enumerate(exercise.criteria)
+            ),
+            worst_plan=self._worst.plan,
+            worst_number=self._worst.number,
+        )
+
+    def record(self, marks: Marks, recording: Path) -> None:
+        """Run the worst trial again, and record it in a file. Raises VisualHfsmError."""
+        plan = self._plan(marks.worst_plan)
+        with Containment(unsafe=self._unsafe) as containment, quiet():
+            run_trial(plan, marks.worst_number, recording, simulate=containment.simulate)
+
+    def _plan(self, name: str) -> Plan:
+        return msgspec.structs.replace(self._exercise.plans[name], document=str(self._document))
+
+    def _run(self, containment: Containment, name: str, number: int) -> _Judged:
+        witness = _Judge(self._exercise, name, self._language)
+        try:
+            outcome = run_trial(self._plan(name), number, simulate=containment.simulate, witness=witness)
+        except DocumentInvalid:
+            raise
+        except (TrialsError, ExecutionError) as error:
+            return _Judged(name, number, self._stopped(name, str(error)))
+        if outcome.error or not witness.verdicts:
+            return _Judged(name, number, self._stopped(name, outcome.error or outcome.reason))
+        return _Judged(name, number, witness.verdicts)
+
+    def _stopped(self, plan: str, error: str) -> list[Verdict | None]:
+        """Return the verdicts on a trial that an error ended."""
+        words = say(self._language, "stopped", reason=self._plain(error))
+        return [
+            Verdict(0.0, words) if not each.trials or plan in each.trials else None
+            for each in self._exercise.criteria
+        ]
+
+    def _plain(self, error: str) -> str:
+        """Return what an error says first, without the folder in which the document is graded."""
+        text = error.replace(f"{self._document.parent}/", "").replace(str(self._document.parent), ".")
+        return text.partition("\ntimeline of ")[0].strip()[:_LONGEST_REASON]
+
+    def _earned(self, criterion: Criterion, verdicts: Sequence[Verdict | None]) -> Earned:
+        """Return what a criterion earned in all its trials, in the words of the first one that is worst."""
+        counted = [each for each in verdicts if each is not None]
+        worst = min(counted, key=lambda each: each.share)
+        share = sum(each.share for each in counted) / len(counted)
+        words = worst.words
+        less = sum(each.share < 1.0 for each in counted)
+        if 0 < less < len(counted):
+            words = say(self._language, "in trials", count=less, all=len(counted), words=words)
+        return Earned(
+            asks=criterion.asks[self._language],
+            points=round(criterion.points * share, _DIGITS),
+            of=criterion.points,
+            words=words,
+            failed=any(each.failed for each in counted),
+        )
+
+
+class _Judge(Run):
+    """The run of a trial, which is judged at its end."""
+
+    def __init__(self, exercise: Exercise, plan: str, language: str) -> None:
+        super().__init__(exercise.plans[plan])
+        self._exercise = exercise
+        self._plan = plan
+        self._language = language
+        self.verdicts: list[Verdict | None] = []
+        """One for each criterion; empty if it did not come to its end."""
+
+    def end(self, outcome: Outcome) -> None:
+        """Judge it, unless an error ended it."""
+        if outcome.error:
+            return
+        self.verdicts = [
+            judge(self, each, self._exercise, self._language)
+            if not each.trials or self._plan in each.trials
+            else None
+            for each in self._exercise.criteria
+        ]

@@ -1,0 +1,61 @@
+"""The marks of a submission: what each criterion earned, and why."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from ._words import say
+
+if TYPE_CHECKING:
+    from ._exercise import Exercise
+
+_DIGITS = 2
+
+
+class Earned(Struct, frozen=True):
+    """What a criterion earned in all trials."""
+
+    asks: str
+    points: float
+    of: float
+    words: str
+    failed: bool = False
+    """Whether its judge failed: a fault of the exercise."""
+
+
+class Marks(Struct, frozen=True, kw_only=True):
+    """The marks of a submission: the same each time and everywhere."""
+
+    name: str
+    language: str
+    earned: tuple[Earned, ...]
+    reason: str = ""
+    """Why it could not be run at all."""
+    worst_plan: str = ""
+    worst_number: int = 0
+    """The trial that lost the most points."""
+
+    @property
+    def points(self) -> float:
+        """All points."""
+        return round(sum(each.points for each in self.earned), _DIGITS)
+
+    @property
+    def of(self) -> float:
+        """The most points."""
+        return sum(each.of for each in self.earned)
+
+    @classmethod
+    def broken(cls, exercise: Exercise, name: str, language: str, reason: str) -> Marks:
+        """Return the marks of a submission that cannot be run: no points, with the reason."""
+        return cls(
+            name=name,
+            language=language,
+            earned=tuple(
+                Earned(each.asks[language], 0.0, each.points, say(language, "broken"))
+                for each in exercise.criteria
+            ),
+            reason=reason,
+        )

@@ -1,0 +1,64 @@
+"""What grading says to pupils, in English and Spanish; other languages get the English words."""
+
+from __future__ import annotations
+
+from typing import Final
+
+FALLBACK: Final = "en"
+
+_WORDS: Final = {
+    "en": {
+        "at once": "is in `{state}` when {event}",
+        "goes": "goes to `{state}` {time} s after {event}",
+        "never": "never goes to `{state}` after {event}",
+        "starts": "begins in `{state}`",
+        "goes from start": "goes to `{state}` after {time} s",
+        "never from start": "never goes to `{state}`",
+        "asked": "; asked: within {time} s",
+        "in trials": "not in {count} of {all} trials: {words}",
+        "broken": "It cannot be run, so there are no points",
+        "stopped": "the run ended with an error: {reason}",
+        "judge failed": "this could not be judged, ask your teacher: {reason}",
+        "points": "points",
+        "asks": "Asked",
+        "happened": "What happened",
+        "worst": "The trial with the fewest points",
+        "all good": "One of the trials, all of which went well",
+        "trial": "{plan}, trial {number}",
+        "counts": "What earns points",
+    },
+    "es": {
+        "at once": "está en `{state}` cuando {event}",
+        "goes": "pasa a `{state}` en {time} s cuando {event}",
+        "never": "no pasa nunca a `{state}` cuando {event}",
+        "starts": "empieza en `{state}`",
+        "goes from start": "pasa a `{state}` al cabo de {time} s",
+        "never from start": "no pasa nunca a `{state}`",
+        "asked": "; se pide: en {time} s como máximo",
+        "in trials": "falla en {count} de {all} pruebas: {words}",
+        "broken": "No se puede ejecutar, así que no hay puntos",
+        "stopped": "la prueba terminó con un error: {reason}",
+        "judge failed": "esto no se pudo evaluar, díselo a tu profesora o profesor: {reason}",
+        "points": "puntos",
+        "asks": "Se pide",
+        "happened": "Qué pasó",
+        "worst": "La prueba con menos puntos",
+        "all good": "Una de las pruebas, que salieron todas bien",
+        "trial": "{plan}, prueba {number}",
+        "counts": "Qué da puntos",
+    },
+}
+
+
+def say(language: str, phrase: str, **parts: object) -> str:
+    """Return a phrase in a language."""
+    phrases = _WORDS.get(language, _WORDS[FALLBACK])
+    return phrases[phrase].format(**parts)
+
+
+def figure(language: str, number: float, digits: int = 2) -> str:
+    """Return a number as people write it, without zeros at its end."""
+    text = f"{number:.{digits}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return text.replace(".", ",") if language in ("de", "es", "fr", "it", "pt") else text
