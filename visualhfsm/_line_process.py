@@ -24,6 +24,7 @@ from visualhfsm._environment import child_environment
 
 _MEMORY: Final = 4 << 30
 """Limit of the memory of a process that answers questions, in bytes."""
+_LONGEST_ANSWER: Final = 64 << 20  # bytes
 _NEW_OBJECTS: Final = 100_000
 """New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
 _END_PERIOD: Final = 0.01  # s
@@ -89,8 +90,7 @@ class LineProcess:
         process = self._process or self._start()
         assert process.stdin is not None
         assert process.stdout is not None
-        process.stdin.write(question + b"\n")
-        process.stdin.flush()
+        _write(process.stdin.fileno(), question + b"\n", until)
         return _read_line(process.stdout.fileno(), until)
 
     def _start(self) -> subprocess.Popen[bytes]:
@@ -99,9 +99,12 @@ class LineProcess:
             [sys.executable, "-P", "-m", self._module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            bufsize=0,
             env={**child_environment(), **self._environment},
             start_new_session=True,
         )
+        assert self._process.stdin is not None
+        os.set_blocking(self._process.stdin.fileno(), False)  # a pipe that is full is waited for with a limit
         return self._process
 
     def _stop(self) -> None:
@@ -111,8 +114,7 @@ class LineProcess:
         _kill(process)
         for stream in (process.stdin, process.stdout):
             if stream is not None:
-                with contextlib.suppress(OSError):  # unsent data has no reader any more
-                    stream.close()
+                stream.close()
         process.wait(_KILL_LIMIT)
 
 
@@ -167,16 +169,31 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
+def _write(descriptor: int, text: bytes, until: float) -> None:
+    """Write a text to a pipe that does not block: its reader may hang, and a pipe holds 64 kB."""
+    left = memoryview(text)
+    while left:
+        _wait(descriptor, select.POLLOUT, until)
+        left = left[os.write(descriptor, left) :]
+
+
 def _read_line(descriptor: int, until: float) -> bytes:
-    waiting = select.poll()  # `select` takes no descriptor above 1023
-    waiting.register(descriptor, select.POLLIN)
     found = bytearray()
     while not found.endswith(b"\n"):
-        left = until - time.monotonic()
-        if left <= 0 or not waiting.poll(left * 1000):
-            raise TooSlowError("it takes too long")
+        _wait(descriptor, select.POLLIN, until)
         part = os.read(descriptor, 1 << 16)
         if not part:
             raise EOFError
         found += part
+        if len(found) > _LONGEST_ANSWER:
+            raise NoAnswerError(f"its answer is longer than {_LONGEST_ANSWER >> 20} MB")
     return bytes(found[:-1])
+
+
+def _wait(descriptor: int, event: int, until: float) -> None:
+    """Wait until a pipe can be read or written, or has lost its other end."""
+    waiting = select.poll()  # `select` takes no descriptor above 1023
+    waiting.register(descriptor, event)
+    left = until - time.monotonic()
+    if left <= 0 or not waiting.poll(left * 1000):
+        raise TooSlowError("it takes too long")

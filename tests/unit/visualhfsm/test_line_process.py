@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.limits import START_LIMIT
-from visualhfsm._line_process import LineProcess, NoAnswerError
+from visualhfsm._line_process import LineProcess, NoAnswerError, TooSlowError
 
 ANSWERS = """
 import os, time
@@ -25,6 +25,8 @@ def answer(line):
             time.sleep(3600)
         case b"print":
             print("this is no answer")
+        case b"flood":
+            return b"x" * (65 << 20)
     return line.strip()[::-1]
 
 answer_lines(answer)
@@ -45,7 +47,9 @@ def test_each_question_is_answered_with_a_line(process: LineProcess) -> None:
     assert process.ask(b"print", START_LIMIT) == b"tnirp"
 
 
-@pytest.mark.parametrize(("question", "limit"), [(b"end", START_LIMIT), (b"wait", 0.01)])
+@pytest.mark.parametrize(
+    ("question", "limit"), [(b"end", START_LIMIT), (b"wait", 0.01), (b"flood", START_LIMIT)]
+)
 def test_a_process_that_fails_or_hangs_is_replaced(
     process: LineProcess, question: bytes, limit: float
 ) -> None:
@@ -53,6 +57,20 @@ def test_a_process_that_fails_or_hangs_is_replaced(
     with pytest.raises(NoAnswerError):
         process.ask(question, limit)
     assert process.ask(b"abc", START_LIMIT) == b"cba"
+
+
+def test_a_process_that_does_not_read_is_given_up_at_the_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "deaf.py").write_text("import time; time.sleep(3600)")
+    monkeypatch.syspath_prepend(tmp_path)
+    with contextlib.closing(LineProcess("deaf")) as deaf, pytest.raises(TooSlowError):
+        deaf.ask(b"x" * (1 << 20), 0.1)  # a pipe holds 64 kB
+
+
+def test_a_long_question_arrives_whole(process: LineProcess) -> None:
+    question = bytes(range(97, 123)) * 100_000
+    assert process.ask(question, START_LIMIT) == question[::-1]
 
 
 def test_nothing_is_answered_after_the_end(process: LineProcess) -> None:
