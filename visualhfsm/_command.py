@@ -32,6 +32,8 @@ from visualhfsm._replay import replay
 from visualhfsm._report import EPILOG as REPORT_EPILOG
 from visualhfsm._report import report
 from visualhfsm._steer.commands import register as register_steering
+from visualhfsm.grading._command import EPILOG as GRADE_EPILOG
+from visualhfsm.grading._command import grade
 from visualhfsm.trials._command import EPILOG as TRIALS_EPILOG
 from visualhfsm.trials._command import trials
 from zenoh_ice.application.cli import finite, report_ready, with_settings
@@ -281,6 +283,7 @@ app.command(epilog=CHECK_EPILOG)(check)
 app.command(epilog=CONVERT_EPILOG)(convert)
 app.command(epilog=DIFF_EPILOG)(diff)
 app.command(epilog=DRAW_EPILOG)(draw)
+app.command(epilog=GRADE_EPILOG)(grade)
 app.command(epilog=REPLAY_EPILOG)(replay)
 app.command(epilog=REPORT_EPILOG)(report)
 app.command(epilog=TRIALS_EPILOG)(trials)

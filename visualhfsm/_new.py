@@ -13,7 +13,9 @@ from visualhfsm._errors import VisualHfsmError
 
 EPILOG: Final = """Examples:
 
-visualhfsm new my-robot"""
+visualhfsm new my-robot
+
+visualhfsm new ana --exercise look --language es"""
 
 _TEMPLATE: Final = Path(__file__).with_name("template")
 _HIDDEN: Final = ("_gitattributes", "_gitignore")
@@ -27,6 +29,11 @@ Next:
   nao stack ./stack.toml                     run it: a simulated Nao, the lamp and the behavior
   visualhfsm edit behaviors/blinker.xml      draw, and run what is drawn
   codegen interfaces/*.idl behaviors/*.xml   generate again, after a change"""
+_NEXT_EXERCISE: Final = """\
+Next: read task.md
+  cd {folder}
+  visualhfsm edit {document}      draw, and try what is drawn
+  visualhfsm trials {document}    run it as often as the task says"""
 
 
 def new(
@@ -36,11 +43,28 @@ def new(
             metavar="FOLDER", help="The folder to make; it may exist if it is empty, or a new repository."
         ),
     ],
+    *,
+    exercise: Annotated[
+        str | None,
+        typer.Option(
+            metavar="EXERCISE",
+            help="Make a pupil's folder instead: of an exercise, or the name of one of ours.",
+        ),
+    ] = None,
+    language: Annotated[
+        str | None,
+        typer.Option(metavar="CODE", help="Language of the task.", show_default="the system's"),
+    ] = None,
 ) -> None:
     """Make a project: an interface, a program that serves it, a behavior, its test, a stack, files for Git.
 
     They run at once, and are meant to be changed. Files that are there are never overwritten.
     """
+    if exercise is not None:
+        _make_exercise(folder, exercise, language)
+        return
+    if language is not None:
+        raise typer.BadParameter("--language needs --exercise EXERCISE")
     from codegen.command import generate
 
     made = {
@@ -49,10 +73,7 @@ def new(
         if path.is_file() and "__pycache__" not in path.parts
     }
     try:
-        if folder.exists() and (
-            not folder.is_dir() or any(each.name not in _KEPT for each in folder.iterdir())
-        ):
-            raise VisualHfsmError(f"{folder} is not empty: choose another name, or an empty folder")
+        _require_empty(folder)
         for path, target in made.items():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target)
@@ -62,6 +83,31 @@ def new(
         typer.echo(f"wrote {target}")
     generate([*folder.glob("interfaces/*.idl"), *folder.glob("behaviors/*.xml")])
     typer.echo(_NEXT.format(folder=shlex.quote(str(folder))))
+
+
+def _make_exercise(folder: Path, name: str, language: str | None) -> None:
+    """Make the folder of a pupil."""
+    from visualhfsm.grading import read_exercise
+    from visualhfsm.grading._handout import chosen_language, find_exercise, handout
+
+    exercise = read_exercise(find_exercise(name))
+    files = handout(exercise, chosen_language(language))
+    try:
+        _require_empty(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        for file, content in files.items():
+            (folder / file).write_bytes(content)
+    except OSError as error:
+        raise VisualHfsmError(f"{folder} cannot be made: {error.strerror or error}") from error
+    for file in files:
+        typer.echo(f"wrote {folder / file}")
+    typer.echo(_NEXT_EXERCISE.format(folder=shlex.quote(str(folder)), document=f"{exercise.name}.xml"))
+
+
+def _require_empty(folder: Path) -> None:
+    """Raise VisualHfsmError if there are files of others."""
+    if folder.exists() and (not folder.is_dir() or any(each.name not in _KEPT for each in folder.iterdir())):
+        raise VisualHfsmError(f"{folder} is not empty: choose another name, or an empty folder")
 
 
 def _name_of(path: Path) -> str:

@@ -9,6 +9,7 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta, Struct
 
+from visualhfsm.trials import TrialsError
 from visualhfsm.trials._functions import FunctionFailed, call_function
 
 from ._errors import GradingError
@@ -34,7 +35,7 @@ class Verdict(Struct, frozen=True):
 
 
 def judge(run: Run, criterion: Criterion, exercise: Exercise, language: str) -> Verdict:
-    """Return what a criterion says of a run at its end. Raises TrialsError for a missing function."""
+    """Return what a criterion says of a run at its end. Raises GradingError for a missing function."""
     if criterion.judge is not None:
         return _by_function(run, criterion.judge, exercise.folder, language)
     assert criterion.state is not None
@@ -64,6 +65,8 @@ def _by_state(
 def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdict:
     try:
         found = msgspec.convert(call_function(reference, folder.resolve(), run), _Judged)
+    except TrialsError as error:
+        raise GradingError(str(error)) from error
     except FunctionFailed as error:
         return Verdict(0.0, say(language, "judge failed", reason=str(error)[:_LONGEST_WORDS]), failed=True)
     except msgspec.ValidationError as error:

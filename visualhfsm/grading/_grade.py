@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 _LONGEST_REASON: Final = 600
 _DIGITS: Final = 3
+_AROUND: Final = re.compile(r" cannot be (run|read):$|^\d+ errors?\b")
+"""Lines of the compiler before and after the errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +116,9 @@ class Grader:
 
     def _plain(self, error: str) -> str:
         """Return what an error says first, without the folder in which the document is graded."""
-        text = error.replace(f"{self._document.parent}/", "").replace(str(self._document.parent), ".")
-        return text.partition("\ntimeline of ")[0].strip()[:_LONGEST_REASON]
+        text = error.replace(f"{self._document.parent}/", "").partition("\ntimeline of ")[0]
+        lines = [line for line in text.splitlines() if not _AROUND.search(line)]
+        return "\n".join(lines).strip()[:_LONGEST_REASON]
 
     def _earned(self, criterion: Criterion, verdicts: Sequence[Verdict | None]) -> Earned:
         """Return what a criterion earned in all its trials, in the words of the first one that is worst."""

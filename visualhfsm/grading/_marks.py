@@ -47,6 +47,14 @@ class Marks(Struct, frozen=True, kw_only=True):
         """The most points."""
         return sum(each.of for each in self.earned)
 
+    @property
+    def summary(self) -> str:
+        """Why points are lost, in one line."""
+        if self.reason:
+            return f"{say(self.language, 'broken')}: {' '.join(self.reason.split())}"
+        lost = [each.words for each in self.earned if each.points < each.of]
+        return "; ".join(dict.fromkeys(lost)) or say(self.language, "all")
+
     @classmethod
     def broken(cls, exercise: Exercise, name: str, language: str, reason: str) -> Marks:
         """Return the marks of a submission that cannot be run: no points, with the reason."""

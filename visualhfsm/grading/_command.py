@@ -1,0 +1,150 @@
+"""The command `visualhfsm grade`: marks with reasons for what a class handed in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ._exercise import Exercise
+    from ._marks import Marks
+    from ._submissions import Submission
+
+EPILOG: Final = """Examples:
+
+visualhfsm grade look handed-in
+
+visualhfsm grade exercises/mine handed-in --out marks --language es
+
+visualhfsm grade exercises/mine --check
+
+Exit codes: 0 done, 1 an error, or --check found something, 2 wrong usage, 130 Ctrl-C."""
+
+
+def grade(
+    exercise: Annotated[
+        str, typer.Argument(metavar="EXERCISE", help="The folder of an exercise, or the name of ours.")
+    ],
+    submissions: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="SUBMISSIONS",
+            exists=True,
+            file_okay=False,
+            help="A folder with a document, or a folder, for each pupil.",
+        ),
+    ] = None,
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", file_okay=False, help="Where marks.csv and the pages are written."),
+    ] = Path("marks"),
+    language: Annotated[
+        str | None,
+        typer.Option(metavar="CODE", help="Language of the marks.", show_default="the system's"),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=1, max=1000, help="Submissions at a time.", show_default="one a processor"
+        ),
+    ] = None,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Grade the exercise's own solution and mistakes, and compare."),
+    ] = False,
+    unsafe: Annotated[
+        bool,
+        typer.Option("--unsafe", help="Run code of submissions as you, where nothing can contain it."),
+    ] = False,
+) -> None:
+    """Grade the documents of a class in virtual time: a page for each, and a table for the teacher.
+
+    The same documents get the same marks. Their code runs in a process that reaches neither files nor network.
+    A document that cannot be run has no points, with the reason.
+    """
+    if (submissions is None) is not check:
+        raise typer.BadParameter("give either SUBMISSIONS or --check", param_hint="SUBMISSIONS")
+    from rich.console import Console
+
+    from ._exercise import read_exercise
+    from ._handout import chosen_language, find_exercise
+
+    console = Console()
+    found = read_exercise(find_exercise(exercise))
+    spoken = found.language(chosen_language(language))
+    if submissions is None:
+        _check(console, found, spoken, workers, unsafe=unsafe)
+        return
+    from ._page import write_index
+    from ._submissions import find_submissions
+    from ._table import write_table
+    from ._terminal import show
+
+    handed_in = find_submissions(submissions)
+    _make(out)
+    marks = _grade(console, found, handed_in, spoken, workers, pages=out, unsafe=unsafe)
+    write_table(out / "marks.csv", found, spoken, marks)
+    write_index(out / "index.html", found, spoken, list(zip(handed_in, marks, strict=True)))
+    show(console, found, spoken, marks)
+    console.print(
+        f"\n{out / 'index.html'} has a page for each, {out / 'marks.csv'} is the table", soft_wrap=True
+    )
+
+
+def _check(console: Console, exercise: Exercise, language: str, workers: int | None, *, unsafe: bool) -> None:
+    """Grade what the exercise brings along, and exit with 1 if something earns other points than expected."""
+    from ._submissions import Submission
+    from ._terminal import show_check
+
+    expected = {"solution": exercise.points, **exercise.mistakes}
+    paths = {"solution": exercise.solution, **{name: exercise.mistake(name) for name in exercise.mistakes}}
+    own = [Submission(name, path, "") for name, path in paths.items()]
+    marks = _grade(console, exercise, own, language, workers, pages=None, unsafe=unsafe)
+    if not show_check(console, exercise, marks, expected):
+        raise typer.Exit(1)
+
+
+def _grade(
+    console: Console,
+    exercise: Exercise,
+    submissions: list[Submission],
+    language: str,
+    workers: int | None,
+    *,
+    pages: Path | None,
+    unsafe: bool,
+) -> list[Marks]:
+    """Return the marks of submissions, with a bar meanwhile. Raises SystemExit after Ctrl-C."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from zenoh_ice.application.cli import stop_on_signals
+
+    from ._class import grade_class
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with stop_on_signals() as stop, Progress(*columns, console=console, transient=True) as progress:
+        bar = progress.add_task(exercise.name, total=len(submissions))
+        return grade_class(
+            exercise,
+            submissions,
+            language=language,
+            unsafe=unsafe,
+            stop=stop,
+            pages=pages,
+            workers=workers,
+            graded=lambda _: progress.advance(bar),
+        )
+
+
+def _make(folder: Path) -> None:
+    from ._errors import GradingError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise GradingError(f"{folder} cannot be made: {error.strerror or error}") from error

@@ -1,0 +1,71 @@
+"""What a pupil gets of an exercise: the task, the document to begin with, and the trials that pupils see."""
+
+from __future__ import annotations
+
+import locale
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from codegen.hfsm import write_document
+from codegen.hfsm.document import Automaton, Document
+from visualhfsm.trials._plan import SUFFIX
+
+from ._errors import GradingError
+from ._exercise import FILE, VISIBLE
+from ._words import figure, say
+
+if TYPE_CHECKING:
+    from ._exercise import Exercise
+
+_OURS: Final = "exercises"
+_PACKAGE: Final = Path(__file__).parents[1]
+
+
+def our_exercises() -> Path:
+    """Return the folder of the exercises that come with us: in the wheel, or in a checkout."""
+    installed = _PACKAGE / "_shipped" / _OURS
+    return installed if installed.is_dir() else _PACKAGE.parent / _OURS
+
+
+def find_exercise(name: str) -> Path:
+    """Return the folder of an exercise: a path, or the name of one of ours. Raises GradingError."""
+    path = Path(name)
+    if (path / FILE).is_file():
+        return path
+    ours = {each.parent.name: each.parent for each in sorted(our_exercises().glob(f"*/{FILE}"))}
+    if name not in ours:
+        raise GradingError(
+            f"there is no exercise {name}: write a folder with {FILE}, or one of ours: {', '.join(ours)}"
+        )
+    return ours[name]
+
+
+def chosen_language(given: str | None) -> str:
+    """Return the language that a user gave, or that of the system."""
+    if given is not None:
+        return given
+    try:
+        found = locale.setlocale(locale.LC_MESSAGES, "")
+    except locale.Error:  # the system has not the locale that is set
+        return ""
+    return found.partition("_")[0]
+
+
+def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
+    """Return the files that a pupil gets, by name: neither hidden trials, nor judges, nor the solution."""
+    language = exercise.language(language)
+    start = exercise.start
+    document = (
+        start.read_bytes() if start is not None else write_document(Document(automata=(Automaton(id=1),)))
+    )
+    rows = [
+        f"| {criterion.asks[language]} | {figure(language, criterion.points)} |"
+        for criterion in exercise.criteria
+    ]
+    head = f"| {say(language, 'counts')} | {say(language, 'points')} |\n|---|---|"
+    task = "\n".join([exercise.task(language).read_text("utf-8").rstrip(), "", head, *rows, ""])
+    return {
+        "task.md": task.encode(),
+        f"{exercise.name}.xml": document if isinstance(document, bytes) else document.encode(),
+        f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
+    }

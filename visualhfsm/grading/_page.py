@@ -1,0 +1,123 @@
+"""The page of a submission: its marks with reasons, and the recording of its worst trial, as one file."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from visualhfsm._editing.serialization import parse
+from visualhfsm._html_file import write_html
+from visualhfsm._live.recordings import open_recording
+from visualhfsm._run_page import run_page
+
+from ._words import figure, say
+
+if TYPE_CHECKING:
+    from ._exercise import Exercise
+    from ._marks import Earned, Marks
+    from ._submissions import Submission
+
+_STYLE: Final = Path(__file__).with_name("page.css")
+_POLICY: Final = (
+    "base-uri 'none'; form-action 'none'; object-src 'none'; connect-src 'none'; img-src data: blob:"
+)
+"""The frame, which inherits it, has its own policy for scripts; this page has no script."""
+
+
+def write_page(path: Path, exercise: Exercise, marks: Marks, recording: Path | None = None) -> None:
+    """Write the page of a submission, perhaps with a recording. Raises VisualHfsmError."""
+    frame = "" if recording is None else _frame(marks, recording)
+    write_html(
+        path,
+        _page(marks.language, f"{marks.name}: {_title(exercise, marks)}", _marks(exercise, marks) + frame),
+    )
+
+
+def write_index(
+    path: Path, exercise: Exercise, language: str, rows: Sequence[tuple[Submission, Marks]]
+) -> None:
+    """Write the page of the class: all submissions, each with a link to its page. Raises VisualHfsmError."""
+    language = exercise.language(language)
+    title = exercise.title[language]
+    body = "\n".join(
+        f'<tr><td><a href="{html.escape(each.page)}.html">{html.escape(marks.name)}</a></td>'
+        f'<td class="points">{figure(language, marks.points)}</td>'
+        f"<td>{_bar(marks.points, marks.of)}</td><td>{_words(marks.summary)}</td></tr>"
+        for each, marks in rows
+    )
+    points = say(language, "points of", of=figure(language, exercise.points))
+    head = f'<tr><th></th><th colspan="2">{points}</th><th>{say(language, "happened")}</th></tr>'
+    write_html(path, _page(language, title, f"<h1>{html.escape(title)}</h1>\n<table>{head}\n{body}</table>"))
+
+
+def _title(exercise: Exercise, marks: Marks) -> str:
+    return exercise.title[marks.language]
+
+
+def _page(language: str, title: str, body: str) -> str:
+    style = _STYLE.read_text("utf-8")
+    return f"""<!doctype html>
+<html lang="{html.escape(language)}">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{html.escape(title)}</title>
+<style>{style}</style>
+</head>
+<body>
+<main>
+{body}
+</main>
+</body>
+</html>
+"""
+
+
+def _marks(exercise: Exercise, marks: Marks) -> str:
+    language = marks.language
+    of = say(language, "points of", of=figure(language, marks.of))
+    parts = [
+        f'<p class="exercise">{html.escape(_title(exercise, marks))}</p>',
+        f"<h1>{html.escape(marks.name)}</h1>",
+        f'<p class="total"><b>{figure(language, marks.points)}</b> {of} {_bar(marks.points, marks.of)}</p>',
+    ]
+    if marks.reason:
+        parts.append(
+            f'<p class="broken">{say(language, "broken")}:</p>\n<pre>{html.escape(marks.reason)}</pre>'
+        )
+    rows = "\n".join(_row(language, each, shown=not marks.reason) for each in marks.earned)
+    head = "".join(f"<th>{say(language, each)}</th>" for each in ("asks", "happened", "points"))
+    return "\n".join([*parts, f"<table><tr>{head}</tr>\n{rows}</table>"])
+
+
+def _row(language: str, earned: Earned, *, shown: bool) -> str:
+    kind = "full" if earned.points == earned.of else "part" if earned.points else "none"
+    points = say(language, "of", points=figure(language, earned.points), of=figure(language, earned.of))
+    words = _words(earned.words) if shown else ""
+    cells = f'<td>{_words(earned.asks)}</td><td>{words}</td><td class="points">{points}</td>'
+    return f'<tr class="{kind}">{cells}</tr>'
+
+
+def _bar(points: float, of: float) -> str:
+    return f'<meter min="0" max="{of:g}" value="{points:g}"></meter>'
+
+
+def _words(text: str) -> str:
+    """Return words as HTML, with what stands between backticks as code."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
+
+
+def _frame(marks: Marks, recording: Path) -> str:
+    """Return the page of a recording as a frame, with the policy of that page."""
+    run = open_recording(recording)
+    document = parse(run.document, "The document cannot be read") if run.document else None
+    page = html.escape(run_page(run.exported(document)))
+    title = say(marks.language, "all good" if marks.points == marks.of else "worst")
+    where = say(marks.language, "trial", plan=marks.worst_plan, number=marks.worst_number)
+    return f"""
+<h2>{title} <small>({html.escape(where)})</small></h2>
+<iframe title="{title}" srcdoc="{page}"></iframe>"""

@@ -1,0 +1,94 @@
+"""The process that grades submissions: a line with a task, a line with its marks.
+
+It is the teacher's: the code of a submission runs in a `Containment`. But what a stranger wrote is read here,
+so that a document that ends the reader costs its own marks and nothing else.
+"""
+
+from __future__ import annotations
+
+import base64
+import pickle
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._line_process import answer_lines
+from visualhfsm.trials import TrialsError
+
+from ._errors import GradingError, SandboxUnavailable
+from ._exercise import Exercise, read_exercise
+from ._grade import Grader
+from ._marks import Marks
+from ._page import write_page
+from ._submissions import SubmissionBroken, copy_submission
+
+_MOST_MEMORY: Final = 1 << 40
+"""Limit of the address space in bytes, of which a simulation takes much and uses little."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A submission to grade, or to write the page of."""
+
+    exercise: Path
+    submission: Path
+    name: str
+    language: str
+    unsafe: bool
+    page: Path | None = None
+    marks: Marks | None = None
+    """Those of the page."""
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """The marks, or what is wrong with the exercise or this computer; for a page why it shows no run."""
+
+    marks: Marks | None = None
+    refused: str = ""
+
+
+class _Worker:
+    def __init__(self) -> None:
+        self._path: Path | None = None
+        self._exercise: Exercise
+
+    def answer(self, line: bytes) -> bytes:
+        """Return the answer to a task."""
+        task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
+        try:
+            if task.exercise != self._path:
+                self._exercise = read_exercise(task.exercise)
+                self._path = task.exercise
+            with tempfile.TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
+                answer = self._grade(task, Path(folder))
+        except (GradingError, SandboxUnavailable, TrialsError) as error:
+            answer = Answer(refused=str(error))
+        return msgspec.json.encode(answer)
+
+    def _grade(self, task: Task, folder: Path) -> Answer:
+        exercise = self._exercise
+        documents = folder / "submission"
+        documents.mkdir()
+        try:
+            document = copy_submission(task.submission, documents, exercise.name)
+        except SubmissionBroken as error:
+            language = exercise.language(task.language)
+            return Answer(Marks.broken(exercise, task.name, language, str(error)))
+        grader = Grader(exercise, document, task.language, unsafe=task.unsafe)
+        if task.page is None or task.marks is None:
+            return Answer(grader.grade(task.name))
+        recording = folder / "worst.mcap"
+        try:
+            grader.record(task.marks, recording)
+            write_page(task.page, exercise, task.marks, recording)
+        except VisualHfsmError as error:
+            return Answer(refused=str(error))
+        return Answer(task.marks)
+
+
+if __name__ == "__main__":
+    answer_lines(_Worker().answer, _MOST_MEMORY)
