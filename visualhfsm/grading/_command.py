@@ -64,8 +64,8 @@ def grade(
 ) -> None:
     """Grade the documents of a class in virtual time: a page for each, and a table for the teacher.
 
-    The same documents get the same marks. Their code runs in a process that reaches neither files nor network.
-    A document that cannot be run has no points, with the reason.
+    The same documents get the same marks. Their code runs in a process that reaches neither files nor
+    network. A document that cannot be run has no points, with the reason.
     """
     if (submissions is None) is not check:
         raise typer.BadParameter("give either SUBMISSIONS or --check", param_hint="SUBMISSIONS")
