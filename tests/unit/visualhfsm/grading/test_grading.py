@@ -30,7 +30,7 @@ def points(exercise: Exercise, mistake: str) -> float:
     return Grader(exercise, path, "en", unsafe=True).grade(path.stem).points
 
 
-@pytest.mark.parametrize(("name", "mistake"), cases())
+@pytest.mark.parametrize(("name", "mistake"), list(cases()))
 def test_each_document_earns_what_is_expected(name: str, mistake: str) -> None:
     """With physics one trial of each plan must do: `visualhfsm grade NAME --check` runs all."""
     exercise = EXERCISES[name]
