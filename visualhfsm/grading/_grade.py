@@ -30,6 +30,8 @@ _LONGEST_REASON: Final = 600
 _DIGITS: Final = 3
 _AROUND: Final = re.compile(r" cannot be (run|read):$|^\d+ errors?\b")
 """Lines of the compiler before and after the errors."""
+_COMPILED: Final = re.compile(r"\S+\.py:\d+ \(([^()\n]*)\)")
+"""A line of the component, with that of the document that the pupil knows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,8 @@ class _Judged:
     number: int
     verdicts: Sequence[Verdict | None]
     """One for each criterion, None where the trial does not count for it."""
+    error: str = ""
+    """What ended it."""
 
     def lost(self, exercise: Exercise) -> float:
         """Return how many points were lost in it."""
@@ -81,6 +85,7 @@ class Grader:
                 self._earned(criterion, [each.verdicts[index] for each in judged])
                 for index, criterion in enumerate(exercise.criteria)
             ),
+            error=next((each.error for each in judged if each.error), ""),
             worst_plan=self._worst.plan,
             worst_number=self._worst.number,
         )
@@ -101,24 +106,24 @@ class Grader:
         except DocumentInvalid:
             raise
         except (TrialsError, ExecutionError) as error:
-            return _Judged(name, number, self._stopped(name, str(error)))
+            return self._stopped(name, number, str(error))
         if outcome.error or not witness.verdicts:
-            return _Judged(name, number, self._stopped(name, outcome.error or outcome.reason))
+            return self._stopped(name, number, outcome.error or outcome.reason)
         return _Judged(name, number, witness.verdicts)
 
-    def _stopped(self, plan: str, error: str) -> list[Verdict | None]:
-        """Return the verdicts on a trial that an error ended."""
-        words = say(self._language, "stopped", reason=self._plain(error))
-        return [
-            Verdict(0.0, words) if not each.trials or plan in each.trials else None
-            for each in self._exercise.criteria
+    def _stopped(self, plan: str, number: int, error: str) -> _Judged:
+        """Return what a trial came to that an error ended."""
+        verdict = Verdict(0.0, say(self._language, "stopped"))
+        verdicts = [
+            verdict if not each.trials or plan in each.trials else None for each in self._exercise.criteria
         ]
+        return _Judged(plan, number, verdicts, self._plain(error))
 
     def _plain(self, error: str) -> str:
         """Return what an error says first, without the folder in which the document is graded."""
         text = error.replace(f"{self._document.parent}/", "").partition("\ntimeline of ")[0]
         lines = [line for line in text.splitlines() if not _AROUND.search(line)]
-        return "\n".join(lines).strip()[:_LONGEST_REASON]
+        return _COMPILED.sub(r"\1", "\n".join(lines)).strip()[:_LONGEST_REASON]
 
     def _earned(self, criterion: Criterion, verdicts: Sequence[Verdict | None]) -> Earned:
         """Return what a criterion earned in all its trials, in the words of the first one that is worst."""

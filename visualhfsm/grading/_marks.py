@@ -33,6 +33,8 @@ class Marks(Struct, frozen=True, kw_only=True):
     earned: tuple[Earned, ...]
     reason: str = ""
     """Why it could not be run at all."""
+    error: str = ""
+    """The first error that ended a trial, with its place."""
     worst_plan: str = ""
     worst_number: int = 0
     """The trial that lost the most points."""
@@ -53,6 +55,8 @@ class Marks(Struct, frozen=True, kw_only=True):
         if self.reason:
             return f"{say(self.language, 'broken')}: {' '.join(self.reason.split())}"
         lost = [each.words for each in self.earned if each.points < each.of]
+        if self.error:
+            lost.append(" ".join(self.error.split()))
         return "; ".join(dict.fromkeys(lost)) or say(self.language, "all")
 
     @classmethod

@@ -89,6 +89,10 @@ def _marks(exercise: Exercise, marks: Marks) -> str:
         parts.append(
             f'<p class="broken">{say(language, "broken")}:</p>\n<pre>{html.escape(marks.reason)}</pre>'
         )
+    if marks.error:
+        parts.append(
+            f'<p class="broken">{say(language, "error")}:</p>\n<pre>{html.escape(marks.error)}</pre>'
+        )
     rows = "\n".join(_row(language, each, shown=not marks.reason) for each in marks.earned)
     head = "".join(f"<th>{say(language, each)}</th>" for each in ("asks", "happened", "points"))
     return "\n".join([*parts, f"<table><tr>{head}</tr>\n{rows}</table>"])
