@@ -80,14 +80,14 @@ class ComponentProcess:
         self.command = command
         of_python = {"PYTHONUNBUFFERED": "1", "PYTHONFAULTHANDLER": "1"}
         self._environment = {**os.environ, **of_python, **(environment or {})}
-        self._cwd = cwd
+        self.cwd = cwd
         self._lines: list[str] = []
         self._changed = threading.Condition()
 
     def __enter__(self) -> Self:
         self.process = subprocess.Popen(
             self.command,
-            cwd=self._cwd,
+            cwd=self.cwd,
             env=self._environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,

@@ -3,36 +3,36 @@
 from __future__ import annotations
 
 import hashlib
-import platform
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 import msgspec
 
+from ._cluster import Cluster
 from ._errors import TrialsError
 from ._outcome import Outcome
 from ._plan import Plan
-from ._processes import Processes, processors, run_task
+from ._processes import Processes, processors
 from ._record import Header, Record
 from ._snapshot import Snapshot, take_snapshot
 from ._summary import Summary, summarize
+from ._versions import versions
 from ._worker import Task
 
-_PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
-"""What computes the outcome of a trial, besides Python."""
 _AHEAD: Final = 3
 """Tasks for each worker that an executor has at a time: so that none waits, and memory stays small."""
 
 
 _LOOK_AFTER: Final = 0.2
 """After so many s a series looks whether it is to stop."""
+_ATTEMPTS: Final = 20
+"""How often a task is submitted whose workers are lost, one after the other."""
 
 
 class Pool(Protocol):
@@ -42,12 +42,21 @@ class Pool(Protocol):
     def workers(self) -> int:
         """How many trials run at a time."""
 
+    @property
+    def lost(self) -> tuple[type[BaseException], ...]:
+        """The errors of tasks that are to be submitted again."""
+
     def submit(self, task: Task) -> Future[Outcome]:
         """Begin to run a task, as soon as a worker has time."""
+
+    def check(self) -> None:
+        """Raise TrialsError when nothing will run any more."""
 
 
 class LocalPool:
     """Processes of this computer: by default as many as it has processors. A context that ends them."""
+
+    lost: Final = ()
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers: Final = workers or processors()
@@ -65,61 +74,8 @@ class LocalPool:
         """Begin to run a task, as soon as a process has time."""
         return self._threads.submit(self._processes.run, task)
 
-
-class Cluster:
-    """A cluster of Dask by its address, such as tcp://HOST:8786. A context that leaves it.
-
-    Raises TrialsError when it cannot be reached, has no workers, or has other versions than this computer.
-    """
-
-    def __init__(self, address: str) -> None:
-        try:
-            from distributed import Client  # needs the package Dask
-        except ModuleNotFoundError as error:
-            raise TrialsError(
-                "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
-            ) from error
-        try:
-            self._client: Any = Client(address, timeout=_CONNECT_LIMIT, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise TrialsError(f"the cluster at {address} cannot be reached: {error}") from error
-        try:
-            self.workers: Final = self._count(address)
-            self._executor: Executor = self._client.get_executor(pure=False, retries=_RETRIES)
-        except BaseException:
-            self._client.close()
-            raise
-
-    def __enter__(self) -> Cluster:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._client.close()
-
-    def submit(self, task: Task) -> Future[Outcome]:
-        """Begin to run a task, as soon as a worker has time."""
-        return self._executor.submit(run_task, task)
-
-    def _count(self, address: str) -> int:
-        found: dict[str, dict[str, str]] = self._client.run(versions)
-        if not found:
-            raise TrialsError(
-                f"the cluster at {address} has no workers: start some with `dask worker {address}`"
-            )
-        here = versions()
-        for worker, theirs in found.items():
-            different = [
-                f"{name} {theirs.get(name, 'is missing')}" for name in here if theirs.get(name) != here[name]
-            ]
-            if different:
-                mine = ", ".join(f"{name} {here[name]}" for name in here)
-                raise TrialsError(f"the worker {worker} has {', '.join(different)}; here are {mine}")
-        return sum(self._client.nthreads().values())
-
-
-_CONNECT_LIMIT: Final = 10.0
-_RETRIES: Final = 3
-"""How often Dask runs a task again whose worker is lost."""
+    def check(self) -> None:
+        """Do nothing: processes are started again."""
 
 
 class Series:
@@ -171,18 +127,41 @@ def run_tasks(
     Raises TrialsError.
     """
     left = iter(tasks)
-    running: dict[Future[Outcome], int] = {}
+    running: dict[Future[Outcome], _Submitted] = {}
     try:
         while stop is None or not stop.is_set():
             for number, task in islice(left, pool.workers * _AHEAD - len(running)):
-                running[pool.submit(task)] = number
+                running[pool.submit(task)] = _Submitted(number, task, 1)
             if not running:
                 return
             for future in wait(running, _LOOK_AFTER, FIRST_COMPLETED).done:
-                yield running.pop(future), future.result()
+                number, task, attempt = running.pop(future)
+                try:
+                    outcome = future.result()
+                except pool.lost as error:
+                    if attempt == _ATTEMPTS:
+                        raise TrialsError(
+                            f"trial {number} lost its worker {attempt} times: {error}"
+                        ) from error
+                    running[pool.submit(task)] = _Submitted(number, task, attempt + 1)
+                except CancelledError as error:
+                    pool.check()
+                    raise TrialsError(
+                        "the cluster has lost its trials: its scheduler was started again. What is done is "
+                        "kept, and the same command goes on"
+                    ) from error
+                else:
+                    yield number, outcome
+            pool.check()
     finally:
         for future in running:
             future.cancel()
+
+
+class _Submitted(NamedTuple):
+    number: int
+    task: Task
+    attempt: int
 
 
 def run_trials(
@@ -205,11 +184,6 @@ def run_trials(
         with Record(file, series.header) as record, open_pool(workers, cluster) as pool:
             series.run(record, pool, ended)
         return summarize(file, plan.varying, plan.runs)
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of what computes the outcome of a trial, in this process."""
-    return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
 @contextmanager

@@ -45,6 +45,15 @@ class Task:
         """The same trial, to draw its values only."""
         return replace(self, runs=False)
 
+    @property
+    def without_snapshot(self) -> Task:
+        """The same trial, for somebody who has the archive of its snapshot."""
+        return self.with_snapshot(replace(self.snapshot, archive=b""))
+
+    def with_snapshot(self, snapshot: Snapshot) -> Task:
+        """Return the same trial, with all of its snapshot."""
+        return replace(self, snapshot=snapshot)
+
 
 class Answer(msgspec.Struct, frozen=True):
     """The outcome of a task, or why its plan is not possible."""

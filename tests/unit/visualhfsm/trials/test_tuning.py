@@ -55,9 +55,13 @@ class NoPool:
     """A pool for a search of which everything is there."""
 
     workers = 1
+    lost = ()
 
     def submit(self, task: Task) -> Future[Outcome]:
         raise AssertionError(f"trial {task.number} is computed again")
+
+    def check(self) -> None:
+        pass
 
 
 def test_it_finds_the_parameters_with_which_it_succeeds_soonest(plan: Plan, tmp_path: Path) -> None:

@@ -1,0 +1,164 @@
+"""Run trials on a cluster of Dask."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+import warnings
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any, Final
+
+from ._errors import TrialsError
+from ._outcome import Outcome
+from ._processes import run_task
+from ._snapshot import Snapshot
+from ._versions import versions
+from ._worker import Task
+
+_CONNECT_LIMIT: Final = 10.0
+"""s for the scheduler to answer."""
+_LOOK_LIMIT: Final = 15.0
+"""s in which a cluster is reached and all of its workers report their versions."""
+_CLOSE_LIMIT: Final = 5.0  # s
+_CHECK_PERIOD: Final = 5.0
+"""s between two looks at the cluster."""
+_NO_WORKER_LIMIT: Final = 60.0
+"""s without any worker after which nobody waits for one to come back."""
+
+
+class Cluster:
+    """A cluster of Dask by its address, such as tcp://HOST:8786. A context that leaves it.
+
+    Raises TrialsError when it cannot be reached, has no workers, or has other versions than this computer.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            from distributed import Client, KilledWorker  # needs the package Dask
+        except ModuleNotFoundError as error:
+            raise TrialsError(
+                "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
+            ) from error
+        self._address = address
+        self.lost: Final[tuple[type[BaseException], ...]] = (KilledWorker,)
+        with _without_warnings():
+            found, self.workers = _look_at(address)
+            _compare_versions(address, found)
+            try:
+                self._client: Any = Client(address, timeout=_CONNECT_LIMIT, set_as_default=False)
+            except (OSError, ValueError) as error:
+                raise TrialsError(f"the cluster at {address} cannot be reached: {error}") from error
+        self._log = logging.getLogger("distributed")
+        self._log_level = self._log.level
+        self._log.setLevel(logging.CRITICAL)  # each of its errors is raised here, too, and says it in a line
+        self._executor: Executor = self._client.get_executor(pure=False)
+        self._sent: dict[str, Any] = {}
+        self._looked = self._seen = time.monotonic()
+
+    def __enter__(self) -> Cluster:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.close(_CLOSE_LIMIT)
+        self._log.setLevel(self._log_level)
+
+    def submit(self, task: Task) -> Future[Outcome]:
+        """Begin to run a task, as soon as a worker has time."""
+        return self._executor.submit(_run, task.without_snapshot, self._send(task.snapshot))
+
+    def check(self) -> None:
+        """Raise TrialsError when the scheduler, or every worker, has been lost."""
+        if self._client.status != "running":
+            raise self._left("its scheduler does not answer any more")
+        now = time.monotonic()
+        if now - self._looked < _CHECK_PERIOD:
+            return
+        self._looked = now
+        if self._count():
+            self._seen = now
+        elif now - self._seen > _NO_WORKER_LIMIT:
+            raise self._left(f"it has had no worker for {_NO_WORKER_LIMIT:g} s")
+
+    def _left(self, why: str) -> TrialsError:
+        return TrialsError(
+            f"the cluster at {self._address} is lost: {why}. What is done is kept, and the same command goes "
+            "on, with any cluster or without"
+        )
+
+    def _send(self, snapshot: Snapshot) -> Any:  # noqa: ANN401 - a future of Dask
+        """Return the snapshot on the cluster: it is sent once, and computed again where it is lost."""
+        if snapshot.digest not in self._sent:
+            self._sent[snapshot.digest] = self._client.submit(_hold, snapshot, pure=False)
+        return self._sent[snapshot.digest]
+
+    def _count(self) -> int:
+        """Return how many workers there are now."""
+        try:
+            seen = self._client.sync(self._client.scheduler.identity, callback_timeout=_CONNECT_LIMIT)
+        except OSError as error:  # also when it takes too long
+            raise self._left(f"its scheduler does not answer: {error}") from error
+        return len(seen["workers"])
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Let Dask not warn of other versions, in a `with` block: those that matter are refused."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _look_at(address: str) -> tuple[dict[str, object], int]:
+    """Return the versions of each worker, or the error instead, and the number of all threads.
+
+    Raises TrialsError. Nothing of a client is left behind that could not connect.
+    """
+    from distributed import Client
+
+    async def look() -> tuple[dict[str, object], int]:
+        client: Any = Client(address, timeout=_CONNECT_LIMIT, set_as_default=False, asynchronous=True)
+        try:
+            await client
+            seen = await client.scheduler.identity()
+            threads = sum(each["nthreads"] for each in seen["workers"].values())
+            return await client.run(versions, on_error="return"), threads
+        finally:
+            await client.close(_CLOSE_LIMIT)
+
+    try:
+        with ThreadPoolExecutor(1, "cluster") as aside:  # notebooks have an event loop in this thread
+            return aside.submit(asyncio.run, asyncio.wait_for(look(), _LOOK_LIMIT)).result()
+    except TimeoutError as error:
+        raise TrialsError(
+            f"the cluster at {address} cannot be reached: not all of it answers within {_LOOK_LIMIT:g} s"
+        ) from error
+    except (OSError, ValueError) as error:
+        raise TrialsError(f"the cluster at {address} cannot be reached: {error}") from error
+
+
+def _compare_versions(address: str, found: Mapping[str, object]) -> None:
+    if not found:
+        raise TrialsError(
+            f"the cluster at {address} has no workers: start some, with `dask worker {address}`"
+        )
+    here = versions()
+    for worker, theirs in found.items():
+        if not isinstance(theirs, dict):
+            raise TrialsError(f"the worker {worker} cannot run trials, install visualhfsm there: {theirs!r}")
+        different = [
+            f"{name} {theirs.get(name, 'is missing')}" for name in here if theirs.get(name) != here[name]
+        ]
+        if different:
+            mine = ", ".join(f"{name} {here[name]}" for name in here)
+            raise TrialsError(f"the worker {worker} has {', '.join(different)}; here are {mine}")
+
+
+def _hold(snapshot: Snapshot) -> Snapshot:
+    return snapshot
+
+
+def _run(task: Task, snapshot: Snapshot) -> Outcome:
+    return run_task(task.with_snapshot(snapshot))
