@@ -24,7 +24,7 @@ LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser node clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser bubblewrap node clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -132,13 +132,16 @@ ros-recordings: ## Record what genuine ROS makes of messages in tests/data/ros2,
 	@"$(ROS_PEERS)/bin/python" tests/ros_peers/record_types.py >tests/data/ros2/types.json.new 2>/dev/null
 	@mv tests/data/ros2/types.json.new tests/data/ros2/types.json
 
-packages: system browser node
+packages: system browser bubblewrap node
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
 	@sh tools/setup/system_packages.sh $(BIN)/python gl
 
 browser: $(VENV)/python.stamp ## Install the browser in which the editor's page is tested
 	@sh tools/setup/system_packages.sh $(BIN)/python chromium
+
+bubblewrap: $(VENV)/python.stamp ## Install what submissions of a class run in
+	@sh tools/setup/system_packages.sh $(BIN)/python bubblewrap
 
 node:
 	@sh tools/setup/system_packages.sh $(PYTHON) node

@@ -19,6 +19,8 @@ from typing import Any, Final, NamedTuple
 
 from ._parsing import parse_expression
 
+PLACE: Final = "_hfsm_place"
+"""The attribute of an exception that has its place with it, as text."""
 _NAME: Final = "SOURCE_MAP"
 _BEGIN: Final = f"\n{_NAME} = source_map(__file__, ("
 _END: Final = "\n))"
@@ -135,8 +137,11 @@ def locate(error: BaseException, file: str) -> str:
     """Return where an exception was raised in a component, as `follow_ball.py:57 (follow_ball.xml:31)`.
 
     The innermost line of the component's `file` counts. A generated line has only its place in that file; the
-    text is empty when the file is not involved.
+    text is empty when the file is not involved. An exception from another process has its place with it.
     """
+    place: object = getattr(error, PLACE, None)
+    if isinstance(place, str):
+        return place
     line, row = last_line(error, file)
     return _place(line, row, file) if line else ""
 

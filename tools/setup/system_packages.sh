@@ -1,7 +1,8 @@
 #!/bin/sh
-# Make sure that this machine has what is no Python package: system_packages.sh PYTHON gl|chromium|node...
+# Make sure that this machine has what is no Python package: system_packages.sh PYTHON gl|chromium|bubblewrap|node...
 #   gl        the library with which MuJoCo renders; without it everything but the cameras works
 #   chromium  the browser in which the editor's page is tested; without it those tests are skipped
+#   bubblewrap  the walls around submissions of a class; without it their tests fail
 #   node      Node.js and npm, by which the page is checked; without them that is left out
 # So this never stops what called it.
 set -eu
@@ -40,6 +41,8 @@ for wanted in "$@"; do
     chromium) has_chromium || install_packages "the browser Chromium" "the tests of the editor's page are skipped" \
       "$(grep -qs '^ID=debian' /etc/os-release && echo chromium-headless-shell || echo chromium)" \
       fonts-dejavu-core ;;
+    bubblewrap) command -v bwrap >/dev/null 2>&1 ||
+      install_packages "bubblewrap" "submissions are not contained, and their tests fail" bubblewrap ;;
     node) command -v npm >/dev/null 2>&1 || install_packages "Node.js" "the editor's page is not checked" nodejs npm ;;
     *) echo "system_packages.sh: unknown: $wanted" >&2 && exit 2 ;;
   esac

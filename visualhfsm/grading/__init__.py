@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from ._grade import Grader as Grader
     from ._marks import Marks as Marks
     from ._run import Run as Run
+    from ._session import Allowance as Allowance
 
 _MODULES: Final = {
+    "Allowance": "._session",
     "Containment": "._containment",
     "Exercise": "._exercise",
     "Grader": "._grade",

@@ -2,31 +2,293 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final, Self
 
-from visualhfsm.simulation import Behavior, simulate
+import msgspec
 
-from ._errors import SandboxUnavailable
+from codegen.hfsm.document import Document
+from hfsm_runtime import Component, Event
+from hfsm_runtime.component import parameter_values
+from hfsm_runtime.contained.protocol import (
+    Begin,
+    Done,
+    ListVariables,
+    RunCode,
+    Variables,
+    state_of_random,
+)
+from hfsm_runtime.errors import ComponentError
+from hfsm_runtime.source_map import PLACE
+from hfsm_runtime.virtual import BehaviorFailed
+from visualhfsm.simulation import Behavior, DocumentInvalid
+from zenoh_ice import ZenohIceError
+
+from ._contained_component import make_component, read_submission
+from ._requests import Requests
+from ._session import Allowance, ContainedError, Session
+from ._walls import Walls
+
+_COMPILE_LIMIT: Final = 60.0
+"""Wall seconds to compile a document."""
+_LARGEST_COMPONENT: Final = 16 << 20  # bytes
+_LONGEST_ERRORS: Final = 4000  # characters
+_LINE: Final = re.compile(r":(\d+)\)$")
 
 
 class Containment:
-    """Run the trials of one submission; use it in a `with` block.
+    """Run the trials of submissions; use it in a `with` block.
 
-    With `unsafe` nothing contains its code. Raises SandboxUnavailable where there is nothing that could.
+    The judge's process keeps clock, robot, automata and transitions, and the functions that judge. The Python
+    of a submission runs in a process for each trial, behind walls: without a network, without files but
+    Python and packages, and with limits for all that it uses. A submission is one document, which may import
+    `files`.
+
+    `include` are folders with packages of interfaces that exercises add. `hidden` are folders that must not
+    be seen even if they are among the installed packages. With `unsafe` there are no walls. Making it raises
+    SandboxUnavailable where there can be none, and so does entering it.
     """
 
-    def __init__(self, *, unsafe: bool = False) -> None:
-        self._unsafe: Final = unsafe
+    def __init__(
+        self,
+        *,
+        files: Sequence[Path] = (),
+        include: Sequence[Path] = (),
+        hidden: Sequence[Path] = (),
+        allowance: Allowance | None = None,
+        unsafe: bool = False,
+    ) -> None:
+        self._include: Final = tuple(include)
+        self._allowance: Final = allowance or Allowance()
+        self._walls: Final = Walls(include, hidden, unsafe=unsafe)
+        self._files: Final = {file.name: file.read_bytes() for file in files}
+        self._folder: Final = TemporaryDirectory(prefix="visualhfsm-grading-")
+        self._read: Final[dict[tuple[str, bytes], _Submission]] = {}
+        self._behaviors: Final[list[ContainedBehavior]] = []
 
     def __enter__(self) -> Self:
-        if not self._unsafe:
-            raise SandboxUnavailable("submissions cannot be contained yet; --unsafe runs them without walls")
+        self._walls.check()
         return self
 
     def __exit__(self, *_: object) -> None:
-        pass
+        with self._folder:
+            for behavior in self._behaviors:
+                behavior.end_code()
 
     def simulate(self, document: str | Path, **options: Any) -> Behavior:  # noqa: ANN401 - those of Behavior
-        """Return a behavior in virtual time, as `visualhfsm.simulation.simulate` does."""
-        return simulate(document, **options)
+        """Return a behavior in virtual time, as `visualhfsm.simulation.simulate` does; close it.
+
+        Raises DocumentInvalid for a document that cannot run, and BehaviorFailed if its variables fail.
+        """
+        submission = self._submission(Path(document))
+        path = submission.path
+        code = _Code(self._walls, self._allowance, f"{path.stem}.py", submission.component)
+        component = make_component(submission.document, path, self._include, begin=code.begin, ask=code.run)
+        behavior = ContainedBehavior(component, code, document=path, **options)
+        self._behaviors[:] = [*(each for each in self._behaviors if each.runs_code), behavior]
+        return behavior
+
+    def _submission(self, path: Path) -> _Submission:
+        """Return a submission, read and compiled once. Raises DocumentInvalid."""
+        key = path.name, path.read_bytes()
+        if (known := self._read.get(key)) is not None:
+            return known
+        folder = Path(tempfile.mkdtemp(dir=self._folder.name))
+        files = {**self._files, path.name: key[1]}
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
+        copy = folder / path.name
+        document = read_submission(copy)
+        known = self._read[key] = _Submission(copy, document, self._compile(path.name, files))
+        return known
+
+    def _compile(self, name: str, files: Mapping[str, bytes]) -> str:
+        """Compile a document behind walls, and return its component. Raises DocumentInvalid."""
+        with (
+            self._walls.start(self._walls.compiler, name, *self._walls.include) as started,
+            tempfile.TemporaryFile() as written,
+            tempfile.TemporaryFile() as errors,
+        ):
+            command, environment, inherited = started
+            try:
+                done = subprocess.run(
+                    command,
+                    input=msgspec.msgpack.encode(files),
+                    stdout=written,
+                    stderr=errors,
+                    env=environment,
+                    pass_fds=inherited,
+                    timeout=_COMPILE_LIMIT,
+                    check=False,
+                )
+            except subprocess.TimeoutExpired:
+                raise DocumentInvalid(f"{name} takes more than {_COMPILE_LIMIT:g} s to compile") from None
+            for file in (written, errors):
+                file.seek(0)
+            text = written.read(_LARGEST_COMPONENT + 1)
+            if done.returncode or len(text) > _LARGEST_COMPONENT:
+                said = errors.read(_LONGEST_ERRORS).decode("utf-8", "replace").strip()
+                raise DocumentInvalid(f"{name} cannot be run:\n{said or 'the compiler failed'}")
+            return text.decode("utf-8")
+
+
+@dataclass(frozen=True, slots=True)
+class _Submission:
+    path: Path
+    """A copy of its document, alone with what it may import."""
+    document: Document
+    component: str
+    """The text of its component."""
+
+
+class _Code:
+    """The code of a submission for one trial: its process, begun when its variables run."""
+
+    def __init__(self, walls: Walls, allowance: Allowance, file: str, text: str) -> None:
+        self._walls: Final = walls
+        self._allowance: Final = allowance
+        self._file: Final = file
+        self._text: Final = text
+        self._session: Session | None = None
+        self._requests: Requests | None = None
+        self.behavior: Behavior | None = None
+
+    @property
+    def broken(self) -> str:
+        """Why the process cannot go on; empty while it can."""
+        return "" if self._session is None else self._session.broken
+
+    @property
+    def runs(self) -> bool:
+        """Whether there is a process."""
+        return self._session is not None
+
+    def begin(self, component: Component) -> None:
+        """Start the process, and run the variables. Raises ContainedError."""
+        assert self.behavior is not None
+        session = self._session = Session(self._walls, self._allowance)
+        requests = self._requests = Requests(self.behavior, session.ask)
+        session.serve = requests.serve
+        values: dict[str, Any] = parameter_values(component)
+        begin = Begin(
+            requests.now,
+            self._file,
+            self._text,
+            self._walls.include,
+            values,
+            state_of_random(),
+            session.limits,
+        )
+        session.ask(begin, Done, "its variables")
+
+    def run(self, part: str, automaton: int, id: int, where: str, event: Event | None) -> bool:
+        """Run a piece of code, and return what a condition is. Raises what the code raises."""
+        session, requests = self._session, self._requests
+        assert session is not None
+        assert requests is not None
+        if event is None:
+            message = RunCode(requests.now, automaton, part, id)
+        else:
+            data = b"" if event.data is None else msgspec.json.encode(event.data)
+            message = RunCode(requests.now, automaton, part, id, event.name, data)
+        return session.ask(message, Done, where).value
+
+    def variables(self, automaton: int) -> dict[str, Any]:
+        """Return the variables of an automaton, as the submission's process says."""
+        session, requests = self._session, self._requests
+        assert session is not None
+        assert requests is not None
+        return session.ask(ListVariables(requests.now, automaton), Variables, "its variables").values
+
+    def close(self) -> None:
+        """End the process."""
+        session, self._session = self._session, None
+        if session is not None:
+            session.close()
+        if self._requests is not None:
+            self._requests.close()
+
+
+class ContainedBehavior(Behavior):
+    """A behavior whose code runs in another process.
+
+    Errors of its code raise BehaviorFailed, and so does all that it must not do. `variables` are what the
+    submission says, and marks should not depend on them.
+    """
+
+    def __init__(self, component: type[Component], code: _Code, **options: Any) -> None:  # noqa: ANN401
+        self._code = code
+        code.behavior = self
+        try:
+            super().__init__(component(), **options)
+        except (ContainedError, ComponentError, ZenohIceError) as error:
+            code.close()
+            if not isinstance(error, ComponentError) or code.broken or _where(error):
+                raise BehaviorFailed(_in_words(error, code.broken)) from error
+            raise
+        except BaseException:
+            code.close()
+            raise
+
+    @property
+    def runs_code(self) -> bool:
+        """Whether the process of its code has not ended."""
+        return self._code.runs
+
+    def advance(self, seconds: float) -> None:
+        """Run all cycles that fall due in the next `seconds`; raises BehaviorFailed as any behavior does."""
+        try:
+            super().advance(seconds)
+        except BehaviorFailed as failure:
+            cause = failure.__cause__
+            if self._code.broken or _where(cause):
+                raise BehaviorFailed(f"{_in_words(cause, self._code.broken)}\n{self.timeline}") from failure
+            raise
+        except ContainedError as error:  # in a function that a stream calls
+            raise BehaviorFailed(f"{_in_words(error, self._code.broken)}\n{self.timeline}") from error
+        if self._code.broken:
+            raise BehaviorFailed(f"{self._code.broken}\n{self.timeline}")
+
+    def variables(self, automaton: str | int) -> dict[str, Any]:
+        """Return the variables of an automaton by name, as the submission says: plain values, or texts."""
+        try:
+            return self._code.variables(self.automaton(automaton).automaton.id)
+        except ContainedError as error:
+            raise BehaviorFailed(_in_words(error, self._code.broken)) from error
+
+    def end_code(self) -> None:
+        """End the process of its code."""
+        self._code.close()
+
+    def close(self) -> None:
+        """End the code's process, stop the robot, and release everything."""
+        try:
+            self._code.close()
+        finally:
+            super().close()
+
+
+def _where(error: BaseException | None) -> str:
+    """Return which code raised an exception; empty if none of the submission did."""
+    return getattr(error, "where", "")
+
+
+def _in_words(error: BaseException | None, broken: str) -> str:
+    """Return why a submission failed."""
+    if broken or error is None:
+        return broken
+    place = getattr(error, PLACE, "")
+    line = _LINE.search(place)
+    where = _where(error)
+    said = f"its code raised {type(error).__name__}" + (f": {error}" if str(error) else "")
+    if where:
+        said += f", in {where}"
+    if line is not None:
+        said += f", line {line[1]}"
+    return said + (f"\n  at {place}" if place else "")

@@ -1,0 +1,47 @@
+"""The program of the far end: it talks through standard input and output, of which code sees neither."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import resource
+
+from ._code import FarComponent
+from ._link import Link
+from .protocol import Begin, Limits, Pipe, PipeError
+
+
+def main() -> None:
+    """Serve the near end until it closes the pipe."""
+    pipe = Pipe(os.dup(0), os.dup(1))
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    link = Link(pipe)
+    component = FarComponent(link)
+
+    def serve(message: object) -> object:
+        if isinstance(message, Begin):
+            _limit(message.limits)
+        return component.serve(message)
+
+    link.serve = serve
+    with contextlib.suppress(PipeError):
+        link.run()
+    os._exit(0)  # code may have left threads, and handlers that run at the end
+
+
+def _limit(limits: Limits) -> None:
+    """Give up what code of others must not have; there is no way back."""
+    for kind, most in (
+        (resource.RLIMIT_AS, limits.memory),
+        (resource.RLIMIT_FSIZE, limits.file),
+        (resource.RLIMIT_NOFILE, limits.files),
+        (resource.RLIMIT_CPU, limits.cpu),
+    ):
+        if most:
+            resource.setrlimit(kind, (most, most))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+main()

@@ -1,0 +1,196 @@
+"""The code of a component at the far end: loaded as elsewhere, and run piece by piece."""
+
+from __future__ import annotations
+
+import builtins
+import linecache
+import logging
+import os
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
+from types import ModuleType
+from typing import Any, Final
+
+import msgspec
+
+from interfaces.jderobot import CommandRefusedException
+
+from .._automaton import Automaton, Event
+from .._automaton_run import make_event
+from .._cycle import hand_over
+from .._marks import Mark
+from .._recording.run import restore_random
+from .._variables import short_repr, values_of
+from ..component import Component, equip, make_automata, proxies_of, ros_of
+from ..debugger.reload import components_in
+from ..errors import ComponentError, VariablesError, describe
+from ..loading import naming_libraries
+from ..source_map import locate
+from ..virtual._time_module import TimeModule
+from . import protocol
+from ._link import Link
+from ._transport import FarTransport
+from .protocol import LARGEST_TEXT, Answered, Begin, Done, Raised, RunCode, Variables
+
+_MODULE: Final = "contained_component"
+_LONGEST_NAME: Final = 200
+_DEEPEST_NESTING: Final = 4
+"""Levels of lists and dictionaries in a variable that is shown as it is."""
+_MOST_ELEMENTS: Final = 1000
+"""Elements of a list that is shown as it is."""
+
+Code = Callable[..., object]
+
+
+class FarComponent:
+    """A component whose automata are at the near end."""
+
+    def __init__(self, link: Link) -> None:
+        self._link: Final = link
+        self._transport: Final = FarTransport(link)
+        self._file = ""
+        self._time: Final = ExitStack()  # which stays open until the process ends
+        self._code: dict[tuple[int, str, int], Code] = {}
+        self._automata: dict[int, Automaton] = {}
+
+    def serve(self, message: object) -> object:
+        """Answer a request of the near end."""
+        try:
+            match message:
+                case RunCode():
+                    return Done(self._run(message))
+                case Begin():
+                    self._begin(message)
+                case protocol.AskHolds():
+                    return Done(self._transport.inlets[message.stream].holds())
+                case protocol.Deliver():
+                    self._transport.inlets[message.stream].push(message.sample)
+                case protocol.ListVariables():
+                    return Variables(self._variables(message.automaton))
+        except protocol.PipeError:
+            raise
+        except BaseException as error:  # noqa: BLE001 - code of others may raise anything, also SystemExit
+            return self._raised(error)
+        return Done()
+
+    def _run(self, message: RunCode) -> bool:
+        code = self._code.get((message.automaton, message.part, message.id))
+        if code is None:
+            return False
+        if not message.event:
+            return bool(code())
+        data = msgspec.json.decode(message.data) if message.data else None
+        return bool(code(Event(message.event, data)))
+
+    def _begin(self, message: Begin) -> None:
+        link = self._link
+        component = _load(message)()
+        self._file = type(component).automaton.__code__.co_filename
+        for name, value in message.parameters.items():
+            setattr(component, name, value)
+        communicator = self._transport.communicator
+        for name, declared in proxies_of(component).items():
+            proxy = communicator.stringToProxy(declared.identity)
+            vars(component)[name] = declared.type.uncheckedCast(proxy)
+        if ros_of(component):
+            raise ComponentError("a contained component cannot use ROS")
+        equip(component, link.clock, self._sleep, self._send, self._mark)
+        handler = _Handler(link)
+        component._hfsm_log.addHandler(handler)
+        component._hfsm_log.propagate = False
+        self._time.enter_context(TimeModule(link.clock, self._sleep).shown_to(component))
+        restore_random(message.random)
+        root = make_automata(component)
+        self._automata = {each.id: each for each in root.tree()}
+        self._code = dict(_pieces(root))
+
+    def _sleep(self, seconds: float) -> None:
+        self._link.clock.advance(max(0.0, seconds))
+
+    def _send(self, name: str, data: object) -> None:
+        event = make_event(name, data)
+        self._link.ask(protocol.Send(event.name, msgspec.json.encode(event.data)), Answered)
+
+    def _mark(self, mark: Mark) -> None:
+        self._link.ask(protocol.SetMark(mark.camera, float(mark.u), float(mark.v), mark.label), Answered)
+
+    def _variables(self, automaton: int) -> dict[str, object]:
+        found = values_of(self._automata[automaton])
+        return {name: _shown(value, _DEEPEST_NESTING) for name, value in list(found.items())[:_MOST_ELEMENTS]}
+
+    def _raised(self, error: BaseException) -> Raised:
+        if isinstance(error, VariablesError):  # whose text has the place
+            return Raised(VariablesError.__name__, str(error)[:LARGEST_TEXT])
+        name = type(error).__name__[:_LONGEST_NAME]
+        text = describe(error).removeprefix(f"{type(error).__name__}: ")
+        holder = error.holder if isinstance(error, CommandRefusedException) else ""
+        place = locate(error, self._file) if self._file else ""
+        return Raised(name, _sendable(text), _sendable(place), _sendable(holder)[:_LONGEST_NAME])
+
+
+class _Handler(logging.Handler):
+    """Pass on what code logs."""
+
+    def __init__(self, link: Link) -> None:
+        super().__init__()
+        self._link: Final = link
+
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            text = record.getMessage()
+        except Exception:  # noqa: BLE001 - arguments of others
+            self.handleError(record)
+            return
+        self._link.ask(protocol.Log(record.levelno, _sendable(text)), Answered)
+
+
+def _load(message: Begin) -> type[Component]:
+    """Run the module of a component in memory, and return its class."""
+    file = f"<compiled>/{os.path.basename(message.file)}"  # noqa: PTH119 - it is no path
+    text = message.text
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    module = ModuleType(_MODULE)
+    module.__file__ = file
+    vars(module)["__builtins__"] = dict(vars(builtins))  # with these, its imports can get a virtual `time`
+    sys.modules[_MODULE] = module
+    sys.path[:0] = message.include
+    with naming_libraries(file):
+        exec(compile(text, file, "exec"), vars(module))  # noqa: S102 - it is to run
+    (found,) = components_in(module)
+    return found
+
+
+def _pieces(root: Automaton) -> list[tuple[tuple[int, str, int], Code]]:
+    found: list[tuple[tuple[int, str, int], Code | None]] = []
+    for automaton in root.tree():
+        for state in automaton.states:
+            found += [
+                ((automaton.id, part, state.id), getattr(state, part)) for part in ("entry", "code", "exit")
+            ]
+            if (arguments := state.arguments) is not None:
+                found.append(
+                    ((automaton.id, "arguments", state.id), lambda s=state, a=arguments: hand_over(s, a()))
+                )
+        for transition in automaton.transitions:
+            found.append(((automaton.id, "guard", transition.id), transition.guard))
+            found.append(((automaton.id, "fired", transition.id), transition.code))
+    return [(key, code) for key, code in found if code is not None]
+
+
+def _sendable(text: str) -> str:
+    return str(text).encode("utf-8", "backslashreplace").decode()[:LARGEST_TEXT]
+
+
+def _shown(value: object, depth: int) -> Any:  # noqa: ANN401 - what is plain stays as it is
+    if value is None or type(value) in (bool, float):
+        return value
+    if type(value) is int and value.bit_length() < 64:
+        return value
+    if type(value) is str and len(value) <= LARGEST_TEXT:
+        return _sendable(value)
+    if depth and type(value) in (list, tuple) and len(value) <= _MOST_ELEMENTS:  # type: ignore[arg-type]
+        return [_shown(each, depth - 1) for each in value]  # type: ignore[attr-defined]
+    if depth and type(value) is dict and len(value) <= _MOST_ELEMENTS:
+        return {_sendable(str(key)): _shown(each, depth - 1) for key, each in value.items()}
+    return short_repr(value)

@@ -1,0 +1,363 @@
+"""The messages between a component's automata and its code in another process, and how they are sent.
+
+Both ends call each other in one line: who waits for an answer serves the requests that come before it. Each
+message is a frame: its length in four bytes, and MessagePack that is decoded strictly.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import struct
+import time
+from typing import Annotated, Final
+
+import msgspec
+
+from .._recording.run import random_state
+
+LARGEST_REQUEST: Final = 4 << 20
+"""Bytes of the largest message of the far end."""
+LARGEST_TEXT: Final = 4000
+"""Characters of the longest text in a message of the far end."""
+_LENGTH: Final = struct.Struct(">I")
+_PIECE: Final = 1 << 16  # bytes that are read at once
+_LARGEST_MESSAGE: Final = 1 << 30  # bytes of a message of the near end, whose pictures may be large
+
+Text = Annotated[str, msgspec.Meta(max_length=LARGEST_TEXT)]
+Name = Annotated[str, msgspec.Meta(max_length=200)]
+Plain = bool | int | float | str
+"""A value of a parameter."""
+
+
+class Message(msgspec.Struct, array_like=True, tag=True, forbid_unknown_fields=True):
+    """The base class of messages."""
+
+
+# What the near end asks for; each message to the far end has the time in ns.
+
+
+def state_of_random() -> str:
+    """Return the state of the random generators, with which the far end begins."""
+    return random_state()
+
+
+class Limits(Message):
+    """What the far end allows itself before it runs any code of others; 0 is no limit."""
+
+    memory: int = 0
+    """Bytes of address space."""
+    file: int = 0
+    """Bytes of a file."""
+    files: int = 0
+    """Open files."""
+    cpu: int = 0
+    """Seconds of processor time."""
+
+
+class Begin(Message):
+    """Load a component, and run its variables: answered by Done or Raised."""
+
+    now: int
+    file: str
+    """The name of its file."""
+    text: str
+    include: list[str]
+    """Folders with packages of interfaces."""
+    parameters: dict[str, Plain]
+    random: str
+    """The state of the random generators."""
+    limits: Limits
+
+
+class RunCode(Message):
+    """Run a piece of code: answered by Done, with the value of a condition, or by Raised."""
+
+    now: int
+    automaton: int
+    part: str
+    """entry, code, exit, arguments, guard or fired."""
+    id: int
+    """That of the state, or of the transition."""
+    event: str = ""
+    data: bytes = b""
+    """The data of the event as JSON."""
+
+
+class Deliver(Message):
+    """Call the function of a subscription with a sample: answered by Done or Raised."""
+
+    now: int
+    stream: int
+    sample: Sample
+
+
+class AskHolds(Message):
+    """Say whether what a stream's reader waits for has happened: answered by Done."""
+
+    now: int
+    stream: int
+
+
+class ListVariables(Message):
+    """Say what the variables of an automaton are: answered by Variables."""
+
+    now: int
+    automaton: int
+
+
+class Answered(Message):
+    """The answer to a request of the far end that asks for nothing, or for a truth value."""
+
+    now: int
+    value: bool = True
+
+
+class Outcome(Message):
+    """The answer to a call; the result may have its large byte sequences separately."""
+
+    now: int
+    ok: bool
+    result: Sample
+
+
+class Found(Message):
+    """The answer to Find."""
+
+    now: int
+    fingerprints: dict[str, str]
+
+
+class Polled(Message):
+    """The answer to Poll: the next sample, if there is one."""
+
+    now: int
+    sample: Sample | None = None
+
+
+class Failed(Message):
+    """The answer to a request that failed: the exception, by its name."""
+
+    now: int
+    error: str
+    text: str
+
+
+class Sample(msgspec.Struct, array_like=True):
+    """An encoded value, with its large byte sequences apart, and what is known about it."""
+
+    rest: bytes
+    places: list[int] | None = None
+    large: list[bytes] = []
+    attachment: bytes | None = None
+
+
+# What the far end asks for and answers.
+
+
+class Done(Message):
+    """A piece of code has ended."""
+
+    value: bool = False
+
+
+class Raised(Message):
+    """A piece of code raised an exception."""
+
+    error: Name
+    text: Text
+    place: Text = ""
+    """Where, in the component and in the document."""
+    holder: Name = ""
+    """Who holds the robot, if it refused a command."""
+
+
+class Variables(Message):
+    """The values of variables that are plain, and texts of all others."""
+
+    values: Annotated[dict[Name, object], msgspec.Meta(max_length=1000)]
+
+
+class Call(Message):
+    """Call an operation of a servant: answered by Outcome or Failed."""
+
+    realm: Name
+    identity: Name
+    operation: Name
+    payload: bytes
+
+
+class Find(Message):
+    """Say which interfaces a servant has: answered by Found or Failed."""
+
+    realm: Name
+    identity: Name
+    type_id: Name
+
+
+class Subscribe(Message):
+    """Listen to a stream: answered by Answered or Failed. The far end numbers its streams."""
+
+    stream: int
+    realm: Name
+    identity: Name
+    operation: Name
+    queue: int
+
+
+class Poll(Message):
+    """Take the next sample of a stream: answered by Polled."""
+
+    stream: int
+
+
+class Push(Message):
+    """Deliver each sample of a stream from now on, at most `rate` in a second: answered by Answered."""
+
+    stream: int
+    rate: float | None
+
+
+class Unsubscribe(Message):
+    """Listen to a stream no longer: answered by Answered."""
+
+    stream: int
+
+
+class Wait(Message):
+    """Let time pass until AskHolds says that it holds, at most `timeout` s: answered by Answered."""
+
+    stream: int
+    timeout: float
+
+
+class Sleep(Message):
+    """Let time pass: answered by Answered."""
+
+    seconds: float
+
+
+class Send(Message):
+    """Send an event, with data as JSON: answered by Answered or Failed."""
+
+    name: Text
+    data: bytes
+
+
+class SetMark(Message):
+    """Mark a pixel of a camera's picture: answered by Answered or Failed."""
+
+    camera: Name
+    u: float
+    v: float
+    label: Name
+
+
+class Log(Message):
+    """Log a text: answered by Answered."""
+
+    level: int
+    text: Text
+
+
+ToFar = Begin | RunCode | Deliver | AskHolds | ListVariables | Answered | Outcome | Found | Polled | Failed
+ToNear = (
+    Done
+    | Raised
+    | Variables
+    | Call
+    | Find
+    | Subscribe
+    | Poll
+    | Push
+    | Unsubscribe
+    | Wait
+    | Sleep
+    | Send
+    | SetMark
+    | Log
+)
+
+
+class PipeError(Exception):
+    """The other end does not keep to the protocol, or has gone; the text says what happened."""
+
+
+class PipeTimeout(PipeError):
+    """The other end did not answer in time."""
+
+
+class Pipe:
+    """Frames through two file descriptors.
+
+    One that does not wait in the kernel waits until the time `until` at the latest.
+    """
+
+    def __init__(
+        self, reads: int, writes: int, largest: int = _LARGEST_MESSAGE, *, waits: bool = True
+    ) -> None:
+        self._reads: Final = reads
+        self._writes: Final = writes
+        self._largest: Final = largest
+        self._left = bytearray()
+        self._waits: Final = waits
+        self.until = float("inf")
+        """When waiting ends, by the monotonic clock."""
+        if not waits:
+            os.set_blocking(reads, False)
+            os.set_blocking(writes, False)
+
+    def send(self, message: bytes) -> None:
+        """Send a message. Raises PipeError, and PipeTimeout."""
+        view = memoryview(_LENGTH.pack(len(message)) + message)
+        try:
+            while view:
+                try:
+                    view = view[os.write(self._writes, view) :]
+                except BlockingIOError:
+                    self._wait(self._writes, select.POLLOUT)
+        except OSError as error:
+            raise PipeError("the process has ended") from error
+
+    def receive(self) -> bytes:
+        """Return the next message. Raises PipeError, and PipeTimeout."""
+        left = self._left
+        self._fill(_LENGTH.size)
+        (length,) = _LENGTH.unpack_from(left)
+        if length > self._largest:
+            raise PipeError(f"a message of {length} bytes; at most {self._largest} are taken")
+        end = _LENGTH.size + length
+        self._fill(end)
+        message = bytes(memoryview(left)[_LENGTH.size : end])
+        del left[:end]
+        return message
+
+    @property
+    def has_more(self) -> bool:
+        """Whether something has come that nobody has received; for an end that does not wait."""
+        if not self._left:
+            with contextlib.suppress(BlockingIOError):
+                self._left += os.read(self._reads, _PIECE)
+        return bool(self._left)
+
+    def _fill(self, wanted: int) -> None:
+        left = self._left
+        while len(left) < wanted:
+            try:
+                data = os.read(self._reads, _PIECE)
+            except BlockingIOError:
+                self._wait(self._reads, select.POLLIN)
+                continue
+            except OSError as error:
+                raise PipeError("the process has ended") from error
+            if not data:
+                raise PipeError("the process has ended")
+            left += data
+
+    def _wait(self, file: int, what: int) -> None:
+        poll = select.poll()
+        poll.register(file, what)
+        left = self.until - time.monotonic()
+        if left <= 0 or not poll.poll(None if left == float("inf") else left * 1000):
+            raise PipeTimeout("no answer in time")

@@ -1,0 +1,309 @@
+"""What a submission could try in order to get marks, or to do harm: none succeeds, and each is named.
+
+Each attack is the code of a state, and its submission is good when the state after it is reached. A witness
+outside looks at what the attack was for. Where it does no harm, the same attack runs without walls, and the
+witness must see it there: otherwise the test could not fail.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from visualhfsm.grading import Allowance, Containment
+from visualhfsm.trials import Outcome, Plan, Success
+from visualhfsm.trials._trial import run_trial
+
+BLOCK: Final = 1.5  # wall seconds of a piece of code
+
+
+@dataclass
+class Victims:
+    """What the attacks are after."""
+
+    folder: Path
+    process: subprocess.Popen[bytes]
+    tcp: socket.socket
+    unix: socket.socket
+    abstract: socket.socket
+
+    @property
+    def names(self) -> dict[str, object]:
+        """What the codes of attacks know: more than a pupil could."""
+        return {
+            "folder": str(self.folder),
+            "judge": os.getpid(),
+            "process": self.process.pid,
+            "port": self.tcp.getsockname()[1],
+            "unix": self.unix.getsockname(),
+            "abstract": self.abstract.getsockname().decode(),
+        }
+
+    def untouched(self) -> bool:
+        """Return whether nothing was changed, connected to or killed."""
+        files = {path.name: path.read_text() for path in sorted(self.folder.rglob("*")) if path.is_file()}
+        if files != FILES or self.process.poll() is not None:
+            return False
+        return not any(map(_connected, (self.tcp, self.unix, self.abstract)))
+
+
+FILES: Final = {
+    "solution.xml": "the solution",
+    "hidden.trials.toml": "the hidden trials",
+    "bob.xml": "the submission of Bob",
+    "marks.csv": "ana,0",
+}
+
+
+@pytest.fixture
+def victims(tmp_path: Path) -> Iterator[Victims]:
+    folder = tmp_path / "exercise"
+    folder.mkdir()
+    for name, content in FILES.items():
+        (folder / name).write_text(content)
+    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    with (
+        process,
+        socket.create_server(("127.0.0.1", 0)) as tcp,
+        socket.socket(socket.AF_UNIX) as unix,
+        socket.socket(socket.AF_UNIX) as abstract,
+    ):
+        unix.bind(str(tmp_path / "door"))
+        abstract.bind(f"\0visualhfsm-attack-{os.getpid()}")
+        for listener in (tcp, unix, abstract):
+            listener.listen()
+            listener.setblocking(False)
+        yield Victims(folder, process, tcp, unix, abstract)
+        process.kill()
+
+
+def _connected(listener: socket.socket) -> bool:
+    try:
+        listener.accept()[0].close()
+    except BlockingIOError:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class Attack:
+    """The code of a state, and what the outcome says of it."""
+
+    code: str
+    said: str
+    control: bool = True
+    """Whether it is tried without walls, too."""
+    guard: str = "done"
+    """Whether the submission is good."""
+    functions: str = ""
+
+
+FORGED: Final = 'b"\\x91\\xa4Done"'
+
+ATTACKS: Final = {
+    "reads the solution": Attack(
+        "open({folder!r} + '/solution.xml').read()", "its code raised FileNotFoundError: "
+    ),
+    "lists the hidden trials": Attack(
+        "import os\nos.listdir({folder!r})", "its code raised FileNotFoundError: "
+    ),
+    "reads another submission": Attack(
+        "import pathlib\npathlib.Path({folder!r}, 'bob.xml').read_bytes()", "its code raised FileNotFoundError: "
+    ),
+    "reads the passwords": Attack("open('/etc/shadow').read()", "its code raised FileNotFoundError: ", control=False),
+    "reads homes": Attack("import os\nos.listdir('/home')", "its code raised FileNotFoundError: "),
+    "writes marks": Attack(
+        "with open({folder!r} + '/marks.csv', 'w') as marks:\n    marks.write('ana,10')",
+        "its code raised FileNotFoundError: ",
+    ),
+    "writes into the packages": Attack(
+        "import hfsm_runtime, pathlib\n(pathlib.Path(hfsm_runtime.__file__).parent / 'mine.py').write_text('')",
+        "its code raised OSError: [Errno 30] Read-only file system",
+        control=False,
+    ),
+    "goes out by a link": Attack(
+        "import os\nos.symlink({folder!r}, '/tmp/out-' + str(os.getpid()))\n"
+        "found = os.listdir('/tmp/out-' + str(os.getpid()))\nos.unlink('/tmp/out-' + str(os.getpid()))",
+        "its code raised FileNotFoundError: ",
+    ),
+    "forges an answer": Attack(
+        f"import os, struct\nframe = struct.pack('>I', 7) + {FORGED} + b'\\xc3'\n"
+        "frame = struct.pack('>I', len(frame) - 4) + frame[4:]\n"
+        "for file in range(3, 64):\n    try:\n        os.write(file, frame)\n    except OSError:\n        pass",
+        "its process sent what",
+        control=False,
+        guard="False",
+    ),
+    "sends garbage": Attack(
+        "import os\nfor file in range(3, 64):\n    try:\n        os.write(file, b'marks: 10' * 100)\n"
+        "    except OSError:\n        pass",
+        "a message of 1835102827 bytes",
+        control=False,
+    ),
+    "sends a huge message": Attack(
+        "self.log.warning('x' * 100)\nimport os, struct\nfor file in range(3, 64):\n    try:\n"
+        "        os.write(file, struct.pack('>I', 1 << 23) + bytes(1 << 23))\n    except OSError:\n        pass",
+        "a message of 8388608 bytes",
+        control=False,
+    ),
+    "sends a nested message": Attack(
+        "import os, struct\nbody = b'\\x91' * 200_000\nfor file in range(3, 64):\n    try:\n"
+        "        os.write(file, struct.pack('>I', len(body)) + body)\n    except OSError:\n        pass",
+        "its process sent what is no message",
+        control=False,
+    ),
+    "kills the judge": Attack(
+        "import os, signal\nos.kill({process}, signal.SIGKILL)", "its code raised ProcessLookupError: "
+    ),
+    "kills everything": Attack(
+        "import os, signal\nos.kill(-1, signal.SIGKILL)\nos.kill(os.getppid(), signal.SIGKILL)",
+        "in state attack",
+        control=False,
+    ),
+    "starts a process": Attack(
+        "import os\nchild = os.fork()\nif not child:\n    os._exit(0)\nos.waitpid(child, 0)",
+        "its code raised PermissionError: ",
+    ),
+    "leaves a daemon behind": Attack(
+        "import subprocess, sys\nwrites = 'import sys; open(sys.argv[1], chr(119)).close()'\n"
+        "subprocess.Popen([sys.executable, '-c', writes, {folder!r} + '/daemon'], start_new_session=True).wait()",
+        "its code raised PermissionError: ",
+    ),
+    "makes threads without end": Attack(
+        "import threading\nend = threading.Event()\nwhile True:\n"
+        "    threading.Thread(target=end.wait, daemon=True).start()",
+        "its code raised RuntimeError: can't start new thread",
+        control=False,
+    ),
+    "writes a large file": Attack(
+        "with open('/tmp/large', 'wb') as file:\n    for _ in range(100):\n        file.write(bytes(1 << 20))",
+        "its code raised OSError: [Errno 27] File too large",
+        control=False,
+    ),
+    "writes many files": Attack(
+        "for number in range(100):\n    with open(f'/tmp/{{number}}', 'wb') as file:\n"
+        "        file.write(bytes(1 << 20))",
+        "its code raised OSError: [Errno 28] No space left on device",
+        control=False,
+    ),
+    "writes to other file systems": Attack(
+        "for folder in ('/', '/dev', '/dev/shm', '/packages', '/etc', '/usr', '/var'):\n    try:\n"
+        "        open(folder + '/visualhfsm-attack', 'w')\n    except OSError:\n        continue\n"
+        "    raise SystemExit('wrote to ' + folder)\nraise OSError('nothing can be written')",
+        "its code raised OSError: nothing can be written",
+        control=False,
+    ),
+    "takes memory": Attack("taken = bytearray(1 << 36)", "its code raised MemoryError", control=False),
+    "takes memory that is no address space": Attack(
+        "import os\nfile = os.memfd_create('memory')\nwhile True:\n    os.write(file, bytes(1 << 20))",
+        "its code raised PermissionError: ",
+        control=False,
+    ),
+    "opens a connection": Attack(
+        "import socket\nsocket.create_connection(('127.0.0.1', {port}), 1.0)", "its code raised PermissionError: "
+    ),
+    "opens a Unix socket": Attack(
+        "import socket\nsocket.socket(socket.AF_UNIX).connect({unix!r})", "its code raised PermissionError: "
+    ),
+    "opens an abstract socket": Attack(
+        "import socket\nsocket.socket(socket.AF_UNIX).connect({abstract!r})", "its code raised PermissionError: "
+    ),
+    "sleeps forever": Attack(
+        "self.sleep(1e9)", "slept more than 120 s of the trial in state attack", control=False
+    ),
+    "waits forever": Attack(
+        "import threading\nthreading.Event().wait()", f"took more than {BLOCK:g} s in state attack", control=False
+    ),
+    "never ends": Attack("while True:\n    pass", f"took more than {BLOCK:g} s in state attack", control=False),
+    "asks forever": Attack(
+        "while True:\n    self.mark('Camera', 1.0, 1.0)", "in state attack", control=False
+    ),
+    "follows another process": Attack(
+        "import ctypes, os\nlibc = ctypes.CDLL(None, use_errno=True)\nif libc.ptrace(16, {process}, 0, 0):\n"
+        "    raise OSError(ctypes.get_errno(), 'ptrace')",
+        "its code raised PermissionError: ",
+        control=False,
+    ),
+    "becomes root": Attack("import os\nos.setuid(0)", "its code raised OSError: [Errno 22]", control=False),
+    "mounts": Attack(
+        "import ctypes\nlibc = ctypes.CDLL(None, use_errno=True)\nif libc.unshare(0x10000000):\n"
+        "    raise OSError(ctypes.get_errno(), 'unshare')",
+        "its code raised PermissionError: ",
+        control=False,
+    ),
+    "ends its process": Attack(
+        "import os\nos._exit(0)",
+        "its process ended by itself with exit code 0 in state attack",
+        control=False,
+    ),
+    "crashes": Attack(
+        "import ctypes\nctypes.string_at(0)", "its process was killed by SIGSEGV in state attack", control=False
+    ),
+    "calls itself forever": Attack("self.again()", "its code raised RecursionError: ", control=False,
+        functions="def again(self):\n    self.again()"),
+    "exits": Attack("import sys\nsys.exit('10 points')", "its code raised SystemExit: 10 points", control=False),
+    "interrupts": Attack("raise KeyboardInterrupt", "its code raised KeyboardInterrupt", control=False),
+    "prints without end": Attack(
+        "for _ in range(100):\n    print('x' * (1 << 20))",
+        "its code raised OSError: [Errno 27] File too large",
+        control=False,
+    ),
+    "raises what looks like the judge's": Attack(
+        "class BehaviorFailed(Exception):\n    def __str__(self):\n        raise ValueError\nraise BehaviorFailed",
+        "its code raised BehaviorFailed: its message is not available",
+        control=False,
+    ),
+    "looks for the judge's modules": Attack(
+        "import visualhfsm.trials", "its code raised ModuleNotFoundError: No module named 'visualhfsm.trials'",
+    ),
+}  # fmt: skip
+
+
+def submission(folder: Path, attack: Attack, names: dict[str, object]) -> Path:
+    path = folder / "ana.xml"
+    path.write_text(
+        document(
+            sub(
+                1,
+                0,
+                state(1, "attack", attack.code.format(**names) + "\ndone = True", initial=True),
+                state(2, "good"),
+                transition(1, 1, 2, attack.guard),
+                variables="done = False",
+                functions=attack.functions,
+            )
+        ),
+        encoding="utf-8",
+    )
+    return path
+
+
+def graded(path: Path, containment: Containment) -> Outcome:
+    plan = Plan(document=str(path), robot="none", limit=1.0, success=Success(state="good"))
+    return run_trial(plan, 0, simulate=containment.simulate)
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_an_attack_fails_and_is_named(tmp_path: Path, victims: Victims, name: str) -> None:
+    attack = ATTACKS[name]
+    path = submission(tmp_path, attack, victims.names)
+    with Containment(allowance=Allowance(block=BLOCK)) as containment:
+        outcome = graded(path, containment)
+    assert (outcome.success, attack.said in outcome.reason) == (False, True), outcome.reason
+    assert victims.untouched()
+
+
+@pytest.mark.parametrize("name", [name for name, attack in ATTACKS.items() if attack.control])
+def test_without_walls_the_attack_succeeds(tmp_path: Path, victims: Victims, name: str) -> None:
+    path = submission(tmp_path, ATTACKS[name], victims.names)
+    with Containment(unsafe=True) as containment:
+        assert graded(path, containment).success or not victims.untouched()

@@ -1,0 +1,115 @@
+"""A document means the same in and out of its containment: states, times, calls and what is logged."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+
+from hfsm_runtime.virtual import BehaviorFailed
+from tests.support.documents import document, state, sub, transition
+from tests.support.places import ROOT
+from visualhfsm.grading import Containment
+from visualhfsm.simulation import Behavior, simulate
+
+BEHAVIORS: Final = sorted((ROOT / "behaviors").glob("*.xml"))
+COMPONENTS: Final = sorted((ROOT / "tests" / "data" / "components").glob("*.xml"))
+OTHERS: Final = ("imports.xml", "extension.xml")
+"""They need files in folders, and a module, which submissions do not have."""
+SECONDS: Final = 6.0
+
+USES_ALL_OF_SELF: Final = document(
+    sub(
+        1,
+        0,
+        state(1, "asks", "seen.append((random.random(), round(np.random.random(), 9), time.monotonic()))\n"
+              "self.sleep(0.03)\ntime.sleep(0.02)\nseen.append(self.clock.now())\n"
+              "self.send('asked', {'number': [1, 2.5, None]})\nself.mark('Camera', 3.0, 4.0, 'ball')\n"
+              "self.Head.setPose(0.1 * len(seen), 0.0, 0.5)\nself.log.warning('seen %s', len(seen))",
+              initial=True),
+        state(2, "listens", "sample = self.Head.getPose.latest()\n"
+              "seen.append(None if sample is None else (sample.value.pan, round(sample.age, 6)))\n"
+              "if not heard and subscription is None:\n"
+              "    subscription = self.Head.getPose.subscribe(lambda pose: heard.append(self.clock.now()))"),
+        state(3, "waits", "seen.append(self.Head.getPose.wait().value.pan)\nseen.append(len(heard))"),
+        state(4, "fails", "seen.append(self.Head.getPose.begin().result().tilt)\n"
+              "try:\n    self.Head.setPose(float('inf'), 0.0, 0.5)\nexcept Exception as error:\n"
+              "    seen.append(repr(error))\nraise KeyError('at the end')"),
+        transition(1, 1, 2, "asked", type="event", code="seen.append(event.data)"),
+        transition(2, 2, 3, "1000", type="time"),
+        transition(3, 3, 4, "len(heard) > 3"),
+        variables="seen = []\nheard = []\nsubscription = None",
+    ),
+    libraries=("random", "time", "numpy as np"),
+    config="<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface></iceinterface>",
+)  # fmt: skip
+
+
+def seen_of(make: Callable[..., Behavior], path: Path, variable: str = "") -> dict[str, Any]:
+    """Return all that a behavior does in some seconds, and the values of a variable of its root."""
+    random.seed(5)
+    np.random.seed(5)
+    behavior = make(path, robot="fake", stand_ins=True)
+    try:
+        failed = False
+        try:
+            for _ in range(round(SECONDS * 10)):
+                behavior.advance(0.1)
+        except BehaviorFailed:
+            failed = True
+        calls = [
+            (
+                each.time,
+                each.target,
+                each.arguments,
+                each.result,
+                type(each.error),
+                each.automaton,
+                each.state,
+            )
+            for each in behavior.calls()
+        ]
+        return {
+            "failed": failed,
+            "fired": behavior.fired,
+            "changes": [(each.time, each.automaton, each.state, each.kind) for each in behavior.trace],
+            "calls": calls,
+            "time": behavior.time,
+            "timeline": behavior.timeline,
+            "errors": [(each.time, each.location, each.message) for each in behavior.errors],
+            "marks": behavior.marks.shown(behavior.component_time.now()),
+            "variable": listed(behavior.variables(1)[variable]) if variable else None,
+        }
+    finally:
+        behavior.close()
+
+
+def listed(value: object) -> object:
+    return [listed(each) for each in value] if isinstance(value, list | tuple) else value
+
+
+@pytest.fixture(scope="module")
+def containment() -> Iterator[Containment]:
+    with Containment(files=BEHAVIORS) as containment:
+        yield containment
+
+
+@pytest.mark.parametrize(
+    "path",
+    [path for path in (*BEHAVIORS, *COMPONENTS) if path.name not in OTHERS],
+    ids=lambda path: path.stem,
+)
+def test_a_document_means_the_same_inside(containment: Containment, path: Path) -> None:
+    assert seen_of(containment.simulate, path) == seen_of(simulate, path)
+
+
+def test_all_that_code_may_use_is_the_same_inside(containment: Containment, tmp_path: Path) -> None:
+    path = tmp_path / "all.xml"
+    path.write_text(USES_ALL_OF_SELF, encoding="utf-8")
+    inside = seen_of(containment.simulate, path, "seen")
+    assert inside == seen_of(simulate, path, "seen")
+    assert [each[2] for each in inside["changes"]] == ["asks", "listens", "waits", "fails"]

@@ -1,0 +1,35 @@
+"""A program behind walls: the documents on standard input become a component on standard output.
+
+It is started as a file, and knows the compiler alone. Standard input has the files by name, as MessagePack.
+The first argument is the name of the document, and further ones are folders with packages of interfaces.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+import msgspec
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import compile_document
+
+
+def main(name: str, *include: str) -> int:
+    """Compile it; return 1 after errors, which standard error gets."""
+    with tempfile.TemporaryDirectory() as folder:
+        for file, content in msgspec.msgpack.decode(sys.stdin.buffer.read(), type=dict[str, bytes]).items():
+            (Path(folder) / file).write_bytes(content)
+        path = Path(folder) / name
+        diagnostics = Diagnostics()
+        files = compile_document(path, None, diagnostics, [Path(each) for each in include])
+        if files is None:
+            sys.stderr.write(diagnostics.render(outcome="").replace(f"{folder}/", ""))
+            return 1
+        sys.stdout.buffer.write(files[0].text.encode())
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,215 @@
+"""The judge's half of a submission: the automata of its document, whose code runs elsewhere.
+
+Nothing of the document's Python is executed, or compiled, here.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import sys
+import types
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final, NoReturn
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import document as model
+from codegen.hfsm import read_document, resolve
+from codegen.hfsm.code.names import component_name
+from codegen.hfsm.known_interfaces import find_interfaces
+from codegen.hfsm.model_checker.model import nanoseconds
+from hfsm_runtime import Automaton, Component, Event, Parameter, Proxy, State, Transition
+from visualhfsm.simulation import DocumentInvalid
+from zenoh_ice import ObjectPrx
+
+LARGEST_DOCUMENT: Final = 2 << 20
+"""Bytes of the largest submission."""
+_DEEPEST_NESTING: Final = 50
+"""Levels of automata below one another."""
+_SHORTEST_DELAY: Final = 1e-3  # s, for a time of 0
+
+Ask = Callable[[str, int, int, str, Event | None], bool]
+"""Runs a piece of code: its part, the ids of the automaton and of the state or transition, where it is in
+words, and the event."""
+
+
+def read_submission(path: Path) -> model.Document:
+    """Return the document of a submission, which is alone with what it may import. Raises DocumentInvalid."""
+    if path.stat().st_size > LARGEST_DOCUMENT:
+        raise DocumentInvalid(f"{path.name} is larger than {LARGEST_DOCUMENT >> 20} MB")
+    diagnostics = Diagnostics()
+    try:
+        document = read_document(path, diagnostics)
+        if document is not None:
+            document = resolve(document, path, diagnostics)
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise DocumentInvalid(f"{path.name} cannot be read: {error}") from error
+    if document is None or diagnostics.has_errors:
+        said = diagnostics.render(outcome="").replace(f"{path.parent}/", "")
+        raise DocumentInvalid(f"{path.name} cannot be read:\n{said}")
+    if document.ros:
+        raise DocumentInvalid(f"{path.name} uses ROS, which no trial of a submission has")
+    return document
+
+
+def make_component(
+    document: model.Document,
+    path: Path,
+    include: Sequence[Path],
+    *,
+    begin: Callable[[Component], None],
+    ask: Ask,
+) -> type[Component]:
+    """Return a component with the automata of a document whose code runs elsewhere.
+
+    `begin` is called before its automata are made. Raises DocumentInvalid for a document that the compiler
+    would not have taken.
+    """
+    try:
+        root = _Automata(document, path, ask).root()
+        body: dict[str, object] = {**_proxies(document, include), **_parameters(document)}
+    except (ValueError, LookupError, TypeError, RecursionError) as error:
+        raise DocumentInvalid(f"{path.name} is no document that could run: {error}") from error
+
+    def automaton(self: Component) -> Automaton:
+        begin(self)
+        return root
+
+    body |= {"automaton": automaton, "__module__": f"{__name__}.{path.stem}"}
+    options: dict[str, Any] = {
+        "document": path.name,
+        "on_error": document.on_error.text.strip() or "stop",
+        "on_refused": document.on_refused.text.strip() or "pause",
+        "events": [event.name.strip() for event in document.events],
+    }
+    return types.new_class("Submission", (Component,), options, lambda namespace: namespace.update(body))
+
+
+class _Automata:
+    """The automata of a document, as `codegen` would write them."""
+
+    def __init__(self, document: model.Document, path: Path, ask: Ask) -> None:
+        self._document: Final = document
+        self._path: Final = path
+        self._ask: Final = ask
+
+    def root(self) -> Automaton:
+        root = self._document.root
+        if root is None:
+            raise ValueError("it has no automaton that no other owns")
+        return self._automaton(root, component_name(self._path.stem), 0)
+
+    def _automaton(self, automaton: model.Automaton, name: str, depth: int) -> Automaton:
+        if depth > _DEEPEST_NESTING:
+            raise ValueError(f"more than {_DEEPEST_NESTING} levels of automata")
+        period = nanoseconds(automaton.iteration_time)
+        initial = next((state for state in automaton.states if state.initial), automaton.states[0])
+        return Automaton(
+            name,
+            id=automaton.id,
+            source="" if automaton.path is None else automaton.path.name,
+            period=(period or 0) / 1e9,
+            states=tuple(self._state(automaton, each, each is initial, depth) for each in automaton.states),
+            transitions=tuple(self._transition(automaton, each) for each in automaton.transitions),
+        )
+
+    def _state(self, automaton: model.Automaton, state: model.State, initial: bool, depth: int) -> State:
+        def code(part: str, text: model.Text) -> Callable[[], object] | None:
+            return None if text.is_blank else self._code(part, automaton, state.id, f"state {state.name}")
+
+        def arguments() -> dict[str, object]:
+            run()
+            return {}  # the other end has handed them over
+
+        run = self._code("arguments", automaton, state.id, f"state {state.name}")
+        owned = (self._document.automaton(child) for child in state.children)
+        return State(
+            state.name,
+            id=state.id,
+            initial=initial,
+            final=state.final,
+            entry=code("entry", state.entry),
+            code=code("code", state.code),
+            exit=code("exit", state.exit),
+            children=tuple(self._automaton(child, state.name, depth + 1) for child in owned if child),
+            restart=state.history.text.strip() == "restart",
+            arguments=arguments if state.arguments else None,
+        )
+
+    def _transition(self, automaton: model.Automaton, transition: model.Transition) -> Transition:
+        trigger, kind = transition.trigger, transition.type
+        priority = transition.priority.text.strip()
+        where = f"transition {transition.name or transition.id}"
+        takes_event = kind == "event"
+
+        def code(part: str, text: model.Text) -> Callable[..., object] | None:
+            if text.is_blank:
+                return None
+            return self._code(part, automaton, transition.id, where, takes_event=takes_event)
+
+        guard = code("guard", trigger if kind == "condition" else transition.guard)
+        if kind == "condition" and guard is None:
+            guard = _never
+        seconds = None
+        if kind == "time":
+            seconds = (nanoseconds(trigger) or 0) / 1e9 or _SHORTEST_DELAY
+        return Transition(
+            transition.name,
+            transition.origin,
+            transition.destination,
+            id=transition.id,
+            seconds=seconds,
+            event=trigger.text.strip() if takes_event else "",
+            finished=kind == "finished",
+            guard=guard,
+            condition=" ".join((trigger if kind == "condition" else transition.guard).text.split()),
+            priority=int(priority) if priority else None,
+            code=code("fired", transition.code),
+        )
+
+    def _code(
+        self, part: str, automaton: model.Automaton, id: int, where: str, *, takes_event: bool = False
+    ) -> Callable[..., bool]:
+        ask, number = self._ask, automaton.id
+        if takes_event:
+            return lambda event: ask(part, number, id, where, event)
+        return lambda: ask(part, number, id, where, None)
+
+
+def _never() -> bool:
+    return False
+
+
+def _proxies(document: model.Document, include: Sequence[Path]) -> dict[str, Proxy[Any]]:
+    known = find_interfaces(None, include)
+    folders = [str(folder) for folder in include]
+    proxies: dict[str, Proxy[Any]] = {}
+    sys.path[:0] = folders
+    try:
+        for each in document.interfaces:
+            found = known.find(each.type)[0]
+            kind = getattr(importlib.import_module(found.package), found.proxy)
+            if not issubclass(kind, ObjectPrx):
+                _refuse(f"{each.type} is no interface")
+            proxies[each.name] = Proxy(each.identity.strip(), kind)
+    finally:
+        for folder in folders:
+            sys.path.remove(folder)
+    return proxies
+
+
+def _parameters(document: model.Document) -> dict[str, Parameter[Any]]:
+    parameters: dict[str, Parameter[Any]] = {}
+    for each in document.parameters:
+        value = ast.literal_eval(each.default.text.strip())
+        if each.type.text.strip() == "float" and type(value) is int:
+            value = float(value)
+        if not isinstance(value, bool | int | float | str):
+            _refuse(f"the parameter {each.name} has no plain default")
+        parameters[each.name] = Parameter(value, " ".join(each.description.text.split()))
+    return parameters
+
+
+def _refuse(why: str) -> NoReturn:
+    raise ValueError(why)

@@ -1,0 +1,261 @@
+"""One process with a submission's code: asked to run pieces of it, and watched meanwhile."""
+
+from __future__ import annotations
+
+import math
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, BinaryIO, Final, NoReturn, TypeVar
+
+import msgspec
+
+from hfsm_runtime.contained.protocol import (
+    LARGEST_REQUEST,
+    Begin,
+    Limits,
+    Message,
+    Pipe,
+    PipeError,
+    PipeTimeout,
+    Raised,
+    Sleep,
+    ToNear,
+    Wait,
+)
+from hfsm_runtime.source_map import PLACE
+from interfaces.jderobot import CommandRefusedException, HardwareFailedException
+from zenoh_ice import exceptions
+from zenoh_ice.exceptions import SystemException
+
+from ._walls import Walls
+
+_MEBIBYTE: Final = 1 << 20
+_END_LIMIT: Final = 5.0
+"""Wall seconds for a killed process to be gone."""
+_DEEPEST_NESTING: Final = 10
+"""Levels of code that waits for other code."""
+_MOST_REQUESTS: Final = 200_000
+_LONGEST_REASON: Final = 300
+
+M = TypeVar("M")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Allowance:
+    """What the code of one trial may use."""
+
+    block: float = 5.0
+    """Wall seconds of one piece of code."""
+    trial: float = 120.0
+    """Wall seconds of all pieces together."""
+    begin: float = 30.0
+    """Wall seconds in which its modules load and its variables get their values."""
+    sleep: float = 120.0
+    """Seconds of the trial that one piece of code may wait."""
+    memory: int = 2048
+    """MB of address space, libraries included."""
+    file: int = 8
+    """MB of the largest file."""
+    data: int = 1024
+    """MB of all values that the robot sends it."""
+
+
+class ContainedError(Exception):
+    """The submission's code raised an exception; subclasses have its name."""
+
+
+class SubmissionBroken(ContainedError):
+    """The submission's process cannot go on; the text says why."""
+
+
+class Session:
+    """The process of one trial; `serve`, once it is set, does what its code asks for.
+
+    Each method raises SubmissionBroken once the process cannot go on; `broken` says why.
+    """
+
+    def __init__(self, walls: Walls, allowance: Allowance) -> None:
+        self.broken = ""
+        self.serve: Callable[[Any], Message] = _nobody
+        self._allowance: Final = allowance
+        self._encoder: Final = msgspec.msgpack.Encoder()
+        self._decode: Final = msgspec.msgpack.Decoder(ToNear).decode
+        self._output: Final[BinaryIO] = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
+        self._depth = 0
+        self._requests = 0
+        self._sent = 0
+        self._slept = 0.0
+        self._left = allowance.begin
+        self._left_of_trial = allowance.trial + allowance.begin
+        with walls.start("-m", "hfsm_runtime.contained") as (command, environment, files):
+            self._process: Final = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._output,
+                env=environment,
+                pass_fds=files,
+                start_new_session=True,
+                bufsize=0,
+            )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._pipe: Final = Pipe(
+            self._process.stdout.fileno(), self._process.stdin.fileno(), LARGEST_REQUEST, waits=False
+        )
+        self.limits: Final = (
+            Limits()
+            if walls.unsafe
+            else Limits(
+                memory=allowance.memory * _MEBIBYTE,
+                file=allowance.file * _MEBIBYTE,
+                files=64,
+                cpu=math.ceil(allowance.trial + allowance.begin),
+            )
+        )
+
+    def ask(self, request: Message, answer: type[M], where: str) -> M:
+        """Return the answer of the submission's process; `where` says in words which of its code runs.
+
+        Raises ContainedError, or another exception that its code raised.
+        """
+        if self.broken:
+            raise SubmissionBroken(self.broken)
+        if self._depth == _DEEPEST_NESTING:
+            self._break(f"its code in {where} waits for itself")
+        allowance, outer = self._allowance, (self._left, self._slept)
+        self._left = allowance.begin if isinstance(request, Begin) else allowance.block
+        self._slept = 0.0
+        self._depth += 1
+        try:
+            return self._ask(request, answer, where)
+        except PipeTimeout:
+            if self._left_of_trial <= 0:
+                self._break(f"its code took more than {allowance.trial:g} s in this trial")
+            limit = allowance.begin if isinstance(request, Begin) else allowance.block
+            self._break(f"took more than {limit:g} s in {where}")
+        except PipeError as error:
+            self._break(self._why_ended(str(error), where))
+        except (msgspec.MsgspecError, RecursionError) as error:
+            self._break(f"its process sent what is no message, in {where}: {error}")
+        finally:
+            self._depth -= 1
+            self._left, self._slept = outer
+
+    def close(self) -> None:
+        """End the process and everything that it has started."""
+        if self._process.poll() is None:
+            self._process.kill()  # its parent within the walls ends with it, and all others with that
+        try:
+            self._process.wait(_END_LIMIT)
+        except subprocess.TimeoutExpired:
+            self.broken = self.broken or "its process cannot be ended"
+        for file in (self._process.stdin, self._process.stdout, self._output):
+            if file is not None:
+                file.close()
+
+    def _ask(self, request: Message, answer: type[M], where: str) -> M:
+        if self._pipe.has_more:
+            self._break(f"its process sent what nobody had asked for, before {where}")
+        self._send(request)
+        while True:
+            message = self._receive()
+            if isinstance(message, answer):
+                return message
+            if isinstance(message, Raised):
+                raise _exception(message, where)
+            self._requests += 1
+            if self._requests > _MOST_REQUESTS:
+                self._break(f"made more than {_MOST_REQUESTS} requests in a trial, the last in {where}")
+            began = time.monotonic()
+            self._check_sleep(message, where)
+            reply = self.serve(message)
+            if self.broken:
+                raise SubmissionBroken(self.broken)
+            if not isinstance(message, Sleep | Wait):  # these are time of the robot
+                self._spend(time.monotonic() - began)
+            self._send(reply)
+
+    def _check_sleep(self, message: object, where: str) -> None:
+        if isinstance(message, Sleep | Wait):
+            seconds = message.seconds if isinstance(message, Sleep) else message.timeout
+            if not seconds >= 0:
+                self._break(f"asked to sleep {seconds} s in {where}")
+            self._slept += seconds
+            if self._slept > self._allowance.sleep:
+                self._break(f"slept more than {self._allowance.sleep:g} s of the trial in {where}")
+
+    def _send(self, message: Message) -> None:
+        data = self._encoder.encode(message)
+        self._sent += len(data)
+        if self._sent > self._allowance.data * _MEBIBYTE:
+            self._break(f"asked for more than {self._allowance.data} MB of the robot's data")
+        began = self._start_waiting()
+        self._pipe.send(data)
+        self._spend(time.monotonic() - began)
+
+    def _receive(self) -> Any:  # noqa: ANN401 - a message
+        began = self._start_waiting()
+        try:
+            return self._decode(self._pipe.receive())
+        finally:
+            self._spend(time.monotonic() - began)
+
+    def _start_waiting(self) -> float:
+        now = time.monotonic()
+        self._pipe.until = now + min(self._left, self._left_of_trial)
+        return now
+
+    def _spend(self, seconds: float) -> None:
+        self._left -= seconds
+        self._left_of_trial -= seconds
+
+    def _break(self, why: str) -> NoReturn:
+        """End the process for a reason. Raises SubmissionBroken."""
+        if not self.broken:
+            self.broken = why[:_LONGEST_REASON]
+            self._process.kill()
+        raise SubmissionBroken(self.broken)
+
+    def _why_ended(self, error: str, where: str) -> str:
+        try:
+            code = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            return f"broke off the conversation in {where}: {error}"
+        number = -code if code < 0 else code - 128 if code > 128 else 0
+        if number == signal.SIGXCPU:
+            return f"used too much time of the processor, in {where}"
+        if number in signal.valid_signals():
+            return f"its process was killed by {signal.Signals(number).name} in {where}"
+        return f"its process ended by itself with exit code {code} in {where}"
+
+
+def _exception(message: Raised, where: str) -> Exception:
+    """Return what code raised as an exception of the same name, with its place."""
+    error = _named(message)
+    setattr(error, PLACE, message.place)
+    error.where = where  # type: ignore[attr-defined]
+    return error
+
+
+def _nobody(message: object) -> Message:
+    raise SubmissionBroken(f"{type(message).__name__} came before anything else")
+
+
+def _named(message: Raised) -> Exception:
+    name, text = message.error, message.text
+    known = getattr(exceptions, name, None)
+    if isinstance(known, type) and issubclass(known, SystemException):
+        return known(text)
+    if name == CommandRefusedException.__name__:
+        return CommandRefusedException(text, message.holder)
+    if name == HardwareFailedException.__name__:
+        return HardwareFailedException(text)
+    kind: type[ContainedError] = type(
+        name if name.isidentifier() else "Exception", (ContainedError,), {"__module__": __name__}
+    )
+    return kind(text)
