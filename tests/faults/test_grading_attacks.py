@@ -19,7 +19,10 @@ from typing import Final
 import pytest
 
 from tests.support.documents import document, state, sub, transition
-from visualhfsm.grading import Allowance, Containment
+from tests.support.limits import START_LIMIT
+from tests.support.waiting import until
+from visualhfsm.grading import Allowance, Containment, SandboxUnavailable
+from visualhfsm.simulation import DocumentInvalid
 from visualhfsm.trials import Outcome, Plan, Success
 from visualhfsm.trials._trial import run_trial
 
@@ -307,3 +310,142 @@ def test_without_walls_the_attack_succeeds(tmp_path: Path, victims: Victims, nam
     path = submission(tmp_path, ATTACKS[name], victims.names)
     with Containment(unsafe=True) as containment:
         assert graded(path, containment).success or not victims.untouched()
+
+
+JUDGES: Final = {
+    "changes the clock": (
+        "import hfsm_runtime._timeline as timeline\ntimeline.Timeline.now = lambda self: 10**15"
+    ),
+    "changes the time": "import time, builtins\ntime.time = time.monotonic = lambda: 1e6",
+    "patches the automata": (
+        "import hfsm_runtime._automaton_run as run\nrun.Run.active_time = lambda self, now: 10**12"
+    ),
+    "patches its transitions": (
+        "import hfsm_runtime._cycle as cycle\ncycle._holds = lambda *arguments: True"
+    ),
+    "looks for the judge's objects": (
+        "import gc\nfor each in gc.get_objects():\n"
+        "    if type(each).__name__ == '_Observed':\n        each.reached = 0.1"
+    ),
+    "walks up the stack": (
+        "import sys\nframe = sys._getframe()\nwhile frame:\n"
+        "    if type(frame.f_locals.get('self')).__name__ == '_Trial':\n"
+        "        frame.f_locals['self']._observed.reached = 0.1\n    frame = frame.f_back"
+    ),
+}
+"""Codes that change what judges, where they reach it: their submission is good 30 s later only."""
+
+PLAIN: Final = """
+import sys
+from visualhfsm.trials import Plan, Success
+from visualhfsm.trials._trial import run_trial
+plan = Plan(document=sys.argv[1], robot="none", limit=1.0, success=Success(state="good"))
+sys.exit(0 if run_trial(plan, 0).success else 3)
+"""
+
+
+def patient(folder: Path, code: str) -> Path:
+    path = folder / "ana.xml"
+    attack, good = state(1, "attack", code, initial=True), state(2, "good")
+    path.write_text(document(sub(1, 0, attack, good, transition(1, 1, 2, "30000", type="time"))), "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", JUDGES)
+def test_what_judges_is_out_of_reach(tmp_path: Path, name: str) -> None:
+    with Containment() as containment:
+        outcome = graded(patient(tmp_path, JUDGES[name]), containment)
+    assert (outcome.success, outcome.reason, outcome.time) == (False, "not in good after 1 s", 1.0)
+
+
+@pytest.mark.parametrize("name", [name for name in JUDGES if name != "changes the time"])
+def test_in_one_process_it_is_within_reach(tmp_path: Path, name: str) -> None:
+    command = [sys.executable, "-c", PLAIN, str(patient(tmp_path, JUDGES[name]))]
+    assert subprocess.run(command, timeout=START_LIMIT, check=False, capture_output=True).returncode == 0
+
+
+MOVES_THE_BALL: Final = document(
+    sub(
+        1,
+        0,
+        state(1, "attack", "self.Ball.setPose3DMotorsData(Pose3DMotorsData())\ndone = True", initial=True),
+        state(2, "good"),
+        transition(1, 1, 2, "done"),
+        variables="done = False",
+    ),
+    libraries=("from interfaces.jderobot import Pose3DMotorsData",),
+    config="<iceinterface><nameinterface>Ball</nameinterface><nameproxy>BallGreenMotors</nameproxy>"
+    "<interface>Pose3DMotors</interface></iceinterface>",
+)
+
+
+def test_the_ball_is_out_of_reach(tmp_path: Path) -> None:
+    path = tmp_path / "ana.xml"
+    path.write_text(MOVES_THE_BALL, encoding="utf-8")
+    plan = Plan(document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False))
+    assert run_trial(plan, 0).success
+    with Containment() as containment:
+        outcome = run_trial(plan, 0, simulate=containment.simulate)
+    assert not outcome.success
+    assert "a submission cannot reach BallGreenMotors: it is for who judges" in outcome.reason
+
+
+@pytest.mark.parametrize("file", ["bob.xml", "../submissions/bob.xml", "{folder}/bob.xml"])
+def test_a_submission_imports_no_other_one(tmp_path: Path, file: str) -> None:
+    folder = tmp_path / "submissions"
+    folder.mkdir()
+    (folder / "bob.xml").write_text(document(sub(1, 0, state(1, "bobs", initial=True))), "utf-8")
+    path = folder / "ana.xml"
+    owner = state(1, "ana", initial=True, child=2)
+    imported = f'<SubAutomata id="2" idFather="1"><import>{file.format(folder=folder)}</import></SubAutomata>'
+    path.write_text(document(sub(1, 0, owner), imported), "utf-8")
+    with Containment() as containment, pytest.raises(DocumentInvalid, match=r"ana\.xml cannot be read"):
+        graded(path, containment)
+
+
+def test_a_document_that_would_keep_the_judge_busy_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "ana.xml"
+    path.write_text(document(sub(1, 0, state(1, "fast", initial=True), period="0.1")), "utf-8")
+    with (
+        Containment() as containment,
+        pytest.raises(DocumentInvalid, match="more than 5000 cycles in a second"),
+    ):
+        graded(path, containment)
+
+
+def test_what_a_submission_began_ends_with_the_judge(tmp_path: Path) -> None:
+    path = tmp_path / "ana.xml"
+    path.write_text(
+        document(sub(1, 0, state(1, "waits", "input_of_nobody = ''\nwhile True:\n    pass", initial=True))),
+        "utf-8",
+    )
+    command = [sys.executable, "-c", JUDGE, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as judge:
+        assert judge.stdout is not None
+        sandbox = int(judge.stdout.readline())
+        judge.kill()
+    until(lambda: not _runs(sandbox))
+
+
+JUDGE: Final = """
+import sys
+from visualhfsm.grading import Containment
+with Containment() as containment:
+    behavior = containment.simulate(sys.argv[1])
+    print(behavior._code._session._process.pid, flush=True)
+    behavior.advance(1.0)
+"""
+
+
+def _runs(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
+def test_without_bubblewrap_nothing_is_graded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(SandboxUnavailable, match="apt-get install bubblewrap"):
+        Containment()
+    Containment(unsafe=True)

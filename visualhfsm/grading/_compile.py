@@ -6,18 +6,24 @@ The first argument is the name of the document, and further ones are folders wit
 
 from __future__ import annotations
 
+import resource
 import sys
 import tempfile
 from pathlib import Path
+from typing import Final
 
 import msgspec
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 
+_MEMORY: Final = 2 << 30
+"""Bytes of address space: what strangers write may be made to take all there is."""
+
 
 def main(name: str, *include: str) -> int:
     """Compile it; return 1 after errors, which standard error gets."""
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     with tempfile.TemporaryDirectory() as folder:
         for file, content in msgspec.msgpack.decode(sys.stdin.buffer.read(), type=dict[str, bytes]).items():
             (Path(folder) / file).write_bytes(content)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import math
 import sys
 import types
 from collections.abc import Callable, Sequence
@@ -27,7 +28,11 @@ LARGEST_DOCUMENT: Final = 2 << 20
 """Bytes of the largest submission."""
 _DEEPEST_NESTING: Final = 50
 """Levels of automata below one another."""
-_SHORTEST_DELAY: Final = 1e-3  # s, for a time of 0
+_SHORTEST_DELAY: Final = 1e-9  # s, for a time of 0: it fires in the next cycle
+_HIGHEST_RATE: Final = 5000.0
+"""Cycles in a second of all automata together: each costs the judge time."""
+_LONGEST_NAME: Final = 200
+_LONGEST_CONDITION: Final = 300  # characters that are shown
 
 Ask = Callable[[str, int, int, str, Event | None], bool]
 """Runs a piece of code: its part, the ids of the automaton and of the state or transition, where it is in
@@ -69,7 +74,7 @@ def make_component(
     try:
         root = _Automata(document, path, ask).root()
         body: dict[str, object] = {**_proxies(document, include), **_parameters(document)}
-    except (ValueError, LookupError, TypeError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, SyntaxError, MemoryError, RecursionError) as error:
         raise DocumentInvalid(f"{path.name} is no document that could run: {error}") from error
 
     def automaton(self: Component) -> Automaton:
@@ -93,17 +98,22 @@ class _Automata:
         self._document: Final = document
         self._path: Final = path
         self._ask: Final = ask
+        self._rate = 0.0
+        """Cycles in a second of all automata so far."""
 
     def root(self) -> Automaton:
         root = self._document.root
         if root is None:
-            raise ValueError("it has no automaton that no other owns")
+            _refuse("it has no root")
         return self._automaton(root, component_name(self._path.stem), 0)
 
     def _automaton(self, automaton: model.Automaton, name: str, depth: int) -> Automaton:
         if depth > _DEEPEST_NESTING:
-            raise ValueError(f"more than {_DEEPEST_NESTING} levels of automata")
+            _refuse(f"it has more than {_DEEPEST_NESTING} levels of automata")
         period = nanoseconds(automaton.iteration_time)
+        self._rate += 1e9 / (period or math.inf)
+        if self._rate > _HIGHEST_RATE:
+            _refuse(f"its automata have more than {_HIGHEST_RATE:g} cycles in a second")
         initial = next((state for state in automaton.states if state.initial), automaton.states[0])
         return Automaton(
             name,
@@ -115,6 +125,9 @@ class _Automata:
         )
 
     def _state(self, automaton: model.Automaton, state: model.State, initial: bool, depth: int) -> State:
+        if len(state.name) > _LONGEST_NAME:
+            _refuse(f"the state {state.name[:20]!r}... has a name of more than {_LONGEST_NAME} characters")
+
         def code(part: str, text: model.Text) -> Callable[[], object] | None:
             return None if text.is_blank else self._code(part, automaton, state.id, f"state {state.name}")
 
@@ -140,7 +153,8 @@ class _Automata:
     def _transition(self, automaton: model.Automaton, transition: model.Transition) -> Transition:
         trigger, kind = transition.trigger, transition.type
         priority = transition.priority.text.strip()
-        where = f"transition {transition.name or transition.id}"
+        name = transition.name[:_LONGEST_NAME]
+        where = f"transition {name or transition.id}"
         takes_event = kind == "event"
 
         def code(part: str, text: model.Text) -> Callable[..., object] | None:
@@ -154,8 +168,9 @@ class _Automata:
         seconds = None
         if kind == "time":
             seconds = (nanoseconds(trigger) or 0) / 1e9 or _SHORTEST_DELAY
+        shown = (trigger if kind == "condition" else transition.guard).text
         return Transition(
-            transition.name,
+            name,
             transition.origin,
             transition.destination,
             id=transition.id,
@@ -163,7 +178,7 @@ class _Automata:
             event=trigger.text.strip() if takes_event else "",
             finished=kind == "finished",
             guard=guard,
-            condition=" ".join((trigger if kind == "condition" else transition.guard).text.split()),
+            condition=" ".join(shown.split())[:_LONGEST_CONDITION],
             priority=int(priority) if priority else None,
             code=code("fired", transition.code),
         )

@@ -68,15 +68,17 @@ class Containment:
         self._allowance: Final = allowance or Allowance()
         self._walls: Final = Walls(include, hidden, unsafe=unsafe)
         self._files: Final = {file.name: file.read_bytes() for file in files}
-        self._folder: Final = TemporaryDirectory(prefix="visualhfsm-grading-")
+        self._folder: TemporaryDirectory[str] | None = None
         self._read: Final[dict[tuple[str, bytes], _Submission]] = {}
         self._behaviors: Final[list[ContainedBehavior]] = []
 
     def __enter__(self) -> Self:
         self._walls.check()
+        self._folder = TemporaryDirectory(prefix="visualhfsm-grading-")
         return self
 
     def __exit__(self, *_: object) -> None:
+        assert self._folder is not None
         with self._folder:
             for behavior in self._behaviors:
                 behavior.end_code()
@@ -99,6 +101,7 @@ class Containment:
         key = path.name, path.read_bytes()
         if (known := self._read.get(key)) is not None:
             return known
+        assert self._folder is not None, "use it in a `with` block"
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
         files = {**self._files, path.name: key[1]}
         for name, content in files.items():

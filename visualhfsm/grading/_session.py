@@ -30,6 +30,7 @@ from hfsm_runtime.source_map import PLACE
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
 from zenoh_ice import exceptions
 from zenoh_ice.exceptions import SystemException
+from zenoh_ice.text import printable
 
 from ._walls import Walls
 
@@ -39,6 +40,8 @@ _END_LIMIT: Final = 5.0
 _DEEPEST_NESTING: Final = 10
 """Levels of code that waits for other code."""
 _MOST_REQUESTS: Final = 200_000
+_MOST_RECEIVED: Final = 64 << 20
+"""Bytes of all its messages in a trial: the judge remembers the calls."""
 _LONGEST_REASON: Final = 300
 
 M = TypeVar("M")
@@ -87,7 +90,7 @@ class Session:
         self._output: Final[BinaryIO] = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
         self._depth = 0
         self._requests = 0
-        self._sent = 0
+        self._sent = self._received = 0
         self._slept = 0.0
         self._left = allowance.begin
         self._left_of_trial = allowance.trial + allowance.begin
@@ -201,9 +204,13 @@ class Session:
     def _receive(self) -> Any:  # noqa: ANN401 - a message
         began = self._start_waiting()
         try:
-            return self._decode(self._pipe.receive())
+            data = self._pipe.receive()
         finally:
             self._spend(time.monotonic() - began)
+        self._received += len(data)
+        if self._received > _MOST_RECEIVED:
+            self._break(f"sent more than {_MOST_RECEIVED >> 20} MB to the robot")
+        return self._decode(data)
 
     def _start_waiting(self) -> float:
         now = time.monotonic()
@@ -237,7 +244,7 @@ class Session:
 def _exception(message: Raised, where: str) -> Exception:
     """Return what code raised as an exception of the same name, with its place."""
     error = _named(message)
-    setattr(error, PLACE, message.place)
+    setattr(error, PLACE, printable(message.place))
     error.where = where  # type: ignore[attr-defined]
     return error
 
@@ -247,7 +254,7 @@ def _nobody(message: object) -> Message:
 
 
 def _named(message: Raised) -> Exception:
-    name, text = message.error, message.text
+    name, text = message.error, printable(message.text)
     known = getattr(exceptions, name, None)
     if isinstance(known, type) and issubclass(known, SystemException):
         return known(text)
