@@ -98,9 +98,13 @@ def grade(
 
 def _check(console: Console, exercise: Exercise, language: str, workers: int | None, *, unsafe: bool) -> None:
     """Grade what the exercise brings along, and exit with 1 if something earns other points than expected."""
+    from ._errors import GradingError
+    from ._exercise import SOLUTION
     from ._submissions import Submission
     from ._terminal import show_check
 
+    if not exercise.solution.is_file():
+        raise GradingError(f"{exercise.folder}: there is no {SOLUTION}, which should earn all points")
     expected = {"solution": exercise.points, **exercise.mistakes}
     paths = {"solution": exercise.solution, **{name: exercise.mistake(name) for name in exercise.mistakes}}
     own = [Submission(name, path, "") for name, path in paths.items()]

@@ -22,7 +22,7 @@ START: Final = "start.xml"
 VISIBLE: Final = "trials"
 """The name of the plan that pupils see."""
 _HIDDEN: Final = "hidden"
-_SOLUTION: Final = "solution/solution.xml"
+SOLUTION: Final = "solution/solution.xml"
 _MISTAKES: Final = "mistakes"
 
 Language = Annotated[str, Meta(pattern=r"^[a-z]{2,3}\Z", description="write a language code, such as en")]
@@ -92,7 +92,7 @@ class Exercise(Struct, frozen=True, kw_only=True):
     @property
     def solution(self) -> Path:
         """The document that earns all points."""
-        return self.folder / _SOLUTION
+        return self.folder / SOLUTION
 
     def mistake(self, name: str) -> Path:
         """Return a document with a typical mistake."""
