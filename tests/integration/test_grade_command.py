@@ -58,6 +58,14 @@ def test_a_class_gets_marks_reasons_and_pages(tmp_path: Path) -> None:
     assert "ben.html" in (tmp_path / "marks" / "index.html").read_text("utf-8")
 
 
+def test_a_folder_may_have_documents_that_one_imports(tmp_path: Path) -> None:
+    hand_in(tmp_path, "ana/look.xml").write_text(
+        "<VisualHFSM><SubAutomata id='1' idFather='0'><import>rest.xml</import></SubAutomata></VisualHFSM>"
+    )
+    hand_in(tmp_path, "ana/rest.xml")
+    assert grade(tmp_path)["ana"]["points"] == "10"
+
+
 def test_marks_are_the_same_byte_for_byte_with_any_number_of_workers(tmp_path: Path) -> None:
     for number, mistake in enumerate(("milliseconds", "no_way_back", "same_side")):
         hand_in(tmp_path, f"pupil {number}.xml", f"mistakes/{mistake}.xml")

@@ -69,7 +69,7 @@ class Grader:
         """Return the marks of the document, which is the submission of that name."""
         exercise = self._exercise
         try:
-            with Containment(unsafe=self._unsafe) as containment, quiet():
+            with self._containment() as containment, quiet():
                 judged = [
                     self._run(containment, plan_name, number)
                     for plan_name, plan in exercise.plans.items()
@@ -93,8 +93,12 @@ class Grader:
     def record(self, marks: Marks, recording: Path) -> None:
         """Run the worst trial again, and record it in a file. Raises VisualHfsmError."""
         plan = self._plan(marks.worst_plan)
-        with Containment(unsafe=self._unsafe) as containment, quiet():
+        with self._containment() as containment, quiet():
             run_trial(plan, marks.worst_number, recording, simulate=containment.simulate)
+
+    def _containment(self) -> Containment:
+        others = sorted(path for path in self._document.parent.iterdir() if path != self._document)
+        return Containment(files=others, hidden=[self._exercise.folder], unsafe=self._unsafe)
 
     def _plan(self, name: str) -> Plan:
         return msgspec.structs.replace(self._exercise.plans[name], document=str(self._document))

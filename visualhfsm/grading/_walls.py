@@ -29,6 +29,8 @@ _FILES: Final = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/us
 _SYSTEM: Final = (Path("/usr"), Path("/usr/local"))
 _DISK: Final = 32 << 20
 """Bytes of its temporary files."""
+_SITES: Final = ("site-packages", "dist-packages")
+"""Names of folders with installed packages."""
 _NOBODY: Final = "65534"
 _PROBE_LIMIT: Final = 30.0  # s
 
@@ -119,8 +121,8 @@ def _seen(python: Path, include: Sequence[Path]) -> dict[Path, Path]:
         seen[python] = python
     else:
         seen[prefix] = prefix
-    sites = [Path(each) for each in sys.path if Path(each).name in ("site-packages", "dist-packages")]
-    for number, site in enumerate(dict.fromkeys(site.resolve() for site in sites if site.is_dir())):
+    sites = [Path(each).resolve() for each in sys.path if Path(each).name in _SITES and Path(each).is_dir()]
+    for number, site in enumerate(dict.fromkeys([*sites, *_linked(sites)])):
         seen[site] = _INSIDE / f"site{number}"
     for name in _PACKAGES:
         seen[_ROOT / name] = _OURS / name
@@ -130,12 +132,22 @@ def _seen(python: Path, include: Sequence[Path]) -> dict[Path, Path]:
     return seen
 
 
+def _linked(sites: Sequence[Path]) -> Iterator[Path]:
+    """Yield other sites, into which links in some sites lead; links into other folders lead nowhere."""
+    for site in sites:
+        for link in sorted(site.iterdir()):
+            if link.is_symlink() and (target := link.resolve().parent).name in _SITES and target.is_dir():
+                yield target
+
+
 def _covered(seen: Mapping[Path, Path], hidden: Sequence[Path]) -> Iterator[Path]:
     """Yield the places of folders that are to be empty: what is hidden, and the rest of our distribution."""
     sites = [source for source, place in seen.items() if _is_site(place)]
     ours = {site / name for site in sites for name in _distributed() if name not in _PACKAGES}
     for folder in {*ours, *(path.resolve() for path in hidden)}:
         for source, place in seen.items():
+            if folder.is_symlink():
+                continue  # it leads nowhere inside
             if folder.is_dir() and folder != source and folder.is_relative_to(source):
                 yield place / folder.relative_to(source)
 
