@@ -127,7 +127,9 @@ def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
     marks = grade(folder, waits(1300, "1 / 0"))
     assert marks.points == 0.0
     assert {each.words for each in marks.earned} == {"an error ended the trial"}
-    assert re.search(r"ZeroDivisionError: division by zero, in state waiting, line \d+\n +at wait.xml:\d+$", marks.error)
+    assert re.search(
+        r"ZeroDivisionError: division by zero, in state waiting, line \d+\n +at wait.xml:\d+$", marks.error
+    )
 
 
 def test_a_document_that_cannot_be_run_has_no_points_and_a_reason(folder: Path) -> None:
