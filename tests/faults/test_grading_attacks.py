@@ -403,6 +403,27 @@ def test_a_submission_imports_no_other_one(tmp_path: Path, file: str) -> None:
         graded(path, containment)
 
 
+def test_a_link_beside_a_submission_leads_nowhere(tmp_path: Path) -> None:
+    folder = tmp_path / "ana"
+    folder.mkdir()
+    (tmp_path / "solution.xml").write_text(document(sub(1, 0, state(1, "solves", initial=True))), "utf-8")
+    (folder / "own.xml").symlink_to(tmp_path / "solution.xml")
+    path = folder / "ana.xml"
+    imported = '<SubAutomata id="2" idFather="1"><import>own.xml</import></SubAutomata>'
+    path.write_text(document(sub(1, 0, state(1, "ana", initial=True, child=2)), imported), "utf-8")
+    with (
+        Containment(files=[folder / "own.xml"]) as containment,
+        pytest.raises(DocumentInvalid, match=r"ana\.xml cannot be read"),
+    ):
+        graded(path, containment)
+
+
+def test_a_pipe_is_no_submission(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "ana.xml")
+    with Containment() as containment, pytest.raises(DocumentInvalid, match=r"ana\.xml is no file"):
+        graded(tmp_path / "ana.xml", containment)
+
+
 def test_a_document_that_would_keep_the_judge_busy_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "ana.xml"
     path.write_text(document(sub(1, 0, state(1, "fast", initial=True), period="0.1")), "utf-8")

@@ -41,8 +41,6 @@ words, and the event."""
 
 def read_submission(path: Path) -> model.Document:
     """Return the document of a submission, which is alone with what it may import. Raises DocumentInvalid."""
-    if path.stat().st_size > LARGEST_DOCUMENT:
-        raise DocumentInvalid(f"{path.name} is larger than {LARGEST_DOCUMENT >> 20} MB")
     diagnostics = Diagnostics()
     try:
         document = read_document(path, diagnostics)

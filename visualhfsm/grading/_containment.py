@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import stat
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -30,7 +32,7 @@ from hfsm_runtime.virtual import BehaviorFailed
 from visualhfsm.simulation import Behavior, DocumentInvalid
 from zenoh_ice import ZenohIceError
 
-from ._contained_component import make_component, read_submission
+from ._contained_component import LARGEST_DOCUMENT, make_component, read_submission
 from ._requests import Requests
 from ._session import Allowance, ContainedError, Session
 from ._walls import Walls
@@ -48,7 +50,7 @@ class Containment:
     The judge's process keeps clock, robot, automata and transitions, and the functions that judge. The Python
     of a submission runs in a process for each trial, behind walls: without a network, without files but
     Python and packages, and with limits for all that it uses. A submission is one document, which may import
-    `files`.
+    `files`; of these, links and what is larger than a document are left out.
 
     `include` are folders with packages of interfaces that exercises add. `hidden` are folders that must not
     be seen even if they are among the installed packages. With `unsafe` there are no walls. Making it raises
@@ -67,7 +69,8 @@ class Containment:
         self._include: Final = tuple(include)
         self._allowance: Final = allowance or Allowance()
         self._walls: Final = Walls(include, hidden, unsafe=unsafe)
-        self._files: Final = {file.name: file.read_bytes() for file in files}
+        contents = {file.name: _content(file) for file in files}
+        self._files: Final = {name: content for name, content in contents.items() if content is not None}
         self._folder: TemporaryDirectory[str] | None = None
         self._read: Final[dict[tuple[str, bytes], _Submission]] = {}
         self._behaviors: Final[list[ContainedBehavior]] = []
@@ -98,14 +101,17 @@ class Containment:
 
     def _submission(self, path: Path) -> _Submission:
         """Return a submission, read and compiled once. Raises DocumentInvalid."""
-        key = path.name, path.read_bytes()
+        content = _content(path)
+        if content is None:
+            raise DocumentInvalid(f"{path.name} is no file of at most {LARGEST_DOCUMENT >> 20} MB")
+        key = path.name, content
         if (known := self._read.get(key)) is not None:
             return known
         assert self._folder is not None, "use it in a `with` block"
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-        files = {**self._files, path.name: key[1]}
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
+        files = {**self._files, path.name: content}
+        for name, each in files.items():
+            (folder / name).write_bytes(each)
         copy = folder / path.name
         document = read_submission(copy)
         known = self._read[key] = _Submission(copy, document, self._compile(path.name, files))
@@ -275,6 +281,18 @@ class ContainedBehavior(Behavior):
             self._code.close()
         finally:
             super().close()
+
+
+def _content(path: Path) -> bytes | None:
+    """Return the content of a file that a stranger handed in; None for a link, a pipe, or one too large."""
+    try:
+        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                return None
+            content = file.read(LARGEST_DOCUMENT + 1)
+    except OSError:
+        return None
+    return content if len(content) <= LARGEST_DOCUMENT else None
 
 
 def _where(error: BaseException | None) -> str:
