@@ -49,8 +49,8 @@ def again_and_again(run):
     turns = sum(before[2] != after[2] for before, after in zip(found, found[1:]))
     wanted = int(run.time / 3.0)
     return min(1.0, turns / wanted) if turns > 1 else 0.0, {
-        "en": f"changes sides {turns} times in {run.time:.0f} s; asked: at least {wanted} times",
-        "es": f"cambia de lado {turns} veces en {run.time:.0f} s; se pide: al menos {wanted} veces",
+        "en": f"changes of side in {run.time:.0f} s: {turns}; asked: at least {wanted}",
+        "es": f"cambios de lado en {run.time:.0f} s: {turns}; se pide: al menos {wanted}",
     }
 
 

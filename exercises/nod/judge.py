@@ -12,8 +12,8 @@ def nods(run):
         is_down = tilt > (UP if is_down else DOWN)
     wanted = run.values["parameters.times"]
     return float(count == wanted), {
-        "en": f"nods {count} times; asked: {wanted} times",
-        "es": f"dice que sí {count} veces; se pide: {wanted} veces",
+        "en": f"number of nods: {count}; asked: {wanted}",
+        "es": f"veces que dice que sí: {count}; se pide: {wanted}",
     }
 
 

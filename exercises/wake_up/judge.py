@@ -43,6 +43,6 @@ def blinks(run):
     changes = sum((before > 0.1) != (after > 0.1) for before, after in zip(lights, lights[1:]))
     wanted = max(2, int(awake))
     return float(changes >= wanted), {
-        "en": f"the eyes change {changes} times in {awake:.1f} s; asked: at least {wanted} times",
-        "es": f"los ojos cambian {changes} veces en {awake:.1f} s; se pide: al menos {wanted} veces",
+        "en": f"changes of the eyes in {awake:.1f} s: {changes}; asked: at least {wanted}",
+        "es": f"cambios de los ojos en {awake:.1f} s: {changes}; se pide: al menos {wanted}",
     }

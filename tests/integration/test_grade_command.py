@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import csv
+import html
 import os
 import re
+import signal
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.support.limits import RUN_LIMIT
+from tests.support.limits import RUN_LIMIT, START_LIMIT
 from tests.support.places import ROOT
-from tests.support.processes import module
+from tests.support.processes import ComponentProcess, module
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.slow
 
@@ -40,8 +43,9 @@ def hand_in(folder: Path, name: str, document: str = "solution/solution.xml") ->
     return path
 
 
-def grade(folder: Path, *options: str) -> dict[str, dict[str, str]]:
-    visualhfsm(folder, "grade", "look", "handed-in", "--unsafe", *options)
+def grade(folder: Path, *options: str, contained: bool = False) -> dict[str, dict[str, str]]:
+    walls = () if contained else ("--unsafe",)
+    visualhfsm(folder, "grade", "look", "handed-in", *walls, *options)
     with (folder / "marks" / "marks.csv").open(encoding="utf-8-sig", newline="") as file:
         return {row["name"]: row for row in csv.DictReader(file)}
 
@@ -51,9 +55,9 @@ def test_a_class_gets_marks_reasons_and_pages(tmp_path: Path) -> None:
     hand_in(tmp_path, "ben/look.xml", "mistakes/no_way_back.xml")
     rows = grade(tmp_path)
     assert {name: row["points"] for name, row in rows.items()} == {"ana": "10", "ben": "7"}
-    assert rows["ben"]["reasons"] == "changes sides 1 times in 9 s; asked: at least 3 times"
+    assert rows["ben"]["reasons"] == "changes of side in 9 s: 1; asked: at least 3"
     page = (tmp_path / "marks" / "ben.html").read_text("utf-8")
-    assert "changes sides 1 times in 9 s; asked: at least 3 times" in page
+    assert "changes of side in 9 s: 1; asked: at least 3" in page
     assert "<iframe" in page
     assert "ben.html" in (tmp_path / "marks" / "index.html").read_text("utf-8")
 
@@ -99,6 +103,48 @@ def test_what_cannot_be_run_has_no_points_and_a_reason(
     assert "It cannot be run, so there are no points" in broken["reasons"]
     assert reason in broken["reasons"]
     assert rows["zoe"]["points"] == "10"
+
+
+@pytest.mark.parametrize(
+    ("code", "reason"),
+    [
+        ("import os\nos._exit(0)", "error ended"),
+        ("open('/proc/1/environ').read()", "Error"),
+        (f"open({str(LOOK / 'solution/solution.xml')!r}).read()", "FileNotFoundError"),
+        ("import socket\nsocket.create_connection(('127.0.0.1', 1), 1)", "Error"),
+        ("x = bytearray(1 << 36)", "MemoryError"),
+    ],
+)
+def test_code_that_reaches_for_more_has_no_points_and_a_reason(
+    tmp_path: Path, code: str, reason: str
+) -> None:
+    hand_in(tmp_path, "ana.xml")
+    text = (LOOK / "solution/solution.xml").read_text("utf-8")
+    bad = text.replace("<entry>", f"<entry>{html.escape(code)}\n", 1)
+    hand_in(tmp_path, "eve.xml").write_text(bad, "utf-8")
+    rows = grade(tmp_path, contained=True)
+    assert rows["ana"]["points"] == "10"
+    assert rows["eve"]["points"] == "0"
+    assert reason in rows["eve"]["reasons"]
+
+
+def test_a_signal_ends_grading_and_its_processes(tmp_path: Path) -> None:
+    text = (LOOK / "solution/solution.xml").read_text("utf-8")
+    hand_in(tmp_path, "eve.xml").write_text(text.replace("<entry>", "<entry>while True: pass\n", 1), "utf-8")
+    command = module("visualhfsm", "grade", "look", "handed-in", "--unsafe")
+    with ComponentProcess(command, {"PYTHONPATH": str(ROOT)}, cwd=tmp_path) as grading:
+        until(lambda: children(grading.process.pid), START_LIMIT)
+        begun = children(grading.process.pid)
+        grading.process.send_signal(signal.SIGINT)
+        assert grading.wait() == 130
+        until(lambda: not any(Path(f"/proc/{each}").exists() for each in begun))
+    assert not (tmp_path / "marks" / "marks.csv").exists()
+
+
+def children(process: int) -> list[str]:
+    """Return the ids of the processes that the threads of a process have started."""
+    tasks = Path(f"/proc/{process}/task").glob("*/children")
+    return [each for task in tasks for each in task.read_text().split()]
 
 
 def test_a_link_to_the_solution_is_not_followed(tmp_path: Path) -> None:
@@ -154,8 +200,8 @@ def test_a_name_is_data(tmp_path: Path) -> None:
 
 def test_marks_are_in_the_language_of_the_system(tmp_path: Path) -> None:
     hand_in(tmp_path, "ana.xml", "mistakes/no_way_back.xml")
-    assert grade(tmp_path, "--language", "es")["ana"]["reasons"].startswith("cambia de lado 1 veces")
-    assert grade(tmp_path, "--language", "xx")["ana"]["reasons"].startswith("changes sides 1 times")
+    assert grade(tmp_path, "--language", "es")["ana"]["reasons"].startswith("cambios de lado en 9 s: 1")
+    assert grade(tmp_path, "--language", "xx")["ana"]["reasons"].startswith("changes of side in 9 s: 1")
 
 
 def test_an_exercise_checks_itself(tmp_path: Path) -> None:

@@ -124,10 +124,13 @@ class _Processes:
         if not marks.reason:
             try:
                 plan = exercise.plans[marks.worst_plan]
-                if self._ask(replace(task, page=page, marks=marks), plan.patience + _MARGIN).marks:
-                    return
+                answer = self._ask(replace(task, page=page, marks=marks), plan.patience + _MARGIN)
             except NoAnswerError:
                 pass  # the same trial, recorded, takes longer: its marks are written anyway
+            else:
+                if answer.marks is None:
+                    raise GradingError(answer.refused)
+                return
         write_page(page, exercise, marks)
 
     def close(self) -> None:

@@ -25,6 +25,10 @@ def show(console: Console, exercise: Exercise, language: str, marks: Sequence[Ma
         points = Text(f"{figure(language, each.points)}", "bold")
         table.add_row(Text(each.name), points, _bar(each), Text(each.summary))
     console.print(table)
+    if not any(each.points for each in marks):
+        console.print(
+            "\nNobody has points. Does the exercise work? visualhfsm grade EXERCISE --check", style="red"
+        )
     broken = [each.name for each in marks for earned in each.earned if earned.failed]
     if broken:
         console.print(

@@ -15,7 +15,7 @@ from typing import Final
 
 import msgspec
 
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._line_process import answer_lines
 from visualhfsm.trials import TrialsError
 
@@ -45,7 +45,7 @@ class Task:
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """The marks, or what is wrong with the exercise or this computer; for a page why it shows no run."""
+    """The marks, or what is wrong with the exercise or this computer."""
 
     marks: Marks | None = None
     refused: str = ""
@@ -65,8 +65,12 @@ class _Worker:
                 self._path = task.exercise
             with tempfile.TemporaryDirectory(prefix="visualhfsm-grade-") as folder:
                 answer = self._grade(task, Path(folder))
-        except (GradingError, SandboxUnavailable, TrialsError) as error:
+        except (GradingError, MissingPackageError, SandboxUnavailable, TrialsError) as error:
             answer = Answer(refused=str(error))
+        except ImportError as error:  # the code of submissions is imported elsewhere
+            answer = Answer(
+                refused=f"{error}: install it with: pip install 'visualhfsm[sim,trials,vision,web]'"
+            )
         return msgspec.json.encode(answer)
 
     def _grade(self, task: Task, folder: Path) -> Answer:
@@ -85,8 +89,10 @@ class _Worker:
         try:
             grader.record(task.marks, recording)
             write_page(task.page, exercise, task.marks, recording)
-        except VisualHfsmError as error:
-            return Answer(refused=str(error))
+        except MissingPackageError:
+            raise
+        except VisualHfsmError:  # a run that is too long, or that has no state
+            write_page(task.page, exercise, task.marks)
         return Answer(task.marks)
 
 
