@@ -26,7 +26,10 @@ from visualhfsm.simulation import DocumentInvalid
 from visualhfsm.trials import Outcome, Plan, Success
 from visualhfsm.trials._trial import run_trial
 
-BLOCK: Final = 1.5  # wall seconds of a piece of code
+BLOCK: Final = 1.5
+"""Wall seconds of a piece of code that is to take too long."""
+PATIENT_BLOCK: Final = 60.0
+"""Wall seconds of others, on a computer with much else to do."""
 
 
 @dataclass
@@ -228,7 +231,9 @@ ATTACKS: Final = {
     ),
     "never ends": Attack("while True:\n    pass", f"took more than {BLOCK:g} s in state attack", control=False),
     "asks forever": Attack(
-        "while True:\n    self.mark('Camera', 1.0, 1.0)", "in state attack", control=False
+        "while True:\n    self.mark('Camera', 1.0, 1.0)",
+        f"took more than {BLOCK:g} s in state attack",
+        control=False,
     ),
     "follows another process": Attack(
         "import ctypes, os\nlibc = ctypes.CDLL(None, use_errno=True)\nif libc.ptrace(16, {process}, 0, 0):\n"
@@ -299,7 +304,8 @@ def graded(path: Path, containment: Containment) -> Outcome:
 def test_an_attack_fails_and_is_named(tmp_path: Path, victims: Victims, name: str) -> None:
     attack = ATTACKS[name]
     path = submission(tmp_path, attack, victims.names)
-    with Containment(allowance=Allowance(block=BLOCK)) as containment:
+    block = BLOCK if f"{BLOCK:g} s" in attack.said else PATIENT_BLOCK
+    with Containment(allowance=Allowance(block=block, begin=PATIENT_BLOCK)) as containment:
         outcome = graded(path, containment)
     assert (outcome.success, attack.said in outcome.reason) == (False, True), outcome.reason
     assert victims.untouched()

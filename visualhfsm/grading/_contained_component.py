@@ -11,6 +11,7 @@ import math
 import sys
 import types
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
@@ -184,10 +185,9 @@ class _Automata:
     def _code(
         self, part: str, automaton: model.Automaton, id: int, where: str, *, takes_event: bool = False
     ) -> Callable[..., bool]:
-        ask, number = self._ask, automaton.id
-        if takes_event:
-            return lambda event: ask(part, number, id, where, event)
-        return lambda: ask(part, number, id, where, None)
+        # No nested functions: what these enclose would be taken for the variables of the automaton.
+        run = partial(self._ask, part, automaton.id, id, where)
+        return run if takes_event else partial(run, None)
 
 
 def _never() -> bool:
