@@ -53,13 +53,16 @@ class FarComponent:
         self._time: Final = ExitStack()  # which stays open until the process ends
         self._code: dict[tuple[int, str, int], Code] = {}
         self._automata: dict[int, Automaton] = {}
+        self._shows = False
+        self._shown: dict[int, dict[str, object]] = {}
+        """The variables of each automaton as they were sent last."""
 
     def serve(self, message: object) -> object:
         """Answer a request of the near end."""
         try:
             match message:
                 case RunCode():
-                    return Done(self._run(message))
+                    return Done(self._run(message), self._changed(message.automaton))
                 case Begin():
                     self._begin(message)
                 case protocol.AskHolds():
@@ -104,6 +107,7 @@ class FarComponent:
         root = make_automata(component)
         self._automata = {each.id: each for each in root.tree()}
         self._code = dict(_pieces(root))
+        self._shows = message.shows
 
     def _sleep(self, seconds: float) -> None:
         self._link.clock.advance(max(0.0, seconds))
@@ -118,6 +122,14 @@ class FarComponent:
     def _variables(self, automaton: int) -> dict[str, object]:
         found = values_of(self._automata[automaton])
         return {name: _shown(value, _DEEPEST_NESTING) for name, value in list(found.items())[:_MOST_ELEMENTS]}
+
+    def _changed(self, automaton: int) -> dict[str, object]:
+        """Return the variables that have changed since the last time."""
+        if not self._shows:
+            return {}
+        known, present = self._shown.get(automaton, {}), self._variables(automaton)
+        self._shown[automaton] = present
+        return {name: value for name, value in present.items() if name not in known or known[name] != value}
 
     def _raised(self, error: BaseException) -> Raised:
         if isinstance(error, VariablesError):  # whose text has the place

@@ -69,6 +69,8 @@ class Begin(Message):
     random: str
     """The state of the random generators."""
     limits: Limits
+    shows: bool = False
+    """Whether each answer has the variables that have changed."""
 
 
 class RunCode(Message):
@@ -160,6 +162,8 @@ class Done(Message):
     """A piece of code has ended."""
 
     value: bool = False
+    variables: Annotated[dict[Name, object], msgspec.Meta(max_length=1000)] = {}
+    """The variables of its automaton that have changed, if they are to be shown."""
 
 
 class Raised(Message):

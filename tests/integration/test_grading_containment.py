@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
+from hfsm_runtime._variables import variables_of
 from hfsm_runtime.virtual import BehaviorFailed
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
@@ -113,3 +114,14 @@ def test_all_that_code_may_use_is_the_same_inside(containment: Containment, tmp_
     inside = seen_of(containment.simulate, path, "seen")
     assert inside == seen_of(simulate, path, "seen")
     assert [each[2] for each in inside["changes"]] == ["asks", "listens", "waits", "fails"]
+
+
+def test_a_recording_can_have_the_variables(tmp_path: Path) -> None:
+    path = tmp_path / "counts.xml"
+    counts = state(1, "counts", "count += 1\nlist.append(count)", initial=True)
+    path.write_text(document(sub(1, 0, counts, variables="count = 0\nlist = []")), encoding="utf-8")
+    with Containment(shows_variables=True) as containment, containment.simulate(path) as behavior:
+        behavior.advance(0.2)
+        assert variables_of(behavior.tree.root.automaton) == {"count": "3", "list": "[1, 2, 3]"}
+        behavior.advance(0.1)
+        assert variables_of(behavior.tree.root.automaton) == {"count": "4", "list": "[1, 2, 3, 4]"}

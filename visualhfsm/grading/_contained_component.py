@@ -10,9 +10,10 @@ import importlib
 import math
 import sys
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from types import CellType
 from typing import Any, Final, NoReturn
 
 from codegen.diagnostics import Diagnostics
@@ -38,6 +39,8 @@ _LONGEST_CONDITION: Final = 300  # characters that are shown
 Ask = Callable[[str, int, int, str, Event | None], bool]
 """Runs a piece of code: its part, the ids of the automaton and of the state or transition, where it is in
 words, and the event."""
+Shown = dict[int, dict[str, CellType]]
+"""The variables that are shown, by automaton and name."""
 
 
 def read_submission(path: Path) -> model.Document:
@@ -64,14 +67,15 @@ def make_component(
     *,
     begin: Callable[[Component], None],
     ask: Ask,
+    shown: Shown,
 ) -> type[Component]:
     """Return a component with the automata of a document whose code runs elsewhere.
 
-    `begin` is called before its automata are made. Raises DocumentInvalid for a document that the compiler
-    would not have taken.
+    `begin` is called before its automata are made. What is in `shown` appears as their variables. Raises
+    DocumentInvalid for a document that the compiler would not have taken.
     """
     try:
-        root = _Automata(document, path, ask).root()
+        root = _Automata(document, path, ask, shown).root()
         body: dict[str, object] = {**_proxies(document, include), **_parameters(document)}
     except (ValueError, LookupError, TypeError, SyntaxError, MemoryError, RecursionError) as error:
         raise DocumentInvalid(f"{path.name} is no document that could run: {error}") from error
@@ -93,7 +97,8 @@ def make_component(
 class _Automata:
     """The automata of a document, as `codegen` would write them."""
 
-    def __init__(self, document: model.Document, path: Path, ask: Ask) -> None:
+    def __init__(self, document: model.Document, path: Path, ask: Ask, shown: Shown) -> None:
+        self._shown: Final = shown
         self._document: Final = document
         self._path: Final = path
         self._ask: Final = ask
@@ -185,9 +190,36 @@ class _Automata:
     def _code(
         self, part: str, automaton: model.Automaton, id: int, where: str, *, takes_event: bool = False
     ) -> Callable[..., bool]:
-        # No nested functions: what these enclose would be taken for the variables of the automaton.
         run = partial(self._ask, part, automaton.id, id, where)
-        return run if takes_event else partial(run, None)
+        return _Piece(run if takes_event else partial(run, None), self._shown.setdefault(automaton.id, {}))
+
+
+class _Piece:
+    """A piece of code that runs elsewhere, through which the variables of its automaton are found."""
+
+    co_firstlineno = 0
+    co_filename = ""
+
+    def __init__(self, run: Callable[..., bool], shown: Mapping[str, CellType]) -> None:
+        self._run: Final = run
+        self._shown: Final = shown
+
+    def __call__(self, *event: Event) -> bool:
+        return self._run(*event)
+
+    # What a function has that encloses them.
+
+    @property
+    def __code__(self) -> _Piece:
+        return self
+
+    @property
+    def co_freevars(self) -> tuple[str, ...]:
+        return tuple(self._shown)
+
+    @property
+    def __closure__(self) -> tuple[CellType, ...]:
+        return tuple(self._shown.values())
 
 
 def _never() -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import CellType
 from typing import Any, Final, Self
 
 import msgspec
@@ -32,7 +33,7 @@ from hfsm_runtime.virtual import BehaviorFailed
 from visualhfsm.simulation import Behavior, DocumentInvalid
 from zenoh_ice import ZenohIceError
 
-from ._contained_component import LARGEST_DOCUMENT, make_component, read_submission
+from ._contained_component import LARGEST_DOCUMENT, Shown, make_component, read_submission
 from ._requests import Requests
 from ._session import Allowance, ContainedError, Session
 from ._walls import Walls
@@ -53,7 +54,8 @@ class Containment:
     `files`; of these, links and what is larger than a document are left out.
 
     `include` are folders with packages of interfaces that exercises add. `hidden` are folders that must not
-    be seen even if they are among the installed packages. With `unsafe` there are no walls. Making it raises
+    be seen even if they are among the installed packages. With `shows_variables` recordings have the
+    variables, as the submission says that they are. With `unsafe` there are no walls. Making it raises
     SandboxUnavailable where there can be none, and so does entering it.
     """
 
@@ -64,8 +66,10 @@ class Containment:
         include: Sequence[Path] = (),
         hidden: Sequence[Path] = (),
         allowance: Allowance | None = None,
+        shows_variables: bool = False,
         unsafe: bool = False,
     ) -> None:
+        self._shows: Final = shows_variables
         self._include: Final = tuple(include)
         self._allowance: Final = allowance or Allowance()
         self._walls: Final = Walls(include, hidden, unsafe=unsafe)
@@ -93,8 +97,10 @@ class Containment:
         """
         submission = self._submission(Path(document))
         path = submission.path
-        code = _Code(self._walls, self._allowance, f"{path.stem}.py", submission.component)
-        component = make_component(submission.document, path, self._include, begin=code.begin, ask=code.run)
+        code = _Code(self._walls, self._allowance, f"{path.stem}.py", submission.component, shows=self._shows)
+        component = make_component(
+            submission.document, path, self._include, begin=code.begin, ask=code.run, shown=code.shown
+        )
         behavior = ContainedBehavior(component, code, document=path, **options)
         self._behaviors[:] = [*(each for each in self._behaviors if each.runs_code), behavior]
         return behavior
@@ -159,7 +165,9 @@ class _Submission:
 class _Code:
     """The code of a submission for one trial: its process, begun when its variables run."""
 
-    def __init__(self, walls: Walls, allowance: Allowance, file: str, text: str) -> None:
+    def __init__(self, walls: Walls, allowance: Allowance, file: str, text: str, *, shows: bool) -> None:
+        self._shows: Final = shows
+        self.shown: Final[Shown] = {}
         self._walls: Final = walls
         self._allowance: Final = allowance
         self._file: Final = file
@@ -193,6 +201,7 @@ class _Code:
             values,
             state_of_random(),
             session.limits,
+            self._shows,
         )
         session.ask(begin, Done, "its variables")
 
@@ -206,7 +215,10 @@ class _Code:
         else:
             data = b"" if event.data is None else msgspec.json.encode(event.data)
             message = RunCode(requests.now, automaton, part, id, event.name, data)
-        return session.ask(message, Done, where).value
+        done = session.ask(message, Done, where)
+        for name, value in done.variables.items():
+            self.shown[automaton][name] = CellType(value)
+        return done.value
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""

@@ -93,12 +93,14 @@ class Grader:
     def record(self, marks: Marks, recording: Path) -> None:
         """Run the worst trial again, and record it in a file. Raises VisualHfsmError."""
         plan = self._plan(marks.worst_plan)
-        with self._containment() as containment, quiet():
+        with self._containment(shows_variables=True) as containment, quiet():
             run_trial(plan, marks.worst_number, recording, simulate=containment.simulate)
 
-    def _containment(self) -> Containment:
+    def _containment(self, *, shows_variables: bool = False) -> Containment:
         others = sorted(path for path in self._document.parent.iterdir() if path != self._document)
-        return Containment(files=others, hidden=[self._exercise.folder], unsafe=self._unsafe)
+        return Containment(
+            files=others, hidden=[self._exercise.folder], shows_variables=shows_variables, unsafe=self._unsafe
+        )
 
     def _plan(self, name: str) -> Plan:
         return msgspec.structs.replace(self._exercise.plans[name], document=str(self._document))
