@@ -396,6 +396,46 @@ def test_the_ball_is_out_of_reach(tmp_path: Path) -> None:
     assert "a submission cannot reach BallGreenMotors: it is for who judges" in outcome.reason
 
 
+ANSWERS_WITH_ERRORS: Final = document(
+    sub(
+        1,
+        0,
+        state(
+            1,
+            "attack",
+            "if heard is None:\n"
+            "    import zenoh_ice, hfsm_runtime.contained._transport as transport\n"
+            "    heard = self.Head.getPose.subscribe(lambda pose: None)\n"
+            "    def fails(inlet, sample):\n"
+            "        raise {error}\n"
+            "    transport.FarInlet.push = fails",
+            initial=True,
+        ),
+        state(2, "good"),
+        transition(1, 1, 2, "500", type="time"),
+        variables="heard = None",
+    ),
+    config="<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy>"
+    "<interface>PoseHead</interface></iceinterface>",
+)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        "zenoh_ice.TimeoutException('late')",
+        "zenoh_ice.InterfaceMismatchException('x', 'y', 'z')",
+        "SystemExit",
+    ],
+)
+def test_errors_between_cycles_end_no_judge(tmp_path: Path, error: str) -> None:
+    path = tmp_path / "ana.xml"
+    path.write_text(ANSWERS_WITH_ERRORS.replace("{error}", error), encoding="utf-8")
+    plan = Plan(document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False))
+    with Containment() as containment:
+        assert run_trial(plan, 0, simulate=containment.simulate).reason == ""
+
+
 @pytest.mark.parametrize("file", ["bob.xml", "../submissions/bob.xml", "{folder}/bob.xml"])
 def test_a_submission_imports_no_other_one(tmp_path: Path, file: str) -> None:
     folder = tmp_path / "submissions"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any, Final, cast
 
@@ -12,11 +13,13 @@ from hfsm_runtime.contained import protocol
 from hfsm_runtime.contained.protocol import Answered, Deliver, Done, Failed, Message, Polled, Sample
 from hfsm_runtime.errors import ComponentError
 from visualhfsm.simulation import Behavior
-from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException
+from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError
 from zenoh_ice.exceptions import MarshalException, SystemException
 from zenoh_ice.interface import Operation
 from zenoh_ice.proxy import Call
 from zenoh_ice.transport import Arrived, Inlet, Parted, Target, encode_error
+
+from ._session import ContainedError
 
 Ask = Callable[[Message, type[Any], str], Any]
 
@@ -139,7 +142,9 @@ class Requests:
 
     def _deliver(self, stream: int, inlet: Inlet, arrived: Any) -> None:  # noqa: ANN401 - of the transport
         sample = _opened(inlet.open(arrived))
-        self._ask(Deliver(self.now, stream, sample), Done, "the function of a subscription")
+        # This comes while time passes, perhaps between two cycles: an error must not end what moves the time.
+        with suppress(ContainedError, ZenohIceError):
+            self._ask(Deliver(self.now, stream, sample), Done, "the function of a subscription")
 
     def _inlet(self, number: int) -> Inlet:
         if number not in self._inlets:

@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, BinaryIO, Final, NoReturn, TypeVar
 
@@ -257,7 +258,8 @@ def _named(message: Raised) -> Exception:
     name, text = message.error, printable(message.text)
     known = getattr(exceptions, name, None)
     if isinstance(known, type) and issubclass(known, SystemException):
-        return known(text)
+        with suppress(TypeError):  # one that has more than a text is no more than its name here
+            return known(text)
     if name == CommandRefusedException.__name__:
         return CommandRefusedException(text, message.holder)
     if name == HardwareFailedException.__name__:
