@@ -230,6 +230,7 @@ def test_a_pupil_gets_the_task_and_nothing_hidden(tmp_path: Path) -> None:
     assert task.startswith("# Di que sí tres veces")
     assert "| Después pasa a `done` | 2 |" in task
     assert (folder / "nod.xml").read_bytes() == (ROOT / "exercises/nod/start.xml").read_bytes()
+    (folder / "nod.xml").write_bytes((ROOT / "exercises/nod/solution/solution.xml").read_bytes())
     assert "1 of 1 succeed" in visualhfsm(folder, "trials", "nod.xml")
 
 

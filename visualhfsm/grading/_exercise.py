@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, Final
 
 from msgspec import Meta, Struct
+from msgspec.structs import replace
 
 from visualhfsm.trials import Plan, read_plan
 from visualhfsm.trials._plan import SUFFIX, Function
@@ -72,7 +73,7 @@ class Exercise(Struct, frozen=True, kw_only=True):
     title: Mapping[str, str]
     criteria: tuple[Criterion, ...]
     plans: Mapping[str, Plan]
-    """By name: `trials`, `hidden/far`; their document is a placeholder."""
+    """By name: `trials`, `hidden/far`; their document is a placeholder, and each goes on to its limit."""
     events: Mapping[str, Mapping[str, str]]
     """What disturbances are called in words, by their name."""
     mistakes: Mapping[str, float]
@@ -147,7 +148,7 @@ def _read_plan(path: Path) -> Plan:
             f"{path}: the trials of an exercise call no functions, since these are looked for beside a "
             f"document: write a criterion with judge = ... in {FILE}"
         )
-    return plan
+    return replace(plan, success=replace(plan.success, state=None))  # criteria may look at what comes after
 
 
 def _check(exercise: Exercise, source: str, text: str) -> None:

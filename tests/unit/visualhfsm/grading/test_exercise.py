@@ -57,7 +57,7 @@ def test_what_is_wrong_is_named(folder: Path, old: str, new: str, error: str) ->
 
 
 def test_a_plan_calls_no_functions_which_could_be_the_pupils(folder: Path) -> None:
-    change(folder, "[parameters]", '[success]\nfunction = "judge.py:nods"\n[parameters]', "trials.toml")
+    change(folder, 'state = "done"', 'function = "judge.py:nods"', "trials.toml")
     with pytest.raises(GradingError, match="write a criterion with judge"):
         read_exercise(folder)
 

@@ -123,6 +123,13 @@ def test_a_state_that_is_current_already_counts_at_once(folder: Path) -> None:
     assert (earned.points, earned.words) == (4.0, "is in `done` when the ball is gone; asked: within 0.5 s")
 
 
+def test_what_the_plan_asks_pupils_for_does_not_end_a_trial(folder: Path) -> None:
+    with (folder / "trials.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[success]\nstate = "done"\n')
+    marks = grade(folder, waits(1300))
+    assert marks.earned[2].words == "31 moments"
+
+
 def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
     marks = grade(folder, waits(1300, "1 / 0"))
     assert marks.points == 0.0
