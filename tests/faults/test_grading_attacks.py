@@ -125,6 +125,17 @@ ATTACKS: Final = {
     "reads another submission": Attack(
         "import pathlib\npathlib.Path({folder!r}, 'bob.xml').read_bytes()", "its code raised FileNotFoundError: "
     ),
+    "searches the packages": Attack(
+        "import os\nfound = []\nfor folder, _, files in os.walk('/packages'):\n"
+        "    for file in files:\n"
+        "        path = os.path.join(folder, file)\n"
+        "        if '/_shipped/' in path or '/trials/' in path or '/behaviors/' in path or file.endswith('.trials.toml') or (\n"
+        "                file.endswith('.xml') and b'<VisualHFSM' in open(path, 'rb').read()):\n"
+        "            found.append(path)\n"
+        "raise LookupError(f'found {{found}}')",
+        "its code raised LookupError: found []",
+        control=False,
+    ),
     "reads the passwords": Attack("open('/etc/shadow').read()", "its code raised FileNotFoundError: ", control=False),
     "reads homes": Attack("import os\nos.listdir('/home')", "its code raised FileNotFoundError: "),
     "writes marks": Attack(
