@@ -498,7 +498,8 @@ def test_what_a_submission_began_ends_with_the_judge(tmp_path: Path) -> None:
         "utf-8",
     )
     command = [sys.executable, "-c", JUDGE, str(path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as judge:
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}  # a killed judge leaves a folder behind
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as judge:
         assert judge.stdout is not None
         sandbox = int(judge.stdout.readline())
         judge.kill()
