@@ -58,7 +58,8 @@ def new(
 ) -> None:
     """Make a project: an interface, a program that serves it, a behavior, its test, a stack, files for Git.
 
-    They run at once, and are meant to be changed. Files that are there are never overwritten.
+    They run at once, and are meant to be changed. With --exercise it is a pupil's folder: a task, a document
+    to draw in, and the trials that pupils see. Files that are there are never overwritten.
     """
     if exercise is not None:
         _make_exercise(folder, exercise, language)

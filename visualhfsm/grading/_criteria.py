@@ -11,6 +11,7 @@ from msgspec import Meta, Struct
 
 from visualhfsm.trials import TrialsError
 from visualhfsm.trials._functions import FunctionFailed, call_function
+from zenoh_ice.text import encodable, printable
 
 from ._errors import GradingError
 from ._exercise import Criterion, Exercise
@@ -68,7 +69,11 @@ def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdi
     except TrialsError as error:
         raise GradingError(str(error)) from error
     except FunctionFailed as error:
-        return Verdict(0.0, say(language, "judge failed", reason=str(error)[:_LONGEST_WORDS]), failed=True)
+        return Verdict(
+            0.0,
+            say(language, "judge failed", reason=printable(encodable(str(error)), _LONGEST_WORDS)),
+            failed=True,
+        )
     except msgspec.ValidationError as error:
         raise GradingError(
             f"{folder / reference}: it must return a share from 0 to 1 and words, as in "
@@ -77,4 +82,4 @@ def _by_function(run: Run, reference: str, folder: Path, language: str) -> Verdi
     share, words = found
     if not isinstance(words, str):
         words = words.get(language) or next(iter(words.values()), "")
-    return Verdict(share, words[:_LONGEST_WORDS])
+    return Verdict(share, printable(encodable(words), _LONGEST_WORDS))

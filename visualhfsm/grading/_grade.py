@@ -14,6 +14,7 @@ from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm.simulation import DocumentInvalid
 from visualhfsm.trials import Outcome, TrialsError
 from visualhfsm.trials._trial import quiet, run_trial
+from zenoh_ice.text import encodable, printable
 
 from ._containment import Containment
 from ._criteria import Verdict, judge
@@ -128,7 +129,7 @@ class Grader:
     def _plain(self, error: str) -> str:
         """Return what an error says first, without the folder in which the document is graded."""
         text = error.replace(f"{self._document.parent}/", "").partition("\ntimeline of ")[0]
-        lines = [line for line in text.splitlines() if not _AROUND.search(line)]
+        lines = [printable(encodable(line)) for line in text.splitlines() if not _AROUND.search(line)]
         return _COMPILED.sub(r"\1", "\n".join(lines)).strip()[:_LONGEST_REASON]
 
     def _earned(self, criterion: Criterion, verdicts: Sequence[Verdict | None]) -> Earned:

@@ -139,6 +139,15 @@ def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
     )
 
 
+def test_what_a_submission_writes_into_reasons_controls_no_terminal(folder: Path) -> None:
+    (folder / "judge.py").write_text("def good(run):\n    return 0.5, run.calls()[0].text\n", "utf-8")
+    speech = "<iceinterface><nameinterface>Speech</nameinterface><interface>Speech</interface></iceinterface>"
+    text = waits(1300, r"self.Speech.say('\x1b[2J \u202e')").replace("<config>", f"<config>{speech}")
+    marks = grade(folder, text)
+    assert marks.earned[2].points == 0.5
+    assert marks.summary.isprintable()
+
+
 def test_a_document_that_cannot_be_run_has_no_points_and_a_reason(folder: Path) -> None:
     marks = grade(folder, waits(1300, "if :"))
     assert (marks.points, marks.of) == (0.0, 7.0)
