@@ -125,3 +125,16 @@ def test_a_recording_can_have_the_variables(tmp_path: Path) -> None:
         assert variables_of(behavior.tree.root.automaton) == {"count": "3", "list": "[1, 2, 3]"}
         behavior.advance(0.1)
         assert variables_of(behavior.tree.root.automaton) == {"count": "4", "list": "[1, 2, 3, 4]"}
+
+
+def test_numpy_computes_inside_as_it_does_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Results of other kernels differ in their last bits, and trials with them.
+    monkeypatch.setenv("OPENBLAS_CORETYPE", "Nehalem")
+    monkeypatch.setenv("SECRET", "of the teacher")
+    path = tmp_path / "asks.xml"
+    code = "seen = [os.environ.get(name) for name in ('OPENBLAS_CORETYPE', 'SECRET')]"
+    path.write_text(
+        document(sub(1, 0, state(1, "asks", code, initial=True), variables="seen = []"), libraries=("os",))
+    )
+    with Containment() as containment:
+        assert seen_of(containment.simulate, path, "seen")["variable"] == ["Nehalem", None]

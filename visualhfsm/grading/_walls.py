@@ -31,6 +31,8 @@ _DISK: Final = 32 << 20
 """Bytes of its temporary files."""
 _SITES: Final = ("site-packages", "dist-packages")
 """Names of folders with installed packages."""
+_NUMERIC: Final = ("OPENBLAS_", "NPY_")
+"""Beginnings of the variables that choose how NumPy computes: inside it is to compute as it does outside."""
 _NOBODY: Final = "65534"
 _PROBE_LIMIT: Final = 30.0  # s
 
@@ -99,6 +101,7 @@ def _bubblewrap(include: Sequence[Path], hidden: Sequence[Path]) -> list[str]:
     command += ["--remount-ro", "/dev", "--remount-ro", "/", "--chdir", "/tmp"]  # noqa: S108
     sites = [str(place) for place in seen.values() if _is_site(place)]
     environment = {
+        **{name: value for name, value in os.environ.items() if name.startswith(_NUMERIC)},
         "HOME": "/tmp",  # noqa: S108
         "LANG": "C.UTF-8",
         "PYTHONDONTWRITEBYTECODE": "1",
