@@ -66,6 +66,10 @@ TESTS = {
     ),
     "client killed": (FAULTS, "test_server_is_notified_of_a_killed_client"),
     "client ends": (FAULTS, "test_server_is_notified_of_a_client_that_ends"),
+    "client killed right after its first call": (
+        FAULTS,
+        "test_a_client_that_ended_before_its_token_came_is_lost",
+    ),
     "client frozen": (FAULTS, "test_server_is_notified_of_a_frozen_client"),
     "identity served already": (FAULTS, "test_identity_of_another_process_is_refused"),
     "two servers that meet late": (
