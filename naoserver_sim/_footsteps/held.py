@@ -49,6 +49,10 @@ class HeldPosture:
         ahead = cmath.rect(1.0, estimator.heading_of(foot))
         return estimator.place_of(foot) + complex(away[0], away[1]) * ahead
 
+    def is_over(self, foot: int) -> bool:
+        """Return whether the center of mass is over a sole, so that the foot alone can bear it."""
+        return abs(float(self._center_over(foot)[1])) <= self._footsteps.sole_half[1]
+
     def is_stance(self) -> bool:
         """Return whether it stands on both flat feet, about as high as in the walk, its pelvis upright."""
         limbs, footsteps = self._limbs, self._footsteps

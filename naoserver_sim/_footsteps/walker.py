@@ -205,7 +205,7 @@ class FootstepWalker(CommandedWay):
             return
         left, right = self._loads.shares
         support = LEFT if left >= right else RIGHT
-        bearing = support if min(left, right) < _CARRIES else None
+        bearing = support if min(left, right) < _CARRIES and held.is_over(support) else None
         place = held.center(support, estimator)
         zmp = place + (1.0 + self._footsteps.standing_gain) * (estimator.capture_point - place)
         self._zmp = zmp

@@ -126,3 +126,14 @@ def test_it_kicks_a_ball_from_where_the_body_says_that_one_may_lie(
     assert abs(rolled) > 0.5
     assert abs(cmath.phase(rolled)) < 0.25
     assert rig.posture == "StandInit"
+
+
+@pytest.mark.parametrize("motion", ["kick", "kick_left"])
+@pytest.mark.parametrize("body", BODIES)
+def test_it_kicks_again_and_again(rigs: MakeRig, body: str, motion: str) -> None:
+    rig = rigs(body)
+    for _ in range(3):
+        assert rig.go("StandInit").status is ActionStatus.Done
+        rig.let_go(1.0)
+        rig.begin(motion)
+        assert largest_tilt(rig) < 10.0
