@@ -132,6 +132,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   get whyOffline() {
     if (this.lockedOut)
       return "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.";
+    if (this.greeting.key === "")
+      return "The editor is offline; your work is kept there. This page connects again by itself when the editor runs again. If that takes long, load it again: you may have to log in, or to start your server.";
     if (this.refused)
       return "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too.";
     const place = location.pathname === "/" ? `on port ${location.port}` : "again";
