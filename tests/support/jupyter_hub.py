@@ -28,6 +28,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from tests.support.limits import CALL_LIMIT, END_LIMIT, PAGE_LIMIT, START_LIMIT
+from tests.support.pages import DOCS, blocks_of
 from tests.support.places import ROOT
 from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, module
@@ -47,7 +48,6 @@ c.JupyterHub.spawner_class = "simple"
 c.SimpleLocalProcessSpawner.home_dir_template = {homes!r} + "/{{username}}"
 c.Spawner.cmd = [{python!r}, "-m", "jupyterhub.singleuser"]
 c.Spawner.args = ["--allow-root"]
-c.Spawner.default_url = "/visualhfsm/"
 c.Spawner.poll_interval = 1
 c.Spawner.start_timeout = c.Spawner.http_timeout = {patience}
 c.Spawner.environment = {environment!r}
@@ -183,9 +183,18 @@ def _is_editor(process: psutil.Process) -> bool:
     return words[2:5] == ["-m", "visualhfsm", "edit"]
 
 
+def _settings_of_the_page() -> str:
+    """Return what a school adds to the configuration of its hub."""
+    blocks = blocks_of((DOCS / "how-to/classroom.md").read_text("utf-8"))
+    return "".join(block.text for block in blocks if block.language == "python")
+
+
 @contextlib.contextmanager
-def jupyter_hub(folder: Path) -> Iterator[Hub]:
-    """Start a hub with everything that it keeps in a folder; without the programs for it, skip the test."""
+def jupyter_hub(folder: Path, *, cameras: bool = False) -> Iterator[Hub]:
+    """Start a hub with everything that it keeps in a folder; without the programs for it, skip the test.
+
+    Setting up the `cameras` of simulations takes most of their start.
+    """
     for package in ("jupyterhub", "jupyter_server_proxy"):
         if find_spec(package) is None:
             pytest.skip(f"needs the package {package}: pip install jupyterhub 'visualhfsm[jupyter]'")
@@ -194,9 +203,8 @@ def jupyter_hub(folder: Path) -> Iterator[Hub]:
     homes = folder / "homes"
     homes.mkdir()
     port = free_port()
-    # Cameras take long to start, and the hub's users get nothing else of the environment of the tests.
-    environment = {
-        "MUJOCO_GL": "disable",
+    environment = {  # the hub passes on little else
+        **({} if cameras else {"MUJOCO_GL": "disable"}),
         "PYTHONPATH": str(ROOT),
         "TMPDIR": os.environ.get("TMPDIR", "/tmp"),
         "VISUALHFSM_TIMEOUT": str(CALL_LIMIT),
@@ -212,7 +220,7 @@ def jupyter_hub(folder: Path) -> Iterator[Hub]:
         environment=environment,
         secret=_SECRET,
     )
-    (folder / "jupyterhub_config.py").write_text(config)
+    (folder / "jupyterhub_config.py").write_text(config + _settings_of_the_page())
     process = ComponentProcess(module("jupyterhub", "-f", "jupyterhub_config.py"), cwd=folder)
     with process:
         process.wait_for("JupyterHub is now running")
