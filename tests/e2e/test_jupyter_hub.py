@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.browser import new_window
-from tests.support.jupyter_hub import Hub, jupyter_hub
+from tests.support.jupyter_hub import SERVER_LIMIT, Hub, jupyter_hub
 from tests.support.limits import RUN_LIMIT, START_LIMIT
 from tests.support.processes import assert_gone
 
@@ -30,7 +30,7 @@ def page(hub: Hub, browser: Browser) -> Iterator[Page]:
     page.get_by_label("Username").fill(NAME)
     page.get_by_label("Password").fill("any")
     page.get_by_role("button", name="Sign in").click()
-    page.wait_for_url(f"**/user/{NAME}/visualhfsm/", timeout=START_LIMIT * 1000)
+    page.wait_for_url(f"**/user/{NAME}/visualhfsm/", timeout=SERVER_LIMIT * 1000)
     yield page
     page.context.close()
 

@@ -33,7 +33,10 @@ from tests.support.places import ROOT
 from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, module
 
-__all__ = ["Hub", "Login", "jupyter_hub"]
+__all__ = ["SERVER_LIMIT", "Hub", "Login", "jupyter_hub"]
+
+SERVER_LIMIT: Final = 3.0 * START_LIMIT
+"""The hub, or the Jupyter server of a user, has loaded its hundreds of modules and answers."""
 
 _PROXY: Final = ROOT / "tests/hub/node_modules/.bin/configurable-http-proxy"
 _SECRET: Final = "secret-of-the-service-that-ends-servers"
@@ -83,7 +86,7 @@ class Login:
         """Start the user's server unless it runs, and wait until it answers."""
         if not self.hub.server(self.name):
             self.hub.ask("POST", f"users/{quote(self.name)}/server")
-        self.hub.wait(lambda: self.hub.server(self.name).get("ready"), START_LIMIT)
+        self.hub.wait(lambda: self.hub.server(self.name).get("ready"), SERVER_LIMIT)
 
     @contextlib.contextmanager
     def socket(self, path: str, origin: str | None = None) -> Iterator[ClientConnection]:
@@ -216,12 +219,12 @@ def jupyter_hub(folder: Path, *, cameras: bool = False) -> Iterator[Hub]:
         proxy=str(_PROXY),
         homes=str(homes),
         python=sys.executable,
-        patience=int(START_LIMIT),
+        patience=int(SERVER_LIMIT),
         environment=environment,
         secret=_SECRET,
     )
     (folder / "jupyterhub_config.py").write_text(config + _settings_of_the_page())
     process = ComponentProcess(module("jupyterhub", "-f", "jupyterhub_config.py"), cwd=folder)
     with process:
-        process.wait_for("JupyterHub is now running")
+        process.wait_for("JupyterHub is now running", SERVER_LIMIT)
         yield Hub(process, f"http://127.0.0.1:{port}", homes)

@@ -53,6 +53,7 @@ def test_the_editor_listens_at_the_socket_of_the_proxy_alone() -> None:
     assert "port" not in entry
 
 
+@pytest.mark.slow  # another process loads Jupyter
 def test_the_command_serves_the_current_folder_at_the_socket(tmp_path: Path) -> None:
     words = command(tmp_path)
     assert words[0] == "setsid"
@@ -61,12 +62,14 @@ def test_the_command_serves_the_current_folder_at_the_socket(tmp_path: Path) -> 
     ]  # fmt: skip
 
 
+@pytest.mark.slow  # another process loads Jupyter
 def test_braces_in_a_path_are_not_taken_for_what_is_to_be_replaced(tmp_path: Path) -> None:
     folder = tmp_path / "{class} {port} }{"
     folder.mkdir()
     assert command(folder)[-1] == f"--root={folder}"
 
 
+@pytest.mark.slow  # another process loads Jupyter
 def test_the_editor_has_the_folder_that_jupyter_shows(tmp_path: Path) -> None:
     pytest.importorskip("jupyter_server")
     shown = tmp_path / "shown"
@@ -75,7 +78,7 @@ def test_the_editor_has_the_folder_that_jupyter_shows(tmp_path: Path) -> None:
     assert command(tmp_path, before)[-1] == f"--root={shown}"
 
 
-def test_the_launcher_has_an_icon(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_launcher_has_an_icon() -> None:
     entry = editor_in_jupyter()["launcher_entry"]
     assert Path(entry["icon_path"]).read_text("utf-8").startswith("<svg")
 
