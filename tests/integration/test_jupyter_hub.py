@@ -194,12 +194,23 @@ def test_no_process_is_left_of_a_server_that_ends(hub: Hub, ana: Login, end: str
         assert "walk.xml" in names(shown)
 
 
-def test_the_editor_listens_where_only_its_user_can_connect(hub: Hub, ana: Login) -> None:
-    with window(ana):
-        (path,) = (
-            Path(word.partition("=")[2])
-            for word in hub.editor(ana.name).cmdline()
-            if word.startswith("--socket=")
-        )
-        assert path.stat().st_mode & 0o777 == 0o600
-        assert path.parent.stat().st_mode & 0o777 == 0o700
+@pytest.mark.sim
+def test_editor_robot_and_behavior_listen_where_only_their_user_may_enter(hub: Hub, ana: Login) -> None:
+    with window(ana) as shown:
+        run_on_a_robot(shown)
+        _, *processes = hub.processes(ana.name)
+        places = sockets(processes)
+        assert len(places) >= 4  # of the page, and at which editor, robot and behavior meet
+        for place in places:
+            assert place.is_absolute()  # no abstract name, which has no rights
+            assert place.parent.stat().st_mode & 0o077 == 0
+
+
+def sockets(processes: list[psutil.Process]) -> set[Path]:
+    """Return the Unix sockets in folders that processes have; those in /proc are deleted, and have no place."""
+    return {
+        Path(each.laddr)
+        for process in processes
+        for each in process.net_connections("unix")
+        if each.laddr and not each.laddr.startswith("/proc/self/")
+    }
