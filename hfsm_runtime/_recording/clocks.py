@@ -72,37 +72,41 @@ class InterceptedTimeline(Timeline):
         return int(self._ask("component", super().now, None))
 
 
-@contextmanager
-def intercepted_time(component: type, ask: Ask) -> Iterator[None]:
-    """Intercept what user code reads of the module `time`, in a `with` block.
+class InterceptedTime:
+    """The module `time` that user code sees instead of the real one."""
 
-    Its functions are replaced in the modules of the component and of its extension, where these have imported
-    them, and in imports within their functions where a module has its own builtins.
-    """
-    made = {name: _intercepted(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
-    stand_in = ModuleType("time", time.__doc__)
-    vars(stand_in).update({**vars(time), **made})
-    functions = {getattr(time, name): made[name] for name in _TIME_FUNCTIONS}
+    def __init__(self, ask: Ask) -> None:
+        made = {name: _intercepted(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
+        self._functions: Final = {getattr(time, name): made[name] for name in _TIME_FUNCTIONS}
+        self._module: Final = ModuleType("time", time.__doc__)
+        vars(self._module).update({**vars(time), **made})
 
-    def import_(name: str, *arguments: Any) -> Any:  # noqa: ANN401 - those of __import__
-        return stand_in if name == "time" else builtins.__import__(name, *arguments)
+    @contextmanager
+    def shown_to(self, component: type) -> Iterator[None]:
+        """Show it to user code in a `with` block.
 
-    genuine: list[tuple[dict[str, Any], str, object]] = []
-    for module in _modules(component):
-        for name, value in list(module.items()):
-            is_function = getattr(value, "__module__", None) == "time" and value in functions
-            if value is time or is_function:
-                genuine.append((module, name, value))
-                module[name] = functions[value] if is_function else stand_in
-        own = module.get("__builtins__")
-        if isinstance(own, dict) and own is not vars(builtins):
-            genuine.append((own, "__import__", own["__import__"]))
-            own["__import__"] = import_
-    try:
-        yield
-    finally:
-        for namespace, name, value in genuine:
-            namespace[name] = value
+        It is replaced in the modules of the component and of its extension, where these have imported it or
+        its functions, and in imports within their functions where a module has its own builtins.
+        """
+        genuine: list[tuple[dict[str, Any], str, object]] = []
+        for module in _modules(component):
+            for name, value in list(module.items()):
+                is_function = getattr(value, "__module__", None) == "time" and value in self._functions
+                if value is time or is_function:
+                    genuine.append((module, name, value))
+                    module[name] = self._functions[value] if is_function else self._module
+            own = module.get("__builtins__")
+            if isinstance(own, dict) and own is not vars(builtins):
+                genuine.append((own, "__import__", own["__import__"]))
+                own["__import__"] = self._import
+        try:
+            yield
+        finally:
+            for namespace, name, value in genuine:
+                namespace[name] = value
+
+    def _import(self, name: str, *arguments: Any) -> Any:  # noqa: ANN401 - those of __import__
+        return self._module if name == "time" else builtins.__import__(name, *arguments)
 
 
 def _modules(component: type) -> list[dict[str, Any]]:

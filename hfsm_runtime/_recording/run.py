@@ -39,7 +39,7 @@ from ..errors import (
 )
 from ..source_map import sources_of
 from ..tree import Replaced, Run, Tree
-from .clocks import InterceptedClock, InterceptedTimeline, intercepted_time
+from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
 
@@ -91,7 +91,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         logging.getLogger().addHandler(log)
         with contextlib.ExitStack() as stack:
             stack.enter_context(recorded_proxies(component, recorder))
-            stack.enter_context(intercepted_time(type(component), recorder.ask))
+            stack.enter_context(InterceptedTime(recorder.ask).shown_to(type(component)))
             if ros_of(component):
                 from .ros import recorded_ros  # only components that use ROS need its libraries
 

@@ -16,7 +16,7 @@ from zenoh_ice.clock import VirtualClock
 
 from .._automaton import Automaton, Transition
 from .._automaton_run import make_event
-from .._recording.clocks import InterceptedClock, InterceptedTimeline, intercepted_time
+from .._recording.clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .._recording.recorder import Recorder, automaton_context
 from .._recording.run import MONITOR, START, restore_random
 from .._timeline import slot_after
@@ -173,7 +173,7 @@ class Replay(Observer):
             from .._recording.ros import replayed_ros  # only components that use ROS need its libraries
 
             replayed_ros(component, self.answers.ask, self._differs)
-        self._stack.enter_context(intercepted_time(type(component), self.answers.ask))
+        self._stack.enter_context(InterceptedTime(self.answers.ask).shown_to(type(component)))
 
     def _differs(self, what: str, recorded: object, replayed: object) -> None:
         """Report a message that code sends over ROS and that differs from the recorded one."""

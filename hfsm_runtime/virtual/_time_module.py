@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from zenoh_ice.clock import VirtualClock
 
-from .._recording.clocks import intercepted_time
+from .._recording.clocks import InterceptedTime
 from ..component import Component
 
 
@@ -26,6 +26,7 @@ class TimeModule:
         self._sleep: Final = sleep
         self._date: Final = time.time() - clock.now()
         self._thread = threading.get_ident()
+        self._shown: Final = InterceptedTime(self._read)
 
     def take_over(self) -> None:
         """Let this thread be the one whose code sees virtual time."""
@@ -33,7 +34,7 @@ class TimeModule:
 
     def shown_to(self, component: Component) -> AbstractContextManager[None]:
         """Let the module follow the clock in a `with` block, in the code of this component."""
-        return intercepted_time(type(component), self._read)
+        return self._shown.shown_to(type(component))
 
     def _read(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> object:
         name = kind.removeprefix("time.")

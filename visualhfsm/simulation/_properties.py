@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -19,10 +20,18 @@ Check = tuple[str, Callable[[Behavior], object]]
 """What is checked, and a function that returns whether it holds."""
 
 
-def stated_properties(document: Path) -> list[Stated]:
+def stated_properties(document: Path) -> tuple[Stated, ...]:
     """Return the properties of a document. Raises DocumentInvalid."""
-    model = read_model(read(document), document)
-    return [Stated(each, model) for each in model.document.properties]
+    return _stated(document, document.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _stated(path: Path, changed: int) -> tuple[Stated, ...]:  # noqa: ARG001 - read again when it was edited
+    content = read(path)
+    if not content.properties:
+        return ()
+    model = read_model(content, path)  # follows all code: as long as a second of a behavior takes
+    return tuple(Stated(each, model) for each in model.document.properties)
 
 
 class Stated:
