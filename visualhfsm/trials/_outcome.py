@@ -18,7 +18,7 @@ class Change(Struct, frozen=True, array_like=True):
     """The path of current states; those of all branches, separated by commas."""
 
 
-class Outcome(Struct, frozen=True, kw_only=True, omit_defaults=True):
+class Outcome(Struct, frozen=True, kw_only=True):
     """What a trial came to: the same each time and everywhere."""
 
     number: int

@@ -39,26 +39,31 @@ class Processes:
 
     def run(self, task: Task) -> Outcome:
         """Run a task in the process of this thread. Raises TrialsError for a plan that is not possible."""
-        for _ in range(_ATTEMPTS):
-            try:
-                return self._ask(task, task.plan.patience)
-            except KilledError:
-                reason = f"its process was killed {_ATTEMPTS} times, perhaps for want of memory"
-            except TooSlowError:
-                reason = f"took more than {task.plan.patience:g} s"
-                break
-            except NoAnswerError:
-                reason = "ended its process"
-                break
+        try:
+            return self._ask(task, task.plan.patience)
+        except KilledError:
+            reason = f"its process was killed {_ATTEMPTS} times, perhaps for want of memory"
+        except TooSlowError:
+            reason = f"took more than {task.plan.patience:g} s"
+        except NoAnswerError:
+            reason = "ended its process"
         try:
             return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=reason)
         except NoAnswerError as error:
             raise TrialsError(f"trial {task.number} cannot be drawn: {error}") from error
 
     def _ask(self, task: Task, patience: float) -> Outcome:
-        if self._closed:
-            raise TrialsError("the trials have been ended")
-        answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
+        """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""
+        question = base64.b64encode(pickle.dumps(task))
+        for attempt in range(1, _ATTEMPTS + 1):
+            if self._closed:
+                raise TrialsError("the trials have been ended")
+            try:
+                answer = self._process().ask(question, patience)
+                break
+            except KilledError:
+                if attempt == _ATTEMPTS:
+                    raise
         try:
             found = msgspec.json.decode(answer, type=Answer)
         except msgspec.MsgspecError as error:

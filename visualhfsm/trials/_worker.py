@@ -7,6 +7,7 @@ costs itself. The random order of sets is fixed by the environment of the proces
 from __future__ import annotations
 
 import base64
+import gc
 import pickle
 import resource
 import shutil
@@ -67,11 +68,17 @@ class _Worker:
         self._folder = folder
         self._digest = ""
         self._here = Path()
+        self._warm = False
 
     def answer(self, line: bytes) -> bytes:
         """Return the answer to a task."""
         task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
-        return msgspec.json.encode(self._run(task))
+        answer = msgspec.json.encode(self._run(task))
+        gc.collect()  # a trial leaves cycles behind, and the next one is to have all memory
+        if not self._warm:
+            self._warm = True
+            gc.freeze()  # all is imported now
+        return answer
 
     def _run(self, task: Task) -> Answer:
         if task.snapshot.digest != self._digest:

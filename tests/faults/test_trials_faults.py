@@ -1,0 +1,270 @@
+"""Whatever is killed while trials run, or fills up, the same command goes on, and its table is as undisturbed.
+
+Each fault comes at a random moment, once; `TEST_EXAMPLES=30` causes each of them thirty times.
+"""
+
+from __future__ import annotations
+
+import random
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import psutil
+import pytest
+
+from tests.support.dask_cluster import DaskCluster
+from tests.support.documents import document, state, sub, transition
+from tests.support.examples import examples
+from tests.support.limits import FOREVER
+from tests.support.places import ROOT
+from tests.support.processes import ComponentProcess, assert_gone, children, module
+from tests.support.waiting import until
+
+pytestmark = pytest.mark.slow
+
+RUNS: Final = 24
+TIMES: Final = range(examples(1))
+WORKER: Final = "visualhfsm.trials._worker"
+ENVIRONMENT: Final = {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+
+_PARAMETERS: Final = (
+    "<parameters><parameter><name>weight</name><type>float</type><default>1</default></parameter>"
+    "<parameter><name>mishap</name><type>int</type><default>0</default></parameter></parameters>"
+)
+ROLLS: Final = document(
+    sub(
+        1,
+        0,
+        state(
+            1,
+            "rolling",
+            "throws.append(random.randint(1, 6) * self.weight)\n"
+            "if self.mishap == 1:\n    os._exit(3)\n"
+            "if self.mishap == 2:\n    kept = bytearray(900 << 20)",
+            initial=True,
+        ),
+        state(2, "won"),
+        transition(1, 1, 2, "sum(throws) > 20", name="enough"),
+        variables="throws = []",
+    ),
+    libraries=("random", "os"),
+    head=_PARAMETERS,
+)
+"""It may end its process, or need more memory than it may have."""
+PLAN: Final = f"""
+robot = "none"
+runs = {RUNS}
+seed = 10
+limit = 0.8
+memory = 600
+parameters.weight = {{ from = 0.5, to = 1.5 }}
+parameters.mishap = [{"0, " * 18} 1, 2]
+success.state = "won"
+"""
+HANGS: Final = document(
+    sub(1, 0, state(1, "only", "while self.endless:\n    pass", initial=True)),
+    head="<parameters><parameter><name>endless</name><type>bool</type><default>False</default></parameter></parameters>",
+)
+HANGING_PLAN: Final = """
+robot = "none"
+runs = 4
+limit = 0.8
+patience = 10
+seed = 7
+parameters.endless = [false, false, true]
+"""
+
+
+@dataclass(frozen=True)
+class Series:
+    """A folder with a document and a plan, and what its trials come to."""
+
+    folder: Path
+    arguments: tuple[str, ...] = ("trials", "rolls.xml", "--workers", "2")
+
+    @property
+    def outcomes(self) -> Path:
+        """The file of outcomes."""
+        return self.folder / "rolls.outcomes.jsonl"
+
+    @property
+    def done(self) -> int:
+        """How many outcomes are there."""
+        return self.outcomes.read_bytes().count(b"\n") - 1 if self.outcomes.exists() else 0
+
+    def until_done(self, number: int) -> None:
+        """Wait until so many outcomes are there."""
+        until(lambda: self.done >= number, FOREVER)
+
+    @contextmanager
+    def running(self, *arguments: str, command: Sequence[str] = ()) -> Iterator[ComponentProcess]:
+        """Run the command in a `with` block."""
+        full = [*(command or module("visualhfsm")), *self.arguments, *arguments]
+        with ComponentProcess(full, ENVIRONMENT, cwd=self.folder) as client:
+            yield client
+
+    def finish(self, *arguments: str) -> tuple[bytes, list[bytes]]:
+        """Run the command to its end; return the table, and the lines of outcomes in order."""
+        with self.running(*arguments) as client:
+            assert client.wait(FOREVER) == 0, client.output
+        lines = self.outcomes.read_bytes().splitlines(keepends=True)
+        return self.outcomes.with_suffix(".csv").read_bytes(), sorted(lines)
+
+
+def series(folder: Path, text: str = ROLLS, plan: str = PLAN) -> Series:
+    folder.mkdir()
+    (folder / "rolls.xml").write_text(text, encoding="utf-8")
+    (folder / "rolls.trials.toml").write_text(plan, encoding="utf-8")
+    return Series(folder)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, list[bytes]]:
+    table, lines = series(tmp_path_factory.mktemp("undisturbed") / "documents").finish()
+    assert table.count(b"\n") == len(lines) == RUNS + 1
+    assert table.count(b",ended its process,") >= 1
+    assert table.count(b"MemoryError") >= 1
+    assert table.count(b",true,") >= 1
+    return table, lines
+
+
+def moment(number: int, kind: str) -> int:
+    """Return the number of outcomes after which a fault comes."""
+    return random.Random(f"{kind}/{number}").randrange(1, RUNS // 2)
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_killed_processes_change_nothing(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    first = moment(number, "processes")
+    with disturbed.running() as client:
+        for done in (first, first + 3, first + 6):
+            disturbed.until_done(done)
+            for each in children(WORKER):
+                each.kill()
+        assert client.wait(FOREVER) == 0, client.output
+    assert disturbed.finish() == undisturbed
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_a_killed_command_goes_on(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    with disturbed.running() as client:
+        disturbed.until_done(moment(number, "client"))
+        below = children(WORKER)
+        client.process.kill()
+        client.wait()
+        assert_gone(below)
+    # As if the computer had lost its power while the last line was written.
+    kept = disturbed.outcomes.read_bytes()
+    last = kept.rindex(b"\n", 0, -1) + 1
+    disturbed.outcomes.write_bytes(kept[: random.Random(number).randrange(last, len(kept))])
+    assert disturbed.finish() == undisturbed
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_ctrl_c_twice_keeps_what_is_done(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    with disturbed.running() as client:
+        disturbed.until_done(moment(number, "ctrl-c"))
+        below = children(WORKER)
+        client.process.send_signal(signal.SIGINT)
+        client.process.send_signal(signal.SIGINT)
+        assert client.wait() == 130, client.output
+        assert_gone(below)
+    assert "the same command goes on" in client.output
+    assert disturbed.finish() == undisturbed
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_a_full_disk_keeps_what_is_done(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    size = sum(map(len, undisturbed[1]))
+    most = random.Random(number).randrange(size // 4, size * 3 // 4)
+    limited = (
+        f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most})); "
+        "from visualhfsm.__main__ import main; main()"
+    )
+    with disturbed.running(command=[sys.executable, "-c", limited]) as client:
+        assert client.wait(FOREVER) == 1, client.output
+    assert "cannot be kept" in client.output
+    assert "the same command goes on with what is there" in client.output
+    assert 1 <= disturbed.done < RUNS
+    assert disturbed.finish() == undisturbed
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, number: int) -> None:
+    undisturbed = series(tmp_path / "undisturbed", HANGS, HANGING_PLAN).finish()
+    assert undisturbed[0].count(b",took more than 10 s,") == 1
+    disturbed = series(tmp_path / "documents", HANGS, HANGING_PLAN)
+    with disturbed.running() as client:
+        disturbed.until_done(3)  # only that one is left
+        for each in children(WORKER):
+            each.kill()
+        assert client.wait(FOREVER) == 0, client.output
+    assert disturbed.finish() == undisturbed
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
+    with DaskCluster(tmp_path_factory.mktemp("cluster"), workers=3) as cluster:
+        yield cluster
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_killed_workers_of_a_cluster_change_nothing(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], cluster: DaskCluster, number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    there = ("--cluster", cluster.address)
+    with disturbed.running(*there) as client:
+        disturbed.until_done(moment(number, "workers"))
+        below: list[psutil.Process] = []
+        for worker in cluster.workers[-3:-1]:
+            below += cluster.kill(worker)
+            cluster.add_worker()
+        assert client.wait(FOREVER) == 0, client.output
+    assert_gone(below)
+    assert disturbed.finish(*there) == undisturbed
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_the_next_command_uses_the_cluster_of_a_killed_one(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], cluster: DaskCluster, number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    there = ("--cluster", cluster.address)
+    with disturbed.running(*there) as client:
+        disturbed.until_done(moment(number, "client of a cluster"))
+        client.process.kill()
+    assert disturbed.finish(*there) == undisturbed
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_a_killed_scheduler_keeps_what_is_done(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
+) -> None:
+    disturbed = series(tmp_path / "documents")
+    with (
+        DaskCluster(tmp_path / "cluster", workers=2) as cluster,
+        disturbed.running("--cluster", cluster.address) as client,
+    ):
+        disturbed.until_done(moment(number, "scheduler"))
+        cluster.kill(cluster.scheduler)
+        assert client.wait(FOREVER) == 1, client.output
+        assert "What is done is kept, and the same command goes on" in client.output
+    assert disturbed.finish() == undisturbed
