@@ -80,9 +80,9 @@ def grade(
     if submissions is None:
         _check(console, found, spoken, workers, unsafe=unsafe)
         return
+    from ._marks import write_table
     from ._page import write_index
     from ._submissions import find_submissions
-    from ._table import write_table
     from ._terminal import show
 
     handed_in = find_submissions(submissions)

@@ -1,10 +1,14 @@
-"""The marks of a submission: what each criterion earned, and why."""
+"""The marks of a submission: what each criterion earned, and why; and those of a class as a table."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+
+from visualhfsm._csv_file import write_csv
 
 from ._words import say
 
@@ -71,3 +75,22 @@ class Marks(Struct, frozen=True, kw_only=True):
             ),
             reason=reason,
         )
+
+
+def write_table(path: Path, exercise: Exercise, language: str, marks: Sequence[Marks]) -> None:
+    """Write a row for each submission as CSV: all points, those of each criterion, and why.
+
+    Raises VisualHfsmError.
+    """
+    asks = [each.asks[exercise.language(language)] for each in exercise.criteria]
+    rows = [
+        [
+            each.name,
+            f"{each.points:g}",
+            f"{each.of:g}",
+            *(f"{earned.points:g}" for earned in each.earned),
+            each.summary,
+        ]
+        for each in marks
+    ]
+    write_csv(path, [["name", "points", "of", *asks, "reasons"], *rows])

@@ -17,8 +17,7 @@ from ._plan import Plan
 from ._quantities import Value
 from ._record import Record
 from ._series import Series, open_pool
-from ._summary import Summary, summarize
-from ._table import write_table
+from ._summary import Summary, summarize, write_table
 from ._tuning import Tuning
 
 

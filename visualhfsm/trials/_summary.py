@@ -12,6 +12,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from visualhfsm._csv_file import write_csv
+
 from ._outcome import Outcome
 from ._quantities import Value, Values
 from ._record import read_outcomes
@@ -166,6 +168,27 @@ class Summary:
 def summarize(path: Path, varying: Sequence[str], runs: int) -> Summary:
     """Return the summary of the first `runs` trials in a file of outcomes. Raises TrialsError."""
     return Summary((each for each in read_outcomes(path) if each.number < runs), varying)
+
+
+def write_table(path: Path, summary: Summary) -> None:
+    """Write a row for each trial as CSV: what it came to, its quantities, and its numbers.
+
+    Raises VisualHfsmError.
+    """
+    values = list(dict.fromkeys(name for row in summary.rows for name in row.values))
+    numbers = list(dict.fromkeys(name for row in summary.rows for name in row.numbers))
+    rows = [
+        [
+            row.number,
+            row.success,
+            row.reason,
+            row.states,
+            *(row.values.get(name, "") for name in values),
+            *(row.numbers.get(name, "") for name in numbers),
+        ]
+        for row in summary.rows
+    ]
+    write_csv(path, [["number", "success", "reason", "states", *values, *numbers], *rows])
 
 
 def _float(value: Value) -> float:

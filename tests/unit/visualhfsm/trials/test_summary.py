@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from visualhfsm._errors import VisualHfsmError
 from visualhfsm.trials import Outcome, Plan, Spread, Summary, TrialsError
 from visualhfsm.trials._comparison import Comparison
 from visualhfsm.trials._outcome import Change
 from visualhfsm.trials._page import trials_page
 from visualhfsm.trials._record import Header, Record
-from visualhfsm.trials._summary import summarize
-from visualhfsm.trials._table import write_table
+from visualhfsm.trials._summary import summarize, write_table
 from visualhfsm.trials._terminal import show, show_comparison
 from visualhfsm.trials._view import view_of
 
@@ -104,7 +104,7 @@ def test_the_order_in_which_trials_end_does_not_matter(summary: Summary) -> None
 
 def test_the_table_has_a_row_for_each_trial(summary: Summary, tmp_path: Path) -> None:
     write_table(tmp_path / "walk.csv", summary)
-    rows = list(csv.DictReader(io.StringIO((tmp_path / "walk.csv").read_text())))
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "walk.csv").read_text("utf-8-sig"))))
     assert len(rows) == 100
     assert rows[3] == {
         "number": "3",
@@ -114,14 +114,14 @@ def test_the_table_has_a_row_for_each_trial(summary: Summary, tmp_path: Path) ->
         "robot.x": "0.03",
         "robot.y": "-0.03",
         "light": "bright",
-        "noise": "True",
+        "noise": "true",
         "time": "3.03",
         "falls": "0.0",
     }
 
 
 def test_a_table_that_cannot_be_written_is_named(summary: Summary, tmp_path: Path) -> None:
-    with pytest.raises(TrialsError, match="the table cannot be written"):
+    with pytest.raises(VisualHfsmError, match="the table cannot be written"):
         write_table(tmp_path / "nowhere" / "walk.csv", summary)
 
 
