@@ -117,7 +117,7 @@ class Series:
 
 
 def series(folder: Path, text: str = ROLLS, plan: str = PLAN) -> Series:
-    folder.mkdir()
+    folder.mkdir(parents=True)
     (folder / "rolls.xml").write_text(text, encoding="utf-8")
     (folder / "rolls.trials.toml").write_text(plan, encoding="utf-8")
     return Series(folder)
@@ -208,7 +208,7 @@ def test_a_full_disk_keeps_what_is_done(
 
 @pytest.mark.parametrize("number", TIMES)
 def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, number: int) -> None:
-    undisturbed = series(tmp_path / "undisturbed", HANGS, HANGING_PLAN).finish()
+    undisturbed = series(tmp_path / "undisturbed" / "documents", HANGS, HANGING_PLAN).finish()
     assert undisturbed[0].count(b",took more than 10 s,") == 1
     disturbed = series(tmp_path / "documents", HANGS, HANGING_PLAN)
     with disturbed.running() as client:
@@ -219,39 +219,24 @@ def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, numbe
     assert disturbed.finish() == undisturbed
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
-    with DaskCluster(tmp_path_factory.mktemp("cluster"), workers=3) as cluster:
-        yield cluster
-
-
 @pytest.mark.parametrize("number", TIMES)
-def test_killed_workers_of_a_cluster_change_nothing(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], cluster: DaskCluster, number: int
+def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
+    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
 ) -> None:
     disturbed = series(tmp_path / "documents")
-    there = ("--cluster", cluster.address)
-    with disturbed.running(*there) as client:
-        disturbed.until_done(moment(number, "workers"))
-        below: list[psutil.Process] = []
-        for worker in cluster.workers[-3:-1]:
-            below += cluster.kill(worker)
-            cluster.add_worker()
-        assert client.wait(FOREVER) == 0, client.output
-    assert_gone(below)
-    assert disturbed.finish(*there) == undisturbed
-
-
-@pytest.mark.parametrize("number", TIMES)
-def test_the_next_command_uses_the_cluster_of_a_killed_one(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], cluster: DaskCluster, number: int
-) -> None:
-    disturbed = series(tmp_path / "documents")
-    there = ("--cluster", cluster.address)
-    with disturbed.running(*there) as client:
-        disturbed.until_done(moment(number, "client of a cluster"))
-        client.process.kill()
-    assert disturbed.finish(*there) == undisturbed
+    with DaskCluster(tmp_path / "cluster", workers=3) as cluster:
+        there = ("--cluster", cluster.address)
+        with disturbed.running(*there) as client:
+            first = moment(number, "cluster")
+            disturbed.until_done(first)
+            below: list[psutil.Process] = []
+            for worker in cluster.workers[:2]:
+                below += cluster.kill(worker)
+            disturbed.until_done(first + 4)
+            client.process.kill()
+        assert_gone(below)
+        cluster.add_worker()
+        assert disturbed.finish(*there) == undisturbed
 
 
 @pytest.mark.parametrize("number", TIMES)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 import signal
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, Literal
 
 import pytest
 
 from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
+from tests.support.places import ROOT
 from visualhfsm._new import new
 from visualhfsm.trials import Plan, Spread, Success, TrialsError, run_trials
+from visualhfsm.trials._summary import write_table
 
 pytestmark = pytest.mark.slow
 
@@ -87,6 +91,51 @@ def test_a_cluster_computes_the_same_table_as_one_process_and_two(
     assert {row.reason for row in there.rows} == {"", "an odd number of throws", "not in won after 0.8 s"}
     for worker in cluster.workers:
         assert [*worker.cwd.iterdir()] == []
+
+
+SEES = """
+import zlib
+
+def aim(run):
+    return run.robot.head[0]
+
+def picture(run):
+    return zlib.crc32(bytes(run.robot.look().pixels))
+"""
+
+
+@pytest.mark.parametrize(
+    ("robot", "scene"),
+    [
+        ("fake", {}),
+        pytest.param("sim", {"noise": True}, marks=[pytest.mark.sim, pytest.mark.gl]),
+    ],
+)
+def test_robots_with_noise_and_pictures_do_the_same_bit_by_bit(
+    tmp_path: Path, robot: Literal["fake", "sim"], scene: dict[str, bool]
+) -> None:
+    folder = tmp_path / "documents"
+    folder.mkdir()
+    (folder / "follow_ball.xml").write_bytes((ROOT / "behaviors" / "follow_ball.xml").read_bytes())
+    (folder / "sees.py").write_text(SEES)
+    follows = Plan(
+        document=str(folder / "follow_ball.xml"), robot=robot, camera="rendered", runs=8, limit=1.5,
+        scene={"BallGreen.pan": Spread(lowest=-0.4, highest=0.4), **scene},
+        numbers={"picture": "sees.py:picture"}, samples={"aim": "sees.py:aim"},
+    )  # fmt: skip
+
+    def computed(name: str, **where: Any) -> tuple[bytes, list[bytes]]:
+        out, table = tmp_path / f"{name}.jsonl", tmp_path / f"{name}.csv"
+        write_table(table, run_trials(follows, out=out, **where))
+        return table.read_bytes(), sorted(out.read_bytes().splitlines())
+
+    one = computed("one", workers=1)
+    assert computed("two", workers=2) == one
+    with DaskCluster(tmp_path / "cluster", workers=4) as cluster:
+        assert computed("cluster", cluster=cluster.address) == one
+    rows = [*csv.DictReader(one[0].decode("utf-8-sig").splitlines())]
+    assert len({row["aim mean"] for row in rows}) == 8
+    assert len({row["picture"] for row in rows}) == 8
 
 
 def test_a_plan_that_is_not_possible_is_refused_there_as_here(project: Path, cluster: DaskCluster) -> None:
