@@ -14,8 +14,8 @@ from typing import Any, Final
 from ._errors import TrialsError
 from ._outcome import Outcome
 from ._processes import run_task
+from ._record import versions
 from ._snapshot import Snapshot
-from ._versions import versions
 from ._worker import Task
 
 _CONNECT_LIMIT: Final = 10.0

@@ -54,23 +54,27 @@ class Processes:
 
     def _ask(self, task: Task, patience: float) -> Outcome:
         """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""
-        question = base64.b64encode(pickle.dumps(task))
         for attempt in range(1, _ATTEMPTS + 1):
-            if self._closed:
-                raise TrialsError("the trials have been ended")
             try:
-                answer = self._process().ask(question, patience)
+                answer = self._answer(task.without_snapshot, patience)
+                if answer.needs_snapshot:
+                    answer = self._answer(task, patience)
                 break
             except KilledError:
                 if attempt == _ATTEMPTS:
                     raise
+        if answer.outcome is None:
+            raise TrialsError(answer.refused)
+        return answer.outcome
+
+    def _answer(self, task: Task, patience: float) -> Answer:
+        if self._closed:
+            raise TrialsError("the trials have been ended")
+        answer = self._process().ask(base64.b64encode(pickle.dumps(task)), patience)
         try:
-            found = msgspec.json.decode(answer, type=Answer)
+            return msgspec.json.decode(answer, type=Answer)
         except msgspec.MsgspecError as error:
             raise NoAnswerError(f"it wrote something else: {error}") from error
-        if found.outcome is None:
-            raise TrialsError(found.refused)
-        return found.outcome
 
     def close(self) -> None:
         """End all processes."""

@@ -7,7 +7,9 @@ line that was cut off by a crash is removed when the file is opened again.
 from __future__ import annotations
 
 import fcntl
+import platform
 from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Final, Self
@@ -19,6 +21,8 @@ from ._outcome import Outcome
 
 SUFFIX: Final = ".outcomes.jsonl"
 _LONGEST_HEADER: Final = 10_000  # bytes
+_PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
+"""What computes the outcome of a trial, besides Python."""
 
 
 class Header(msgspec.Struct, frozen=True):
@@ -96,6 +100,18 @@ class Record:
         raise TrialsError(
             f"{self.path}: {name} cannot be kept: {why}; the same command goes on with what is there"
         )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what computes the outcome of a trial, in this process."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}}
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "is missing"
 
 
 def read_header(path: Path) -> Header | None:

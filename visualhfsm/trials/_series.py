@@ -19,16 +19,13 @@ from ._errors import TrialsError
 from ._outcome import Outcome
 from ._plan import Plan
 from ._processes import Processes, processors
-from ._record import Header, Record
+from ._record import Header, Record, versions
 from ._snapshot import Snapshot, take_snapshot
 from ._summary import Summary, summarize
-from ._versions import versions
 from ._worker import Task
 
 _AHEAD: Final = 3
 """Tasks for each worker that an executor has at a time: so that none waits, and memory stays small."""
-
-
 _LOOK_AFTER: Final = 0.2
 """After so many s a series looks whether it is to stop."""
 _ATTEMPTS: Final = 20

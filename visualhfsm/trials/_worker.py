@@ -57,10 +57,13 @@ class Task:
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """The outcome of a task, or why its plan is not possible."""
+    """The outcome of a task, or why there is none."""
 
     outcome: Outcome | None = None
     refused: str = ""
+    """Why its plan is not possible."""
+    needs_snapshot: bool = False
+    """Whether the archive of its snapshot is to be sent along, once for all tasks with it."""
 
 
 class _Worker:
@@ -75,13 +78,15 @@ class _Worker:
         task: Task = pickle.loads(base64.b64decode(line))  # noqa: S301 - from the process that started this one
         answer = msgspec.json.encode(self._run(task))
         gc.collect()  # a trial leaves cycles behind, and the next one is to have all memory
-        if not self._warm:
+        if self._digest and not self._warm:
             self._warm = True
             gc.freeze()  # all is imported now
         return answer
 
     def _run(self, task: Task) -> Answer:
         if task.snapshot.digest != self._digest:
+            if not task.snapshot.archive:
+                return Answer(needs_snapshot=True)
             if self._digest:
                 shutil.rmtree(self._here)
             self._digest = task.snapshot.digest
