@@ -23,8 +23,7 @@ from tests.support.limits import START_LIMIT
 from tests.support.waiting import until
 from visualhfsm.grading import Allowance, Containment, SandboxUnavailable
 from visualhfsm.simulation import DocumentInvalid
-from visualhfsm.trials import Outcome, Plan, Success
-from visualhfsm.trials._trial import run_trial
+from visualhfsm.trials import Outcome, Plan, Success, run_trial
 
 BLOCK: Final = 1.5
 """Wall seconds of a piece of code that is to take too long."""
@@ -354,8 +353,7 @@ JUDGES: Final = {
 
 PLAIN: Final = """
 import sys
-from visualhfsm.trials import Plan, Success
-from visualhfsm.trials._trial import run_trial
+from visualhfsm.trials import Plan, Success, run_trial
 plan = Plan(document=sys.argv[1], robot="none", limit=1.0, success=Success(state="good"))
 sys.exit(0 if run_trial(plan, 0).success else 3)
 """

@@ -9,8 +9,7 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta, Struct
 
-from visualhfsm.trials import TrialsError
-from visualhfsm.trials._functions import FunctionFailed, call_function
+from visualhfsm.trials import FunctionFailed, TrialsError, call_function
 from zenoh_ice.text import encodable, printable
 
 from ._errors import GradingError

@@ -12,8 +12,7 @@ from typing import Annotated, Final
 from msgspec import Meta, Struct
 from msgspec.structs import replace
 
-from visualhfsm.trials import Plan, read_plan
-from visualhfsm.trials._plan import SUFFIX, Function
+from visualhfsm.trials import SUFFIX, Function, Plan, read_plan
 from zenoh_ice.toml_file import parse_toml, place, read_text
 
 from ._errors import GradingError

@@ -12,8 +12,7 @@ import msgspec
 
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm.simulation import DocumentInvalid
-from visualhfsm.trials import Outcome, TrialsError
-from visualhfsm.trials._trial import quiet, run_trial
+from visualhfsm.trials import Outcome, TrialsError, quiet, run_trial
 from zenoh_ice.text import encodable, printable
 
 from ._containment import Containment

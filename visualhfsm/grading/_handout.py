@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
-from visualhfsm.trials._plan import SUFFIX
+from visualhfsm.trials import SUFFIX
 
 from ._errors import GradingError
 from ._exercise import FILE, VISIBLE

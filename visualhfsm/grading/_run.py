@@ -14,8 +14,7 @@ from hfsm_runtime.tree import Run as AutomatonRun
 if TYPE_CHECKING:
     from hfsm_runtime.virtual import Call
     from visualhfsm.simulation import Behavior
-    from visualhfsm.trials import Plan
-    from visualhfsm.trials._quantities import Value
+    from visualhfsm.trials import Plan, Value
 
 _MOST_CHANGES: Final = 50_000
 

@@ -12,26 +12,40 @@ from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from ._errors import TrialsError as TrialsError
+    from ._functions import FunctionFailed as FunctionFailed
+    from ._functions import call_function as call_function
     from ._outcome import Outcome as Outcome
+    from ._plan import SUFFIX as SUFFIX
     from ._plan import Disturbance as Disturbance
+    from ._plan import Function as Function
     from ._plan import Plan as Plan
     from ._plan import Success as Success
     from ._plan import plan_of as plan_of
     from ._plan import read_plan as read_plan
     from ._quantities import Spread as Spread
+    from ._quantities import Value as Value
     from ._series import run_trials as run_trials
     from ._summary import Summary as Summary
+    from ._trial import quiet as quiet
+    from ._trial import run_trial as run_trial
 
 _MODULES: Final = {
     "Disturbance": "._plan",
+    "Function": "._plan",
+    "FunctionFailed": "._functions",
     "Outcome": "._outcome",
     "Plan": "._plan",
+    "SUFFIX": "._plan",
     "Spread": "._quantities",
     "Success": "._plan",
     "Summary": "._summary",
     "TrialsError": "._errors",
+    "Value": "._quantities",
+    "call_function": "._functions",
     "plan_of": "._plan",
+    "quiet": "._trial",
     "read_plan": "._plan",
+    "run_trial": "._trial",
     "run_trials": "._series",
 }
 

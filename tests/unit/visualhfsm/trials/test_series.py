@@ -85,6 +85,19 @@ def test_an_edit_meanwhile_does_not_reach_the_trials(path: Path, tmp_path: Path)
         assert len(computed(series, tmp_path / "out", pool)) == 3
 
 
+def test_one_process_runs_trials_of_several_series_by_turns(path: Path, tmp_path: Path) -> None:
+    first = Series(plan(path, 3))
+    path.write_text(WAITS.replace("done", "over"), encoding="utf-8")
+    second = Series(plan(path, 3, success=Success(state="over")))
+    with LocalPool(1) as pool:
+        whole = [computed(each, tmp_path / f"whole{i}", pool) for i, each in enumerate((first, second))]
+        turns = [[*each.outcomes([number], pool)] for number in range(3) for each in (first, second)]
+    assert [outcome for (outcome,) in turns[::2]] == whole[0]
+    assert [outcome for (outcome,) in turns[1::2]] == whole[1]
+    assert {outcome.states for outcome in whole[0]} <= {"waiting", "done"}
+    assert {outcome.states for outcome in whole[1]} <= {"waiting", "over"}
+
+
 def test_a_killed_process_costs_its_trial_only_which_is_run_again(path: Path, tmp_path: Path) -> None:
     series = Series(plan(path, 30))
     with LocalPool(2) as pool:
