@@ -91,9 +91,9 @@ def test_one_process_runs_trials_of_several_series_by_turns(path: Path, tmp_path
     second = Series(plan(path, 3, success=Success(state="over")))
     with LocalPool(1) as pool:
         whole = [computed(each, tmp_path / f"whole{i}", pool) for i, each in enumerate((first, second))]
-        turns = [[*each.outcomes([number], pool)] for number in range(3) for each in (first, second)]
-    assert [outcome for (outcome,) in turns[::2]] == whole[0]
-    assert [outcome for (outcome,) in turns[1::2]] == whole[1]
+        alternating = [[*each.outcomes([number], pool)] for number in range(3) for each in (first, second)]
+    assert [outcome for (outcome,) in alternating[::2]] == whole[0]
+    assert [outcome for (outcome,) in alternating[1::2]] == whole[1]
     assert {outcome.states for outcome in whole[0]} <= {"waiting", "done"}
     assert {outcome.states for outcome in whole[1]} <= {"waiting", "over"}
 
