@@ -6,8 +6,8 @@ turns. `short` are trials of 1 s with the fake robot. `page` is that of 1,000 tr
 a soccer field with all that a page can show, without a network. `grading` is the command `visualhfsm grade`
 for thirty submissions, the solution and the mistakes of an exercise, with five trials each.
 
-Rates are meaningful on a machine that does nothing else; the load is printed. Some four minutes; with
-`--all`, which runs 10,000 short trials and grades the exercise `goal` too, some fifteen.
+Rates are meaningful on a machine that does nothing else; the load is printed. Some three minutes; with
+`--all`, which runs 10,000 short trials and grades the exercise `goal` too, some eight.
 
     python benchmarks/bench_trials.py [--all] [--only PART]... [--json FILE]
 """
