@@ -24,7 +24,7 @@ LINKS = """(names) => {
   return body?.torso.visible && names.every((name) => body.links.has(name));
 }"""
 ON_THE_FLOOR = """() => {
-  const {height} = document.querySelector("hfsm-robot-view").drawing.body;
+  const {height} = document.querySelector("hfsm-robot-view").drawing.body.size;
   return height > 0.3 && height < 1;
 }"""
 

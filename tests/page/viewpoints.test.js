@@ -40,7 +40,7 @@ function looking(view, {x = 0, y = 0, heading = 0, things = [], width = 400, hei
 const isSeen = ({x, y}) => Math.abs(x) < 1 && Math.abs(y) < 1;
 
 test("a view shows the robot in the middle, with what is near it, in windows of any form", () => {
-  for (const view of ["home", "top"])
+  for (const view of ["around", "top"])
     for (const [width, height] of [
       [400, 300],
       [300, 500],
@@ -59,9 +59,25 @@ test("a view shows the robot in the middle, with what is near it, in windows of 
       }
 });
 
+test("at home the robot fills most of the picture, from its face, whatever is near it", () => {
+  const heights = [
+    [400, 300],
+    [900, 200],
+  ].map(([width, height]) => {
+    const {parts, distance} = looking("home", {x: 3, y: -2, heading: 2, things: [[1.4, 0.6]], width, height});
+    for (const each of parts) assert.ok(isSeen(each));
+    return {part: Math.abs(parts[1].y - parts[0].y) / 2, distance};
+  });
+  for (const {part} of heights) assert.ok(part > 0.75 && part < 0.95, `${part}`);
+  const narrow = looking("home", {width: 200, height: 500});
+  assert.ok(narrow.distance > heights[0].distance, "its arms are seen, too");
+  const ahead = looking("home", {things: [[0.3, 0, 0.29]]});
+  assert.ok(ahead.things[0].z < ahead.robot.z, "what is in front of its face is nearer");
+});
+
 test("what is far does not make the robot small, and one alone is seen closely", () => {
-  const alone = looking("home", {});
+  const alone = looking("around", {});
   assert.ok(Math.abs(alone.distance - 1.52) < 0.01);
-  assert.equal(looking("home", {things: [[2.1, 0], [0, -30]]}).distance, alone.distance); // prettier-ignore
-  assert.ok(looking("home", {things: [[1.2, 0.5], [1.2, -0.5]]}).distance < 2.8); // prettier-ignore
+  assert.equal(looking("around", {things: [[2.1, 0], [0, -30]]}).distance, alone.distance); // prettier-ignore
+  assert.ok(looking("around", {things: [[1.2, 0.5], [1.2, -0.5]]}).distance < 2.8); // prettier-ignore
 });

@@ -122,8 +122,8 @@ def chromium() -> Iterator[Browser]:
         yield browser()
 
 
-# The first run of a window shows the robot beside the automaton; a test that looks at that clears this.
-ROBOT_WAS_SHOWN: Final = "sessionStorage.setItem('visualhfsm.robotShown', 'yes')"
+# Drawing the robot in the corner of the canvas takes time; a test that looks at it shows it.
+FOLD_ROBOT: Final = "localStorage['visualhfsm.robotFolded'] ??= 'yes'"
 
 
 KEEP_CONNECTIONS: Final = """
@@ -408,7 +408,7 @@ def window(browser: Browser, origin: str, width: int, height: int, cached: bool)
 def new_window(browser: Browser) -> Page:
     """Open a window for `EditorPage`."""
     page = new_context(browser).new_page()
-    for script in (KEEP_CONNECTIONS, KEEP_NOTICES, ROBOT_WAS_SHOWN):
+    for script in (KEEP_CONNECTIONS, KEEP_NOTICES, FOLD_ROBOT):
         page.add_init_script(script)
     page.set_default_timeout(PAGE_LIMIT * 1000)
     return page

@@ -335,7 +335,7 @@ export const MENUS = [
   {
     title: "View",
     groups: [
-      ["robotView", "cameras", "livePanel", "timeline"],
+      ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
       ["problems", "output", "undoSteps", "tree"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme"],

@@ -33,7 +33,6 @@ import {chosenBody, isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
 import {initTheme, switchTheme} from "./theme.js";
-import {windowStorage} from "./storage.js";
 import {store} from "./store.js";
 
 /**
@@ -53,10 +52,9 @@ const LAZY = {
   "hfsm-monitor-toolbar": "./monitor/toolbar.js",
   "hfsm-monitor-panel": "./monitor/panel.js",
   "hfsm-monitor-timeline": "./monitor/timeline.js",
+  "hfsm-robot-dock": "./monitor/dock.js",
   "hfsm-start": "./start.js",
 };
-const ROOMY = 900; // px of width from which the robot is shown beside the automaton automatically
-const ROBOT_SHOWN = "visualhfsm.robotShown";
 const SIDE = [
   ["hfsm-code-panel", "Code"],
   ["hfsm-data-panel", "Data"],
@@ -136,6 +134,8 @@ export class HfsmApp extends PageElement {
     );
     this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
     this.listen(monitor, "mode", () => this.#monitored());
+    this.listen(monitor, "mode", () => this.#showRobot());
+    this.listen(store, "robot", () => this.#showRobot());
     this.listen(monitor, "structure", () => this.#showBreakpoints());
     this.listen(page, "tab", () => this.#showBreakpoints());
     this.listen(store, "connection", () => this.#showBreakpoints());
@@ -195,7 +195,6 @@ export class HfsmApp extends PageElement {
     }
     runs.dismiss(tab);
     if (dryRun) this.showLive("dryRun");
-    else this.#showRobot();
     const opens = !this.#wanted.bottom;
     this.showBottom("hfsm-output");
     this.outputOpened = opens;
@@ -213,13 +212,21 @@ export class HfsmApp extends PageElement {
     if (checked !== revision || countOf(problems, "error")) this.showBottom("hfsm-problems");
   }
 
-  /** Show the robot beside the automaton, at the first run of this window. */
+  /** Show the robot in the corner of the canvas, or fold it. @param {boolean} [folded] by default the other way */
+  async foldRobot(folded) {
+    const dock = /** @type {import("./monitor/dock.js").RobotDock | undefined} */ (await this.#showRobot());
+    await dock?.fold(folded ?? !dock.folded);
+  }
+
+  /** Whether the robot is in the corner of the canvas. */
+  get showsRobot() {
+    return Boolean(this.querySelector(".dock"));
+  }
+
+  /** When there is a robot to see, load what shows it. */
   async #showRobot() {
-    const isTyping = this.querySelector(".side")?.contains(document.activeElement);
-    if (store.robot.status !== "present" || isTyping || innerWidth < ROOMY || windowStorage.getItem(ROBOT_SHOWN))
-      return;
-    windowStorage.setItem(ROBOT_SHOWN, "yes");
-    await this.showLive("view");
+    const known = this.elements.get("hfsm-robot-dock");
+    return known ?? (monitor.hasRobot ? this.#showMonitor("hfsm-robot-dock") : undefined);
   }
 
   /** Show what is live beside the automaton, such as the robot in 3D. @param {string} tab */
@@ -305,7 +312,9 @@ export class HfsmApp extends PageElement {
             ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
           </div>
           <div class="center" ?hidden=${starting}>
-            <div class="drawing"><hfsm-tools></hfsm-tools>${this.canvas}</div>
+            <div class="drawing">
+              <hfsm-tools></hfsm-tools>${this.canvas}${this.elements.get("hfsm-robot-dock") ?? nothing}
+            </div>
             ${
               this.side
                 ? html`${resizer({

@@ -33,6 +33,7 @@ const PATHS = {
   exportFile: "M12 15V3M8 7l4-4 4 4M5 13v7h14v-7",
   file: "M6 3h8l4 4v14H6zM14 3v4h4",
   final: "M12 20a8 8 0 1 0 0-16 8 8 0 0 0 0 16zM12 15.5a3.5 3.5 0 1 0 0-7 3.5 3.5 0 0 0 0 7z",
+  expand: "M14 4h6v6M20 4l-7 7M10 20H4v-6M4 20l7-7",
   fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
   flask: "M10 3v6L5 19l1 2h12l1-2-5-10V3M8 3h8M7.5 14.5h9",
   folder: "M3 6h6l2 2h10v11H3z",

@@ -161,6 +161,19 @@ export class HfsmCanvas extends HTMLElement {
     this.#fitted = this.#view();
   }
 
+  /**
+   * Keep what is fitted clear of something that covers the lower right corner.
+   *
+   * @param {{width: number, height: number}} [covered] in pixels
+   */
+  keepClear(covered = {width: 0, height: 0}) {
+    const former = this.viewport.covered;
+    if (former.width === covered.width && former.height === covered.height) return;
+    const fitted = this.#fitted === this.#view();
+    this.viewport.covered = covered;
+    if (fitted) this.fit();
+  }
+
   /** Show the selection, or everything if nothing is selected. */
   fitSelection() {
     const places = this.selectedKeys().flatMap((key) => this.drawing.places.get(key) ?? []);

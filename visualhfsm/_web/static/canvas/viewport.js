@@ -19,6 +19,8 @@ export class Viewport {
   x = 0;
   y = 0;
   scale = 1;
+  /** The size of what covers the lower right corner of the window. */
+  covered = {width: 0, height: 0};
 
   /** @param {() => {width: number, height: number}} size of the window @param {() => void} changed */
   constructor(size, changed) {
@@ -66,15 +68,24 @@ export class Viewport {
     this.changed();
   }
 
-  /** Show all of a box, in the middle. @param {Box} [box] */
+  /** Show all of a box, in the middle of what is not covered. @param {Box} [box] */
   fit(box) {
-    const {width, height} = this.size();
-    if (!width || !height) return;
+    const whole = this.size();
+    if (!whole.width || !whole.height) return;
     if (!box) {
-      Object.assign(this, {x: width / 2, y: height / 2, scale: 1});
+      Object.assign(this, {x: whole.width / 2, y: whole.height / 2, scale: 1});
     } else {
       const [wide, high] = [Math.max(1, box.right - box.left), Math.max(1, box.bottom - box.top)];
-      const scale = Math.min((width - 2 * FIT_MARGIN) / wide, (height - 2 * FIT_MARGIN) / high, FIT_LARGEST);
+      const {covered} = this;
+      const [beside, above] = [
+        {width: whole.width - covered.width, height: whole.height},
+        {width: whole.width, height: whole.height - covered.height},
+      ].map(({width, height}) => ({
+        width,
+        height,
+        scale: Math.min((width - 2 * FIT_MARGIN) / wide, (height - 2 * FIT_MARGIN) / high, FIT_LARGEST),
+      }));
+      const {width, height, scale} = above.scale > beside.scale ? above : beside;
       this.scale = Math.max(SMALLEST, scale);
       this.x = width / 2 - ((box.left + box.right) / 2) * this.scale;
       this.y = height / 2 - ((box.top + box.bottom) / 2) * this.scale;
@@ -85,9 +96,16 @@ export class Viewport {
   /** Move only as far as needed to see a point, with some pixels around it. @param {Point} point */
   reveal(point, margin = 70) {
     const {width, height} = this.size();
+    const {covered} = this;
     const {x, y} = this.toWindow(point);
-    const dx = x < margin ? margin - x : Math.min(0, width - margin - x);
-    const dy = y < margin ? margin - y : Math.min(0, height - margin - y);
+    const far = {right: width - margin - x, bottom: height - margin - y};
+    let dx = x < margin ? margin - x : Math.min(0, far.right);
+    let dy = y < margin ? margin - y : Math.min(0, far.bottom);
+    const [left, up] = [far.right - covered.width, far.bottom - covered.height];
+    if (covered.width && left < 0 && up < 0) {
+      if (left > up) dx = left;
+      else dy = up;
+    }
     if (dx || dy) this.pan(dx, dy);
   }
 

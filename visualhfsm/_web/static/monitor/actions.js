@@ -230,6 +230,17 @@ export const monitorActions = [
     run: ({app}) => app.showSide("hfsm-monitor-panel"),
     hint: "variables, plots, cameras, the robot",
   },
+  {
+    id: "robotDock",
+    label: "Robot on the canvas",
+    icon: "robot",
+    keys: ["Alt+Shift+B"],
+    scope: "typing",
+    enabled: () => Boolean(page.document) && monitor.hasRobot,
+    run: ({app}) => app.foldRobot(),
+    hint: "in 3D or as a camera sees it, in the corner",
+    checked: ({app}) => app.showsRobot,
+  },
   {id: "robotView", label: "Robot in 3D", icon: "robot", enabled: hasLive, run: ({app}) => app.showLive("view")},
   {
     id: "cameras",

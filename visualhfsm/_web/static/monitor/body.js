@@ -110,10 +110,10 @@ export class Body {
     return this.head.children.filter((child) => child instanceof Mesh);
   }
 
-  /** The height in m of what is visible of it in its present pose; undefined when nothing is. */
-  get height() {
+  /** The height and width in m of what is visible of it in its present pose; undefined when nothing is. */
+  get size() {
     const {min, max} = new Box3().setFromObject(this.torso);
-    return max.z > min.z ? max.z - min.z : undefined;
+    return max.z > min.z ? {height: max.z - min.z, width: max.y - min.y} : undefined;
   }
 
   /**

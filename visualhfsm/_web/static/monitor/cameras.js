@@ -17,12 +17,13 @@ const BOTTOM = "CameraBottom";
 /** @type {Record<string, string>} */
 const TITLES = {Camera: "Top camera", [BOTTOM]: "Bottom camera", CameraOutside: "From outside"};
 
+/** The cameras of the robot, or those of the recording that is shown. */
+export const cameraNames = () =>
+  monitor.recording ? recordedCameras(monitor.recording.cameras) : monitor.robot.cameras;
+
 /** The title of a camera; one without another below it is just the camera. @param {string} name */
-function titleOf(name) {
-  const {recording, robot} = monitor;
-  const known = recording ? recordedCameras(recording.cameras) : robot.cameras;
-  return (known.includes(BOTTOM) || name !== "Camera" ? TITLES[name] : undefined) ?? name;
-}
+export const titleOf = (name) =>
+  (cameraNames().includes(BOTTOM) || name !== "Camera" ? TITLES[name] : undefined) ?? name;
 
 /** @param {HTMLCanvasElement} canvas */
 const penOf = (canvas) => required(canvas.getContext("2d"), "canvas");
@@ -42,7 +43,7 @@ class Cameras extends MonitorElement {
 
   render() {
     const {recording} = monitor;
-    const names = recording ? recordedCameras(recording.cameras) : monitor.robot.cameras;
+    const names = cameraNames();
     if (!names.length)
       return html`<p class="empty">
         ${recording ? "This recording contains no pictures." : "There is no camera in this realm."}
@@ -110,7 +111,7 @@ function drawMarks(canvas, marks) {
   }
 }
 
-class Camera extends MonitorElement {
+export class Camera extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown"];
   static properties = {

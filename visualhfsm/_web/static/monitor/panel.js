@@ -122,9 +122,7 @@ export class MonitorPanel extends MonitorElement {
     const shown = this.#shown;
     return html`<div class="monitor-panel">
       ${tabStrip({label: "Live values", tabs, chosen: shown, choose: (id) => this.choose(id), prefix: "live"})}
-      <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${shown}">
-        ${this.elements.get(shown) ?? nothing}
-      </div>
+      <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${shown}"></div>
       ${monitor.component ? liveLegend(this.roomy) : html`<p class="live-legend">${hint}</p>`}
     </div>`;
   }
@@ -133,6 +131,10 @@ export class MonitorPanel extends MonitorElement {
   updated(changed) {
     super.updated(changed);
     if (!monitor.component && this.#tabs.length) monitor.learnRobot();
+    const element = this.elements.get(this.#shown);
+    const place = this.querySelector("#live-panel");
+    // The robot in 3D may have been in the corner of the canvas meanwhile.
+    if (place && place.firstElementChild !== (element ?? null)) place.replaceChildren(...(element ? [element] : []));
     this.#load(this.#shown);
   }
 
@@ -149,13 +151,15 @@ export class MonitorPanel extends MonitorElement {
       TABS.find((each) => each.id === id),
       "such tab",
     );
+    /** @type {{theView?: () => HTMLElement}} */
+    let loaded;
     try {
-      await import(module);
+      loaded = await import(module);
     } catch (error) {
       notifyError(new Error(`${module} could not be loaded: ${messageOf(error)}`));
       return;
     }
-    if (!this.elements.has(id)) this.elements.set(id, document.createElement(tag));
+    if (!this.elements.has(id)) this.elements.set(id, loaded.theView?.() ?? document.createElement(tag));
     this.requestUpdate();
   }
 }

@@ -61,6 +61,7 @@ export class RobotDrawing {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #later = undefined;
   #drawn = 0; // when it was drawn last
+  #hidden = false; // whether its place has no size
   #after = new MessageChannel(); // delivers a message when the page is free again after a frame
   /** @type {(() => void)[]} */
   #waiting = [];
@@ -80,7 +81,7 @@ export class RobotDrawing {
     }
     body.torso.visible = false;
     this.scene.add(body.torso);
-    this.viewpoints.fit(body.height);
+    this.viewpoints.fit(body.size?.height, body.size?.width);
   }
 
   /** Place everything; returns whether anything of the robot is known. @param {Moment} moment */
@@ -116,9 +117,10 @@ export class RobotDrawing {
     });
   }
 
-  /** Draw it when the next frame is due. */
+  /** Draw it when the next frame is due, unless it is hidden. */
   redraw() {
-    if (this.#frame !== undefined || this.#later !== undefined) return;
+    if (this.#hidden) for (const resolve of this.#waiting.splice(0)) resolve();
+    if (this.#hidden || this.#frame !== undefined || this.#later !== undefined) return;
     const left = this.#drawn + this.pace.wait - performance.now();
     if (left > 0) this.#later = setTimeout(() => this.#request(), left);
     else this.#request();
@@ -147,7 +149,8 @@ export class RobotDrawing {
 
   #resize() {
     const {clientWidth: width, clientHeight: height} = this.stage;
-    if (!width || !height) return;
+    this.#hidden = !width || !height;
+    if (this.#hidden) return;
     this.renderer.setSize(width, height);
     this.viewpoints.resize(width, height);
     this.redraw();

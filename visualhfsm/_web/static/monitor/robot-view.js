@@ -22,13 +22,14 @@ const NOTHING = [];
 
 /** @type {{id: import("./viewpoints.js").View, label: string, title: string}[]} */
 const VIEWS = [
-  {id: "home", label: "Home", title: "The robot and what is near it; resets the view"},
+  {id: "home", label: "Home", title: "The robot, as large as possible; resets the view"},
+  {id: "around", label: "Around", title: "The robot and what is near it"},
   {id: "top", label: "Top", title: "From above"},
   {id: "follow", label: "Behind", title: "From behind the robot, wherever it walks"},
   {id: "head", label: "Head", title: "As the robot's first camera sees it"},
 ];
 
-class RobotView extends MonitorElement {
+export class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
   static properties = {
@@ -70,6 +71,13 @@ class RobotView extends MonitorElement {
     this.shown = undefined;
     /** @type {Grabbing | undefined} */
     this.grabbing = undefined;
+    /** Whether this browser cannot draw in 3D. */
+    this.impossible = false;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.dispatchEvent(new Event("moved"));
   }
 
   render() {
@@ -105,7 +113,9 @@ class RobotView extends MonitorElement {
       </div>
       <div class="stage"></div>
       ${this.simulated && !monitor.looking && this.says ? this.#sentence() : nothing}
-      <p class="robot-hint faint" role="status">${problem ?? (this.message || this.#hint())}</p>
+      <p class="robot-hint faint ${problem === undefined ? "" : "problem"}" role="status">
+        ${problem ?? (this.message || this.#hint())}
+      </p>
     </div>`;
   }
 
@@ -158,8 +168,14 @@ class RobotView extends MonitorElement {
     this.grabbing.pushes = this.pushes;
   }
 
+  /** What was drawn is kept when it moves to another place of the page. */
   disconnectedCallback() {
     super.disconnectedCallback();
+    this.dispatchEvent(new Event("moved"));
+    setTimeout(() => this.isConnected || this.#end());
+  }
+
+  #end() {
     this.frames?.close();
     this.grabbing?.close();
     this.drawing?.close();
@@ -173,8 +189,10 @@ class RobotView extends MonitorElement {
     try {
       this.drawing = new RobotDrawing(required(stage, "place for it"));
     } catch (error) {
-      this.problem = `This browser cannot draw in 3D: ${messageOf(error)}`;
+      this.problem = `This browser cannot draw in 3D, so look at the cameras: ${messageOf(error)}`;
       this.frames = {close() {}};
+      this.impossible = true;
+      this.dispatchEvent(new Event("impossible"));
       return;
     }
     this.grabbing = new Grabbing(this.drawing, {
@@ -265,3 +283,9 @@ async function letRest(name) {
 }
 
 customElements.define("hfsm-robot-view", RobotView);
+
+/** @type {RobotView | undefined} */
+let only;
+
+/** The robot in 3D, which is in one place of the page at a time: browsers limit the contexts of WebGL. */
+export const theView = () => (only ??= new RobotView());

@@ -107,6 +107,13 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     return this.followed.known.stateName(automaton, id);
   }
 
+  /** Whether there is a robot to see: that of a recording, of a dry run, or the present one. */
+  get hasRobot() {
+    const {recording} = this;
+    if (recording) return Boolean(recording.body || recording.cameras.length);
+    return Boolean(this.dryRunBody) || store.robot.status === "present";
+  }
+
   /** Whether it can be steered now. */
   get steers() {
     return this.followed.steers && store.online;

@@ -3,7 +3,7 @@
  *
  * @import {Body} from "./body.js"
  * @import {Object3D} from "three"
- * @typedef {"home" | "top" | "follow" | "head"} View
+ * @typedef {"home" | "around" | "top" | "follow" | "head"} View
  */
 
 import {Matrix4, MOUSE, OrbitControls, PerspectiveCamera, Quaternion, Vector3} from "three";
@@ -16,8 +16,8 @@ const AHEAD = new Quaternion().setFromRotationMatrix(
   new Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0)),
 );
 
-/** Directions relative to where the robot looks: its left, half behind it; and above. */
-const FROM = {home: new Vector3(-0.55, 1, 0.5), top: new Vector3(-0.001, 0, 1)};
+/** Directions relative to where the robot looks: its face; its left, half behind it; and above. */
+const FROM = {home: new Vector3(1, 0.6, 0.3), around: new Vector3(-0.55, 1, 0.5), top: new Vector3(-0.001, 0, 1)};
 
 /** The place behind the robot, and the point in front of it to look at, relative to its height. */
 const BEHIND = new Vector3(-2.16, 0, 1.47);
@@ -28,6 +28,8 @@ const FAR = 2; // m from the robot beyond which things are not framed
 const HEIGHT = 0.58; // m, that of a robot of which none is known
 const RADIUS = 0.9; // around its middle in which the robot is, with a margin, relative to its height
 const MARGIN = 0.12; // m around the middle of a thing
+const CLOSE = 0.08; // around a robot that is seen alone, relative to its height
+const SLIM = 0.3; // from its middle to its sides, relative to its height, where its width is not known
 /** Metres that a robot may sway before the view follows it. */
 const NEAR = 0.05;
 
@@ -59,11 +61,13 @@ export class Viewpoints {
   #changed;
   #framed = -1; // things that were framed
   #height = HEIGHT;
+  #width = 2 * SLIM * HEIGHT;
   #heading = 0;
 
-  /** Show a robot of another height in m. @param {number} [height] */
-  fit(height = HEIGHT) {
+  /** Show a robot of another height and width in m. @param {number} [height] @param {number} [width] */
+  fit(height = HEIGHT, width = 2 * SLIM * height) {
     this.#height = height;
+    this.#width = width;
     this.#framed = -1;
   }
 
@@ -102,19 +106,22 @@ export class Viewpoints {
         this.camera.position.add(moved);
         this.controls.target.add(moved);
       }
-      if (this.view) this.#frame(things, FROM[this.view]);
+      if (this.view) this.#frame(this.view === "home" ? undefined : things, FROM[this.view]);
       if (follows) this.controls.update();
     }
   }
 
   /**
-   * Show the robot in the middle, and include things around it as they become known.
+   * Show the robot in the middle, and include things around it as they become known; without any, show it as large as
+   * the picture allows.
    *
-   * @param {Object3D[]} things
+   * @param {Object3D[] | undefined} things
    * @param {Vector3} from
    */
   #frame(things, from) {
-    const near = things.filter(({position}) => Math.hypot(position.x - this.at.x, position.y - this.at.y) < FAR);
+    const near = (things ?? []).filter(
+      ({position}) => Math.hypot(position.x - this.at.x, position.y - this.at.y) < FAR,
+    );
     if (near.length <= this.#framed) return;
     this.#framed = near.length;
     const {camera, controls} = this;
@@ -123,15 +130,24 @@ export class Viewpoints {
     const above = new Vector3().crossVectors(away, right);
     const half = (camera.fov * Math.PI) / 360;
     const [high, wide] = [Math.tan(half), Math.tan(half) * camera.aspect];
-    controls.target.copy(this.at).add({x: 0, y: 0, z: this.#height / 2});
-    const distances = near.map(({position}) => {
-      const offset = position.clone().sub(controls.target);
-      const across = (Math.abs(offset.dot(right)) + MARGIN) / wide;
-      return offset.dot(away) + Math.max(across, (Math.abs(offset.dot(above)) + MARGIN) / high);
-    });
+    const middle = new Vector3(this.at.x, this.at.y, this.#height / 2);
+    controls.target.copy(middle);
+    /** @param {Vector3} position @param {number} margin */
+    const distanceFor = (position, margin) => {
+      const offset = position.clone().sub(middle);
+      const across = (Math.abs(offset.dot(right)) + margin) / wide;
+      return offset.dot(away) + Math.max(across, (Math.abs(offset.dot(above)) + margin) / high);
+    };
     const radius = RADIUS * this.#height;
-    const distance = Math.max(radius / Math.sin(half) / Math.min(1, camera.aspect), ...distances);
-    camera.position.copy(controls.target).addScaledVector(away, distance);
+    const distances = things
+      ? [
+          radius / Math.sin(half) / Math.min(1, camera.aspect),
+          ...near.map((each) => distanceFor(each.position, MARGIN)),
+        ]
+      : [UP.clone().multiplyScalar(this.#height / 2), right.clone().multiplyScalar(this.#width / 2)]
+          .flatMap((offset) => [middle.clone().add(offset), middle.clone().sub(offset)])
+          .map((position) => distanceFor(position, CLOSE * this.#height));
+    camera.position.copy(middle).addScaledVector(away, Math.max(...distances));
     this.controls.update();
   }
 

@@ -1,0 +1,128 @@
+"""The robot in the corner of the canvas: beside all code, on every run, once, and only while it is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, expect
+
+from tests.support.browser import EditorPage
+from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
+
+IS_DRAWN = "() => document.querySelector('hfsm-robot-view')?.drawing?.body?.torso.visible"
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    with robot_and_editor(tmp_path / "walk.xml") as (_, running), monitor_page(browser, running) as shown:
+        yield shown
+
+
+def dock(shown: EditorPage) -> Locator:
+    return shown.page.get_by_role("region", name="The robot")
+
+
+def show(shown: EditorPage) -> None:
+    """Show the robot, which tests fold."""
+    shown.button("See the robot").click()
+    comes_true(shown, IS_DRAWN)
+
+
+def overlap(one: Locator, other: Locator) -> bool:
+    boxes = one.bounding_box(), other.bounding_box()
+    assert boxes[0] is not None
+    assert boxes[1] is not None
+    return all(
+        boxes[0][start] < boxes[1][start] + boxes[1][size]
+        and boxes[1][start] < boxes[0][start] + boxes[0][size]
+        for start, size in (("x", "width"), ("y", "height"))
+    )
+
+
+def test_the_robot_stays_beside_the_code_on_every_run_and_covers_no_state(shown: EditorPage) -> None:
+    page = shown.page
+    show(shown)
+    for _ in range(2):
+        run(shown)
+        expect(dock(shown).locator(".stage canvas")).to_be_visible()
+        shown.state("wait").click()
+        shown.edit_code()
+        expect(page.get_by_role("tab", name="Code", exact=True)).to_have_attribute("aria-selected", "true")
+        expect(dock(shown).locator(".stage canvas")).to_be_visible()
+        shown.press("Escape")
+        shown.button("Close the panel").click()
+        shown.press("Shift+F5")
+        expect(status(shown)).to_contain_text("Ended")
+    shown.press("f")
+    for name in ("wait", "go"):
+        assert not overlap(shown.state(name).locator(".body"), dock(shown))
+    assert shown.violations(".dock") == []
+
+
+def test_the_robot_is_drawn_once_and_its_view_is_kept_where_it_moves(shown: EditorPage) -> None:
+    page = shown.page
+    show(shown)
+    page.evaluate("() => (window.first = document.querySelector('hfsm-robot-view').drawing)")
+    dock(shown).get_by_role("button", name="Larger, in the panel").click()
+    expect(page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
+    expect(dock(shown)).to_have_count(0)
+    expect(page.locator(".side .stage canvas")).to_be_visible()
+    page.get_by_role("tab", name="Cameras").click()
+    expect(dock(shown).locator(".stage canvas")).to_be_visible()
+    shown.press("Alt+l")
+    page.get_by_role("tab", name="3D").click()
+    shown.button("Close the panel").click()
+    expect(dock(shown).locator(".stage canvas")).to_be_visible()
+    shown.press("Alt+l")
+    expect(page.locator(".side .stage canvas")).to_be_visible()
+    assert page.evaluate("window.first === document.querySelector('hfsm-robot-view').drawing")
+    assert page.locator(".stage canvas").count() == 1
+
+
+def test_nothing_is_drawn_while_it_is_folded_or_hidden(shown: EditorPage) -> None:
+    page = shown.page
+    show(shown)
+    page.evaluate(
+        """() => {
+          window.view = document.querySelector("hfsm-robot-view");
+          const {renderer} = window.view.drawing;
+          window.frames = () => renderer.info.render.frame;
+        }"""
+    )
+    page.get_by_role("button", name="Start page").click()
+    expect(dock(shown)).to_be_hidden()
+    comes_true(
+        shown, "() => window.view.drawing.drawn().then(() => window.view.drawing.stage.clientWidth === 0)"
+    )
+    before = page.evaluate("window.frames()")
+    page.evaluate("async () => { for (let i = 0; i < 5; i++) await window.view.drawing.drawn(); }")
+    assert page.evaluate("window.frames()") == before
+    page.get_by_role("tab", name="walk").click()
+    comes_true(shown, "before => window.frames() > before", before)
+    dock(shown).get_by_role("button", name="Fold the robot's picture").click()
+    comes_true(shown, "() => !window.view.drawing && !window.view.frames")
+    expect(shown.button("See the robot")).to_be_focused()
+
+
+def test_what_the_user_chose_is_remembered(shown: EditorPage) -> None:
+    page = shown.page
+    show(shown)
+    picture = dock(shown).get_by_role("combobox", name="Picture of the robot")
+    picture.select_option("Camera")
+    expect(dock(shown).locator("hfsm-camera canvas")).to_be_visible()
+    expect(page.locator(".stage")).to_have_count(0)
+    assert shown.violations(".dock") == []
+    wide = dock(shown).bounding_box()
+    assert wide is not None
+    dock(shown).get_by_role("separator", name="Width of the robot's picture").press("ArrowLeft")
+    comes_true(shown, "wide => document.querySelector('.dock').offsetWidth > wide", wide["width"] + 10)
+    page.reload()
+    shown.state("wait").wait_for()
+    expect(picture).to_have_value("Camera")
+    assert dock(shown).bounding_box()["width"] > wide["width"] + 10  # type: ignore[index]
+    shown.press("Alt+Shift+b")
+    expect(dock(shown)).to_have_count(0)
+    page.reload()
+    expect(shown.button("See the robot")).to_be_visible()
