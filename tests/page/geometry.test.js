@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {arc, bounds, contains, distance, drawnArc, handles, neighbor, LOOP, RADIUS} = await import(
+const {arc, bounds, contains, distance, drawnArc, handles, neighbor, pointsOf, LOOP, RADIUS} = await import(
   new URL("canvas/geometry.js", STATIC).href
 );
 const {placeLabels, HANDLE} = await import(new URL("canvas/labels.js", STATIC).href);
@@ -89,12 +89,16 @@ test("names cover neither states nor handles nor each other", () => {
     key,
     handle: {x: 60 + 14 * key, y: 40 + 18 * key},
     normal: {x: 0, y: -1},
-    width: 60,
-    height: 16,
+    sizes: [{width: 60, height: 16}],
   }));
   const found = placeLabels(labels, states);
   assert.equal(found.size, 4);
-  const boxes = [...found.values()].map(({x, y}) => ({left: x - 30, right: x + 30, top: y - 8, bottom: y + 8}));
+  const boxes = [...found.values()].map(({middle: {x, y}}) => ({
+    left: x - 30,
+    right: x + 30,
+    top: y - 8,
+    bottom: y + 8,
+  }));
   for (const [index, one] of boxes.entries()) {
     for (const other of boxes.slice(index + 1)) {
       const wide = Math.min(one.right, other.right) - Math.max(one.left, other.left);
@@ -107,4 +111,55 @@ test("names cover neither states nor handles nor each other", () => {
       assert.ok(distance({x, y}, handle) >= HANDLE - 0.1, "a name covers a handle");
     }
   }
+});
+
+const SIZES = [
+  {width: 300, height: 16},
+  {width: 100, height: 16},
+];
+const boxOf = ({middle: {x, y}, size: {width, height}}) => ({
+  left: x - width / 2,
+  right: x + width / 2,
+  top: y - height / 2,
+  bottom: y + height / 2,
+});
+
+test("a name is long where there is room, and short where another one, or the edge of the drawing, is near", () => {
+  const label = (x) => ({key: x, handle: {x, y: 0}, normal: {x: 0, y: -1}, sizes: SIZES});
+  const states = [A, {x: 700, y: 0}];
+  assert.equal(placeLabels([label(350)], states).get(350)?.size, SIZES[0]);
+  assert.equal(placeLabels([label(700 + 2 * RADIUS)], states).get(700 + 2 * RADIUS)?.size, SIZES[1]);
+  const walls = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((row) =>
+    [260, 440].map((x) => ({
+      ...label(x),
+      key: `${x} ${row}`,
+      handle: {x, y: 20 * row - 70},
+      sizes: [{width: 60, height: 16}],
+    })),
+  );
+  const crowded = placeLabels([...walls, label(350)], states);
+  assert.equal(crowded.get(350)?.size, SIZES[1]);
+});
+
+test("no arc crosses a name that has a place without one", () => {
+  const crossing = arc({x: 200, y: -300}, {x: 200, y: 300}, {x: 200, y: -40});
+  const own = arc(A, B, {x: 200, y: 0});
+  const labels = [{key: 1, handle: {x: 200, y: 0}, normal: {x: 0, y: -1}, sizes: [SIZES[1]]}];
+  const states = [A, B, {x: 200, y: -300}, {x: 200, y: 300}];
+  const through = pointsOf(crossing, 4).concat(pointsOf(own, 4));
+  const isIn = ({left, right, top, bottom}, {x, y}) => x > left && x < right && y > top && y < bottom;
+  const careless = placeLabels(labels, states).get(1);
+  assert.ok(through.some((point) => isIn(boxOf(careless), point)));
+  const careful = placeLabels(labels, states, [own, crossing]).get(1);
+  assert.ok(!through.some((point) => isIn(boxOf(careful), point)));
+});
+
+test("the points of an arc lie on it, from end to end", () => {
+  const curved = arc(A, B, {x: 200, y: 80});
+  const points = pointsOf(curved, 10);
+  near(points[0], curved.start);
+  near(points.at(-1), curved.end);
+  assert.ok(points.some((point) => distance(point, {x: 200, y: 80}) < 6));
+  for (const [index, point] of points.slice(1).entries()) assert.ok(distance(point, points[index]) < 20);
+  assert.deepEqual(pointsOf(arc(undefined, undefined, A), 10), []);
 });

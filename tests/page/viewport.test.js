@@ -60,3 +60,24 @@ test("a point is revealed by the least that is needed", () => {
   view.reveal({x: 900, y: 10});
   assert.deepEqual([view.x, view.y], [-170, 60]);
 });
+
+test("what is fitted or revealed is not covered", () => {
+  const view = made();
+  view.covered = {width: 400, height: 500};
+  const isCovered = ({x, y}) => x > 400 && y > 100;
+  for (const box of [
+    {left: 0, top: 0, right: 300, bottom: 900},
+    {left: 0, top: 0, right: 3000, bottom: 100},
+  ]) {
+    view.fit(box);
+    const end = view.toWindow({x: box.right, y: box.bottom});
+    const start = view.toWindow({x: box.left, y: box.top});
+    assert.ok(start.x > 0 && start.y > 0 && end.x < 800 && end.y < 600 && !isCovered(end));
+  }
+  Object.assign(view, {x: 0, y: 0, scale: 1, covered: {width: 400, height: 300}});
+  view.reveal({x: 500, y: 400});
+  assert.deepEqual([view.x, view.y], [0, -170]);
+  view.covered = {width: 0, height: 0};
+  view.reveal({x: 700, y: 500});
+  assert.deepEqual([view.x, view.y], [0, -170]);
+});

@@ -157,8 +157,21 @@ export class HfsmCanvas extends HTMLElement {
     this.svg.style.visibility = this.#unfitted ? "hidden" : "";
     if (this.#unfitted)
       this.viewport.zoom(0); // little is drawn until then
-    else this.viewport.fit(this.drawing.bounds());
+    else this.#fitDrawn();
     this.#fitted = this.#view();
+  }
+
+  /** Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room. */
+  #fitDrawn() {
+    const {drawing, viewport} = this;
+    let box = drawing.bounds();
+    let largest = Infinity;
+    for (const limit of [FAR, VERY_FAR]) {
+      if (viewport.scaleFor(box) >= limit) break;
+      largest = limit * 0.999;
+      box = drawing.bounds(largest);
+    }
+    viewport.fit(box, largest);
   }
 
   /**
@@ -342,7 +355,7 @@ export class HfsmCanvas extends HTMLElement {
   #resized() {
     const before = this.#size;
     const fitted = this.#unfitted || this.#fitted === this.#view();
-    const whole = before.width > 0 && contains(this.viewport.seen, this.drawing.bounds());
+    const whole = before.width > 0 && contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale));
     this.#size = {width: this.clientWidth, height: this.clientHeight};
     if (fitted) {
       this.fit();
@@ -350,7 +363,7 @@ export class HfsmCanvas extends HTMLElement {
     }
     this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
     if (before.width && this.#size.width) {
-      if (whole && !contains(this.viewport.seen, this.drawing.bounds())) this.fit(); // it stays fully visible
+      if (whole && !contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale))) this.fit(); // it stays fully visible
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }

@@ -13,7 +13,7 @@ import {markState, markTransition} from "./live-marks.js";
 import {StateView} from "./state-view.js";
 import {make} from "./svg.js";
 import {TransitionView} from "./transition-view.js";
-import {TINY, VERY_FAR} from "./viewport.js";
+import {FAR, TINY, VERY_FAR} from "./viewport.js";
 
 const LARGE = 1000; // states and transitions; in larger automata only visible details are created
 
@@ -199,8 +199,9 @@ export class Drawing {
     const found = placeLabels(
       views.map((view) => view.asLabel()),
       this.#circles(),
+      views.map((view) => view.arc),
     );
-    for (const view of views) view.placeName(found.get(view));
+    for (const view of views) view.placeName(found.get(view)?.middle, found.get(view)?.size);
   }
 
   /** The positions of the states. */
@@ -265,18 +266,16 @@ export class Drawing {
     }
   }
 
-  /** The box around everything. */
-  bounds() {
+  /** The box around everything that is visible at a scale. */
+  bounds(scale = 1) {
     const boxes = [...this.transitions.values()].flatMap((view) => {
-      const {nameAt, width, height, arc} = view;
-      if (!nameAt || !width) return [arc];
-      const name = {
-        left: nameAt.x - width / 2,
-        right: nameAt.x + width / 2,
-        top: nameAt.y - height / 2,
-        bottom: nameAt.y + height / 2,
-      };
-      return [arc, {box: name}];
+      const {nameAt, arc} = view;
+      const {name, width, height, nameWidth} = view.text;
+      const wide = scale >= FAR ? width : nameWidth;
+      if (!nameAt || !wide || scale < VERY_FAR) return [arc];
+      const top = nameAt.y - height / 2;
+      const bottom = nameAt.y + (scale < FAR && name ? 0 : height / 2);
+      return [arc, {box: {left: nameAt.x - wide / 2, right: nameAt.x + wide / 2, top, bottom}}];
     });
     return bounds(this.#circles(), boxes);
   }

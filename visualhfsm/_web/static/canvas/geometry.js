@@ -67,8 +67,8 @@ function head(tip, from) {
   return `M${at(tip.x, tip.y)}L${left}L${right}Z`;
 }
 
-/** @param {Point[]} points @returns {Box} */
-function boxOf(points) {
+/** The box around points. @param {Point[]} points @returns {Box} */
+export function boxOf(points) {
   const xs = points.map((point) => point.x);
   const ys = points.map((point) => point.y);
   return {left: Math.min(...xs), top: Math.min(...ys), right: Math.max(...xs), bottom: Math.max(...ys)};
@@ -187,6 +187,27 @@ function stub(from, to, handle) {
     first: start,
     box: boxOf([start, tip]),
   };
+}
+
+/**
+ * Points of an arc, about `step` pixels apart.
+ *
+ * @param {Arc} arc
+ * @param {number} step
+ * @returns {Point[]}
+ */
+export function pointsOf({start, end, middle}, step) {
+  if (!start || !end) return [];
+  const control = {x: 2 * middle.x - (start.x + end.x) / 2, y: 2 * middle.y - (start.y + end.y) / 2};
+  const count = Math.ceil((distance(start, middle) + distance(middle, end)) / step);
+  return Array.from({length: count + 1}, (_, index) => {
+    const part = index / count || 0;
+    const [first, second, third] = [(1 - part) ** 2, 2 * part * (1 - part), part ** 2];
+    return {
+      x: first * start.x + second * control.x + third * end.x,
+      y: first * start.y + second * control.y + third * end.y,
+    };
+  });
 }
 
 /**

@@ -1,99 +1,155 @@
 /**
- * Put names beside their handles so that none covers another name, a handle or a state.
+ * Put names beside their handles so that none covers another name, a handle or a state, and no arc crosses it.
  *
- * Each name tries some places around its handle, the best first, and takes the first that is free.
+ * Each name tries some places around its handle, the best first, and takes the first that is free: at its full length,
+ * or else shortened.
  *
- * @import {Box, Point} from "./geometry.js"
+ * @import {Arc, Box, Point} from "./geometry.js"
  */
 
 /**
+ * A label, with the sizes that it may have, the largest first.
+ *
  * @template K
- * @typedef {{key: K, handle: Point, normal: Point, width: number, height: number}} Label
+ * @template {Size} S
+ * @typedef {{key: K, handle: Point, normal: Point, sizes: S[]}} Label
  */
 
-import {RADIUS} from "./geometry.js";
+/** @typedef {{width: number, height: number}} Size */
+
+import {boxOf, contains, pointsOf, RADIUS} from "./geometry.js";
 
 const CELL = 96;
+const ROW = 65536; // cells in a row
+/** @type {never[]} */
+const NONE = [];
 const GAP = 5;
+const STEP = 12; // pixels between two points of an arc
+const CROSSED = 72; // a point of an arc in a label is as bad as so many covered square pixels
+const MANY = 400; // arcs; of more, none is avoided
+const LANDSCAPE = 1.5; // width to height of the room of long labels, unless the states take a wider one
+const BESIDE = 40; // pixels beside the outermost states where long labels may stand
 export const HANDLE = 9; // radius
 
 /** A set of boxes that knows quickly whether another one overlaps any of them. */
 class Boxes {
-  /** @type {Map<number, Box[]>} */
-  #cells = new Map();
+  /** The boxes in each cell of the plane, each with the round in which it was last looked at. */
+  #cells = /** @type {Map<number, (Box & {round: number})[]>} */ (new Map());
+  #round = 0;
 
   /** @param {Box} box */
-  add(box) {
-    this.#each(box, (key) => {
-      const known = this.#cells.get(key);
-      if (known) known.push(box);
-      else this.#cells.set(key, [box]);
-    });
+  add({left, right, top, bottom}) {
+    const box = {left, right, top, bottom, round: 0};
+    for (let x = Math.floor(left / CELL); x <= right / CELL; x++)
+      for (let y = Math.floor(top / CELL); y <= bottom / CELL; y++) {
+        const known = this.#cells.get(x * ROW + y);
+        if (known) known.push(box);
+        else this.#cells.set(x * ROW + y, [box]);
+      }
   }
 
   /** The covered area of a box in square pixels. @param {Box} box */
-  covered(box) {
-    const seen = new Set();
+  covered({left, right, top, bottom}) {
+    const round = ++this.#round;
     let area = 0;
-    this.#each(box, (key) => {
-      for (const other of this.#cells.get(key) ?? []) {
-        if (seen.has(other)) continue;
-        seen.add(other);
-        const width = Math.min(box.right, other.right) - Math.max(box.left, other.left);
-        const height = Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top);
-        if (width > 0 && height > 0) area += width * height;
-      }
-    });
+    for (let x = Math.floor(left / CELL); x <= right / CELL; x++)
+      for (let y = Math.floor(top / CELL); y <= bottom / CELL; y++)
+        for (const other of this.#cells.get(x * ROW + y) ?? NONE) {
+          if (other.round === round) continue;
+          other.round = round;
+          const width = Math.min(right, other.right) - Math.max(left, other.left);
+          const height = Math.min(bottom, other.bottom) - Math.max(top, other.top);
+          if (width > 0 && height > 0) area += width * height;
+        }
     return area;
   }
+}
 
-  /** @param {Box} box @param {(key: number) => void} visit */
-  #each(box, visit) {
-    const [left, right] = [Math.floor(box.left / CELL), Math.floor(box.right / CELL)];
-    const [top, bottom] = [Math.floor(box.top / CELL), Math.floor(box.bottom / CELL)];
-    for (let x = left; x <= right; x++) for (let y = top; y <= bottom; y++) visit(x * 65536 + y);
+/** A set of points that knows quickly how many of them are in a box. */
+class Points {
+  /** The points in each cell of the plane. @type {Map<number, Point[]>} */
+  #cells = new Map();
+
+  /** @param {Point} point */
+  add(point) {
+    const key = Math.floor(point.x / CELL) * ROW + Math.floor(point.y / CELL);
+    const known = this.#cells.get(key);
+    if (known) known.push(point);
+    else this.#cells.set(key, [point]);
+  }
+
+  /** @param {Box} box */
+  within({left, right, top, bottom}) {
+    let count = 0;
+    for (let x = Math.floor(left / CELL); x <= right / CELL; x++)
+      for (let y = Math.floor(top / CELL); y <= bottom / CELL; y++)
+        for (const point of this.#cells.get(x * ROW + y) ?? NONE)
+          if (point.x > left && point.x < right && point.y > top && point.y < bottom) count += 1;
+    return count;
   }
 }
 
 /**
- * Choose the middle of each label.
+ * Choose the middle and the size of each label.
  *
  * @template K
- * @param {Label<K>[]} labels
+ * @template {Size} S
+ * @param {Label<K, S>[]} labels
  * @param {Point[]} states
- * @returns {Map<K, Point>}
+ * @param {Arc[]} arcs
+ * @returns {Map<K, {middle: Point, size: S}>}
  */
-export function placeLabels(labels, states) {
+export function placeLabels(labels, states, arcs = []) {
   const taken = new Boxes();
+  const crossed = new Points();
   const side = RADIUS * 0.88;
   for (const {x, y} of states) taken.add({left: x - side, right: x + side, top: y - side, bottom: y + side});
   for (const {handle} of labels) taken.add(around(handle, HANDLE * 2, HANDLE * 2));
-  /** @type {Map<K, Point>} */
+  if (arcs.length <= MANY) for (const each of arcs) for (const point of pointsOf(each, STEP)) crossed.add(point);
+  const room = roomOf(states);
+  /** @type {Map<K, {middle: Point, size: S}>} */
   const found = new Map();
-  for (const label of labels) {
-    if (!label.width) continue;
-    let best = beside(label, label.normal);
+  for (const {key, handle, normal, sizes} of labels) {
+    const smallest = sizes[sizes.length - 1];
+    if (!smallest?.width) continue;
+    const sides = directions(normal);
+    let best = {middle: beside({handle, ...smallest}, normal), size: smallest};
     let least = Infinity;
-    for (const direction of directions(label.normal)) {
-      for (const far of [0, label.height]) {
-        const middle = beside(label, direction, far);
-        const box = around(middle, label.width, label.height);
-        const cover = taken.covered(box);
-        if (cover < least) [best, least] = [middle, cover];
+    for (const size of sizes) {
+      for (let index = 0; index < 2 * sides.length + 4; index++) {
+        const middle = placeOf(index, {handle, ...size}, sides);
+        const box = around(middle, size.width, size.height);
+        if (size !== smallest && !contains(room, box)) continue;
+        let cover = taken.covered(box);
+        if (cover < least) cover += CROSSED * crossed.within(box);
+        if (cover < least && (size === smallest || !cover)) [best, least] = [{middle, size}, cover];
         if (!least) break;
       }
       if (!least) break;
     }
-    taken.add(around(best, label.width, label.height));
-    found.set(label.key, best);
+    taken.add(around(best.middle, best.size.width, best.size.height));
+    found.set(key, best);
   }
   return found;
 }
 
 /**
+ * Where long labels may stand, so that a drawing with them is no larger than it would be on a screen without them.
+ *
+ * @param {Point[]} states
+ * @returns {Box}
+ */
+function roomOf(states) {
+  const {left, right, top, bottom} = boxOf(states);
+  const far = RADIUS + BESIDE;
+  const missing = Math.max(0, (bottom - top + 2 * far) * LANDSCAPE - (right - left + 2 * far)) / 2;
+  return {left: left - far - missing, right: right + far + missing, top: -Infinity, bottom: Infinity};
+}
+
+/**
  * The middle of a label that stands in some direction of its handle.
  *
- * @param {Omit<Label<unknown>, "key">} label
+ * @param {Size & {handle: Point}} label
  * @param {Point} direction
  */
 export function beside(label, direction, far = 0) {
@@ -104,6 +160,22 @@ export function beside(label, direction, far = 0) {
   const reach =
     Math.min(ax > 1e-6 ? (width / 2 + room) / ax : Infinity, ay > 1e-6 ? (height / 2 + room) / ay : Infinity) + far;
   return {x: handle.x + direction.x * reach, y: handle.y + direction.y * reach};
+}
+
+/**
+ * One of the middles that a label may have, the best first: on the sides of its handle, near and further, and across
+ * its corners.
+ *
+ * @param {number} index
+ * @param {Size & {handle: Point}} label
+ * @param {Point[]} sides
+ */
+function placeOf(index, label, sides) {
+  const {handle, width, height} = label;
+  const corner = index - 2 * sides.length;
+  if (corner < 0) return beside(label, sides[index >> 1], index % 2 ? height : 0);
+  const [across, down] = [width / 2 + HANDLE + GAP, height / 2 + GAP];
+  return {x: handle.x + (corner < 2 ? across : -across), y: handle.y + (corner % 2 ? down : -down)};
 }
 
 /** @param {Point} normal */

@@ -82,7 +82,7 @@ export class Minimap {
   #paint() {
     const {drawing, viewport} = this.canvas;
     const few = drawing.states.size < FROM || viewport.size().width < NARROW;
-    const box = few ? undefined : drawing.bounds();
+    const box = few ? undefined : drawing.bounds(0); // without labels
     this.#box = box;
     this.#unpainted = !box || contains(viewport.seen, box);
     if (!box || this.#unpainted) return;

@@ -29,10 +29,21 @@ const blankLabel = template(
 );
 const NAME = 12;
 const DETAIL = 10.5;
-const WIDEST = 150;
+const LINE = 13.5;
+/** Pixels of a line, where there is room and where there is not. */
+const WIDTHS = [400, 260, 150];
 
 /** The arc of a transition that was not placed yet. @type {Arc} */
 const NOWHERE = arc(undefined, undefined, {x: 0, y: 0});
+
+/**
+ * The lines of a label, and its size in pixels; that of its name alone, too.
+ *
+ * @typedef {{name: string, detail: string, width: number, height: number, nameWidth: number}} Text
+ */
+
+/** @type {Text} */
+const NO_TEXT = {name: "", detail: "", width: 0, height: 0, nameWidth: 0};
 
 export class TransitionView {
   words = "";
@@ -44,8 +55,10 @@ export class TransitionView {
   nameAt = undefined;
   /** The same relative to the handle, with which it moves. @type {Point | undefined} */
   offset = undefined;
-  width = 0;
-  height = 0;
+  /** The present text of its label, and the others that it may have. @type {Text} */
+  text = NO_TEXT;
+  /** @type {Text[]} */
+  #texts = [NO_TEXT];
 
   /** @param {Transition} transition */
   constructor(transition) {
@@ -63,7 +76,6 @@ export class TransitionView {
   #more = {};
   /** Its handle and its name, once they are drawn. @type {ReturnType<typeof detailsOf> | undefined} */
   #details = undefined;
-  #hasName = false;
 
   /** Whether it has its handle and its label. */
   get complete() {
@@ -173,22 +185,24 @@ export class TransitionView {
 
   #write() {
     if (!this.#details) return;
-    const {label, glyph, rank, nameSpan, detailSpan} = this.#details;
+    const {label, glyph, rank} = this.#details;
     const {id, name, type} = this.transition;
     const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
     label.dataset.key = `t${id}`;
     set(glyph, "d", kind.path);
     glyph.classList.toggle("filled", kind.filled);
     rank.textContent = this.#more.rank ? String(this.#more.rank) : "";
-    const shortName = shortened(name.trim(), NAME, WIDEST, 500);
-    const detail = shortened(whatFires(this.transition), DETAIL, WIDEST);
-    nameSpan.textContent = shortName;
-    detailSpan.textContent = detail;
-    const lines = Number(Boolean(shortName)) + Number(Boolean(detail));
-    this.#hasName = Boolean(shortName);
-    this.width = lines ? Math.max(width(shortName, NAME, 500), width(detail, DETAIL)) + 6 : 0;
-    this.height = lines * 13.5 + 2;
+    this.#texts = textsOf(name.trim(), whatFires(this.transition));
+    this.#show(this.#texts[this.#texts.length - 1]);
     this.#placeHandle();
+  }
+
+  /** @param {Text} text */
+  #show(text) {
+    if (!this.#details || text === this.text) return;
+    this.text = text;
+    this.#details.nameSpan.textContent = text.name;
+    this.#details.detailSpan.textContent = text.detail;
   }
 
   #placeHandle() {
@@ -241,19 +255,26 @@ export class TransitionView {
 
   /** The name as a label for `placeLabels`. */
   asLabel() {
-    return {key: this, handle: this.arc.middle, normal: this.arc.normal, width: this.width, height: this.height};
+    return {key: this, handle: this.arc.middle, normal: this.arc.normal, sizes: this.#texts};
   }
 
-  /** Put the name beside the handle, with its middle at a point, by default at the best place without other names. */
-  placeName(middle = beside(this.asLabel(), this.arc.normal)) {
+  /**
+   * Put the name beside the handle, with its middle at a point, by default at the best place without other names.
+   *
+   * @param {Point} [middle]
+   * @param {Text} [text] one of its texts
+   */
+  placeName(middle, text = this.text) {
     if (!this.#details) return;
+    this.#show(text);
+    middle ??= beside({handle: this.arc.middle, ...text}, this.arc.normal);
     const {nameSpan, detailSpan} = this.#details;
     const [x, y] = [middle.x.toFixed(1), middle.y];
-    const top = y - this.height / 2 + 11;
+    const top = y - text.height / 2 + 11;
     nameSpan.setAttribute("x", x);
     nameSpan.setAttribute("y", top.toFixed(1));
     detailSpan.setAttribute("x", x);
-    detailSpan.setAttribute("y", (top + (this.#hasName ? 13.5 : 0)).toFixed(1));
+    detailSpan.setAttribute("y", (top + (text.name ? LINE : 0)).toFixed(1));
     this.offset = {x: middle.x - this.arc.middle.x, y: middle.y - this.arc.middle.y};
     this.nameAt = middle;
   }
@@ -268,6 +289,29 @@ function detailsOf(handle, label) {
   const [rank, text] = label.children;
   const [nameSpan, detailSpan] = text.children;
   return {handle, glyph, timer, label, rank, nameSpan, detailSpan};
+}
+
+/**
+ * The texts of a label, the longest first.
+ *
+ * @param {string} fullName
+ * @param {string} fullDetail
+ */
+function textsOf(fullName, fullDetail) {
+  /** @type {Text[]} */
+  const texts = [];
+  for (const widest of WIDTHS) {
+    const name = shortened(fullName, NAME, widest, 500);
+    const detail = shortened(fullDetail, DETAIL, widest);
+    const lines = Number(Boolean(name)) + Number(Boolean(detail));
+    const nameWidth = name && width(name, NAME, 500) + 6;
+    const wide = lines ? Math.max(nameWidth || 0, width(detail, DETAIL) + 6) : 0;
+    const text = {name, detail, width: wide, height: lines * LINE + 2, nameWidth: nameWidth || 0};
+    const former = texts[texts.length - 1];
+    if (former?.name === name && former.detail === detail) continue;
+    texts.push(text);
+  }
+  return texts;
 }
 
 /** The trigger of a transition in a few words. @param {Transition} transition */

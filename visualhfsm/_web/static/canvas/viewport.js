@@ -11,7 +11,8 @@ export const TINY = 0.15;
 
 const SMALLEST = 0.02;
 const LARGEST = 4;
-const FIT_MARGIN = 48; // pixels of the window
+/** Pixels of the window around what is fitted; the tools are above. */
+const FIT = {side: 36, top: 54, bottom: 28};
 const FIT_LARGEST = 1.25;
 
 /** Calls `changed` after each change; `scale` pixels of the window are one of the drawing. */
@@ -68,27 +69,44 @@ export class Viewport {
     this.changed();
   }
 
+  /**
+   * The part of the window in which a box is largest, beside or above what is covered, and the scale for it.
+   *
+   * @param {Box} box
+   */
+  #room({left, right, top, bottom}) {
+    const {width, height} = this.size();
+    const {covered} = this;
+    const rooms = [
+      {width: width - covered.width, height},
+      {width, height: height - covered.height},
+    ].map((room) => ({
+      ...room,
+      scale: Math.min(
+        (room.width - 2 * FIT.side) / Math.max(1, right - left),
+        (room.height - FIT.top - FIT.bottom) / Math.max(1, bottom - top),
+        FIT_LARGEST,
+      ),
+    }));
+    return rooms[1].scale > rooms[0].scale ? rooms[1] : rooms[0];
+  }
+
+  /** The scale at which all of a box is shown. @param {Box} [box] */
+  scaleFor(box) {
+    return box ? this.#room(box).scale : 1;
+  }
+
   /** Show all of a box, in the middle of what is not covered. @param {Box} [box] */
-  fit(box) {
+  fit(box, largest = Infinity) {
     const whole = this.size();
     if (!whole.width || !whole.height) return;
     if (!box) {
       Object.assign(this, {x: whole.width / 2, y: whole.height / 2, scale: 1});
     } else {
-      const [wide, high] = [Math.max(1, box.right - box.left), Math.max(1, box.bottom - box.top)];
-      const {covered} = this;
-      const [beside, above] = [
-        {width: whole.width - covered.width, height: whole.height},
-        {width: whole.width, height: whole.height - covered.height},
-      ].map(({width, height}) => ({
-        width,
-        height,
-        scale: Math.min((width - 2 * FIT_MARGIN) / wide, (height - 2 * FIT_MARGIN) / high, FIT_LARGEST),
-      }));
-      const {width, height, scale} = above.scale > beside.scale ? above : beside;
-      this.scale = Math.max(SMALLEST, scale);
+      const {width, height, scale} = this.#room(box);
+      this.scale = Math.max(SMALLEST, Math.min(scale, largest));
       this.x = width / 2 - ((box.left + box.right) / 2) * this.scale;
-      this.y = height / 2 - ((box.top + box.bottom) / 2) * this.scale;
+      this.y = (FIT.top + height - FIT.bottom) / 2 - ((box.top + box.bottom) / 2) * this.scale;
     }
     this.changed();
   }

@@ -1,6 +1,6 @@
 /** The values of a component and its robot, beside the canvas. */
 
-import {html, nothing, svg} from "lit";
+import {html, svg} from "lit";
 
 import {keyOf} from "../keys.js";
 import {messageOf, notifyError} from "../notices.js";
