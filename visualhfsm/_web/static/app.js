@@ -31,7 +31,7 @@ import {countOf} from "./problems.js";
 import {perform} from "./registry.js";
 import {chosenBody, isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
-import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
+import {actionButton, banner, keepStopInView, resizer, restoreSizes} from "./shell.js";
 import {initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 
@@ -561,5 +561,6 @@ const importsOf = (document) =>
     .join("\n");
 
 initTheme();
+keepStopInView();
 restoreSizes();
 customElements.define("hfsm-app", HfsmApp);

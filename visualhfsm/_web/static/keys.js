@@ -4,6 +4,9 @@ import {isHeld} from "./holding.js";
 import {actionOf, actions, perform} from "./registry.js";
 import {required} from "./required.js";
 
+const MIDDLE = 1; // the button of the mouse
+const PASTED = 100; // ms in which the release of the middle button pastes
+
 const isMac = /^(Mac|iP)/.test(navigator.platform);
 
 /** The name of a pressed key. @param {KeyboardEvent} event */
@@ -109,10 +112,18 @@ export function listenForKeys(context) {
     event.preventDefault();
     perform(action.id, context);
   });
+  // On X11, the release of the middle button, which pans the drawing, also pastes what is selected elsewhere.
+  let released = -Infinity;
+  document.addEventListener(
+    "pointerup",
+    ({button, timeStamp}) => (released = button === MIDDLE ? timeStamp : -Infinity),
+    {capture: true},
+  );
   document.addEventListener("paste", (event) => {
     const [target] = event.composedPath();
     if (event.defaultPrevented || document.querySelector("dialog[open]") || isTyping(target)) return;
     event.preventDefault();
+    if (event.timeStamp - released < PASTED) return;
     perform("paste", {...context, text: event.clipboardData?.getData("text/plain")});
   });
 }

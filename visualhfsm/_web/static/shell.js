@@ -80,23 +80,43 @@ export function menuButton(name, image, open, {kind = "bare", title = name, labe
 }
 
 /**
- * The folder of a document, if another one has the same name.
+ * The folder of a document if another one has the same name, with as many folders above as tell them apart.
  *
  * @param {TabState} tab
  * @param {TabState[]} tabs
  */
 function folderOf({tab, title, path}, tabs) {
-  if (!tabs.some((other) => other.title === title && other.tab !== tab)) return nothing;
-  const folder = path.split("/").at(-2);
-  return folder ? html`<span class="faint"> ${folder}</span>` : nothing;
+  const others = tabs.filter((other) => other.title === title && other.tab !== tab).map((other) => other.path);
+  if (!others.length) return "";
+  const folders = path.split("/").slice(0, -1);
+  /** @param {string} other @param {number} count */
+  const isSame = (other, count) =>
+    other
+      .split("/")
+      .slice(-1 - count, -1)
+      .join() === folders.slice(-count).join();
+  let count = 1;
+  while (count < folders.length && others.some((other) => isSame(other, count))) count += 1;
+  return folders.slice(-count).join("/");
 }
 
 class Tabs extends PageElement {
+  static properties = {overflows: {state: true}};
+
   #revealed = 0;
+  #count = 0; // of the tabs when they were last measured
+  /** Looks whether all tabs are visible. */
+  #sizes = new ResizeObserver(() => this.#measure());
+
+  constructor() {
+    super();
+    /** Whether some tabs are out of view. */
+    this.overflows = false;
+  }
 
   render() {
     const {tabs} = store.workspace;
-    return html`<div role="tablist" aria-label="Open documents" @keydown=${this.#key}>
+    return html`<div role="tablist" aria-label="Open documents" @keydown=${this.#key} @wheel=${this.#scroll}>
         ${tabs.map(
           (each) =>
             html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
@@ -109,7 +129,10 @@ class Tabs extends PageElement {
                 @click=${() => page.show(each.tab)}
                 @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
               >
-                ${each.recording ? icon("film") : nothing}<span class="text">${each.title}${folderOf(each, tabs)}</span
+                ${each.recording ? icon("film") : nothing}<span class="text"
+                  >${each.title}${
+                    folderOf(each, tabs) && html`<span class="faint"> ${folderOf(each, tabs)}</span>`
+                  }</span
                 >${
                   each.dirty
                     ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>`
@@ -126,6 +149,21 @@ class Tabs extends PageElement {
             </div>`,
         )}
       </div>
+      ${
+        this.overflows
+          ? html`<button
+              type="button"
+              class="all-tabs"
+              aria-label="All ${tabs.length} documents"
+              title="All ${tabs.length} documents"
+              aria-haspopup="menu"
+              aria-expanded="false"
+              @click=${this.#list}
+            >
+              ${icon("chevron")}${tabs.length}
+            </button>`
+          : nothing
+      }
       <button
         type="button"
         class="action bare"
@@ -137,11 +175,55 @@ class Tabs extends PageElement {
       </button>`;
   }
 
-  updated() {
-    if (this.#revealed === page.tab) return; // scrolling makes the browser lay out everything at once
+  firstUpdated() {
+    const list = this.querySelector("[role=tablist]");
+    if (list) this.#sizes.observe(list);
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    this.#sizes.disconnect();
+  }
+
+  get #hidesTabs() {
+    const list = this.querySelector("[role=tablist]");
+    return Boolean(list && list.scrollWidth > list.clientWidth);
+  }
+
+  #measure() {
+    this.overflows = this.#hidesTabs;
+    if (this.overflows) this.#reveal();
+  }
+
+  #reveal() {
     const chosen = this.querySelector(".tab.chosen"); // missing until the workspace has arrived
     chosen?.scrollIntoView({block: "nearest", inline: "nearest"});
     this.#revealed = chosen ? page.tab : 0;
+  }
+
+  /** A mouse's wheel scrolls sideways here. @param {WheelEvent & From<HTMLElement>} event */
+  #scroll({currentTarget: list, deltaX, deltaY}) {
+    if (!deltaX) list.scrollLeft += deltaY;
+  }
+
+  /** A menu of all documents. @param {MouseEvent & From<HTMLElement>} event */
+  #list = async ({currentTarget: button}) => {
+    const {tabs} = store.workspace;
+    const items = tabs.map((each) => ({
+      id: String(each.tab),
+      label: each.title + (folderOf(each, tabs) && ` (${folderOf(each, tabs)})`) + (each.dirty ? " •" : ""),
+      icon: each.recording ? "film" : "file",
+      checked: () => each.tab === page.tab,
+      run: () => page.show(each.tab),
+    }));
+    (await import("./menu.js")).dropMenu(button, {groups: [items], label: "Open documents"}, this.context);
+  };
+
+  updated() {
+    if (this.#revealed === page.tab && this.#count === store.workspace.tabs.length) return;
+    this.#count = store.workspace.tabs.length;
+    this.#reveal(); // which makes the browser lay out everything at once
+    this.overflows = this.#hidesTabs;
   }
 
   /** @param {number} tab */
@@ -382,6 +464,12 @@ function unsavedBanner() {
     <button type="button" @click=${async () => (await import("./files.js")).recover(lost.journal)}>Recover them</button>
     <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Discard them</button>
   </div>`;
+}
+
+/** Let no pinch zoom the page, on a trackpad or a screen: STOP would leave the window. The keys still zoom it. */
+export function keepStopInView() {
+  document.documentElement.classList.add("no-pinch");
+  addEventListener("wheel", (event) => event.ctrlKey && event.preventDefault(), {passive: false});
 }
 
 /* Lines between two areas that can be dragged, or moved with the arrows. */

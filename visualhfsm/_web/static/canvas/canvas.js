@@ -164,14 +164,14 @@ export class HfsmCanvas extends HTMLElement {
   /** Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room. */
   #fitDrawn() {
     const {drawing, viewport} = this;
-    let box = drawing.bounds();
+    let scale = 1;
     let largest = Infinity;
+    const isEmpty = (/** @type {Box} */ part) => drawing.isEmpty(part, scale);
     for (const limit of [FAR, VERY_FAR]) {
-      if (viewport.scaleFor(box) >= limit) break;
-      largest = limit * 0.999;
-      box = drawing.bounds(largest);
+      if (viewport.scaleFor(drawing.bounds(scale), isEmpty) >= limit) break;
+      scale = largest = limit * 0.999;
     }
-    viewport.fit(box, largest);
+    viewport.fit(drawing.bounds(scale), {largest, isEmpty});
   }
 
   /**

@@ -7,7 +7,7 @@
 
 import {outgoing} from "../outline.js";
 import {required} from "../required.js";
-import {bounds, handles} from "./geometry.js";
+import {bounds, contains, handles, pointsOf, RADIUS} from "./geometry.js";
 import {placeLabels} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
 import {StateView} from "./state-view.js";
@@ -176,7 +176,9 @@ export class Drawing {
     /** @param {Box} box */
     const within = (box) =>
       [...this.#bare].filter((view) => (this.#detailed || view instanceof StateView) && view.isIn(box));
-    if (within(wider(seen, 0.1)).length) within(wider(seen, 0.5)).forEach((view) => this.#finish(view));
+    /** @param {number} part of its width and height */
+    const around = (part) => wider(seen, (seen.right - seen.left) * part, (seen.bottom - seen.top) * part);
+    if (within(around(0.1)).length) within(around(0.5)).forEach((view) => this.#finish(view));
   }
 
   /** @param {StateView | TransitionView} view */
@@ -268,16 +270,35 @@ export class Drawing {
 
   /** The box around everything that is visible at a scale. */
   bounds(scale = 1) {
-    const boxes = [...this.transitions.values()].flatMap((view) => {
-      const {nameAt, arc} = view;
-      const {name, width, height, nameWidth} = view.text;
+    const arcs = [...this.transitions.values()].map(({arc}) => arc);
+    return bounds(this.#circles(), [...arcs, ...this.#labels(scale).map((box) => ({box}))]);
+  }
+
+  /** Whether nothing that is visible at a scale is in a box. @param {Box} box @param {number} scale */
+  isEmpty(box, scale) {
+    const far = RADIUS + 8;
+    return (
+      this.#circles().every(({x, y}) => !contains(wider(box, far), {left: x, right: x, top: y, bottom: y})) &&
+      this.#labels(scale).every((label) => !overlap(label, box)) &&
+      [...this.transitions.values()].every(
+        ({arc}) =>
+          !overlap(arc.box, box) ||
+          pointsOf(arc, RADIUS / 2).every(({x, y}) => !contains(box, {left: x, right: x, top: y, bottom: y})),
+      )
+    );
+  }
+
+  /** The boxes of the labels that are visible at a scale. @param {number} scale */
+  #labels(scale) {
+    if (scale < VERY_FAR) return [];
+    return [...this.transitions.values()].flatMap(({nameAt, text}) => {
+      const {name, width, height, nameWidth} = text;
       const wide = scale >= FAR ? width : nameWidth;
-      if (!nameAt || !wide || scale < VERY_FAR) return [arc];
+      if (!nameAt || !wide) return [];
       const top = nameAt.y - height / 2;
       const bottom = nameAt.y + (scale < FAR && name ? 0 : height / 2);
-      return [arc, {box: {left: nameAt.x - wide / 2, right: nameAt.x + wide / 2, top, bottom}}];
+      return [{left: nameAt.x - wide / 2, right: nameAt.x + wide / 2, top, bottom}];
     });
-    return bounds(this.#circles(), boxes);
   }
 
   #clear() {
@@ -337,16 +358,22 @@ const newState = (state) => new StateView(state);
 const newTransition = (transition) => new TransitionView(transition);
 
 /**
- * A box that is larger on each side by a part of its width and height.
+ * A box that is larger on each side.
  *
  * @param {Box} box
- * @param {number} part
+ * @param {number} x
  * @returns {Box}
  */
-function wider({left, right, top, bottom}, part) {
-  const [x, y] = [(right - left) * part, (bottom - top) * part];
-  return {left: left - x, right: right + x, top: top - y, bottom: bottom + y};
-}
+const wider = ({left, right, top, bottom}, x, y = x) => ({
+  left: left - x,
+  right: right + x,
+  top: top - y,
+  bottom: bottom + y,
+});
+
+/** @param {Box} one @param {Box} other */
+const overlap = (one, other) =>
+  one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom;
 
 /** @param {StateView | TransitionView} view @param {boolean} selected */
 function mark(view, selected) {

@@ -24,6 +24,12 @@ const ROW = 65536; // cells in a row
 /** @type {never[]} */
 const NONE = [];
 const GAP = 5;
+/** Boxes that together are about a state's circle. */
+const CIRCLE = [
+  [2 * RADIUS + 4, RADIUS],
+  [RADIUS, 2 * RADIUS + 4],
+  [1.6 * RADIUS, 1.6 * RADIUS],
+];
 const STEP = 12; // pixels between two points of an arc
 const CROSSED = 72; // a point of an arc in a label is as bad as so many covered square pixels
 const MANY = 400; // arcs; of more, none is avoided
@@ -102,8 +108,7 @@ class Points {
 export function placeLabels(labels, states, arcs = []) {
   const taken = new Boxes();
   const crossed = new Points();
-  const side = RADIUS * 0.88;
-  for (const {x, y} of states) taken.add({left: x - side, right: x + side, top: y - side, bottom: y + side});
+  for (const place of states) for (const [width, height] of CIRCLE) taken.add(around(place, width, height));
   for (const {handle} of labels) taken.add(around(handle, HANDLE * 2, HANDLE * 2));
   if (arcs.length <= MANY) for (const each of arcs) for (const point of pointsOf(each, STEP)) crossed.add(point);
   const room = roomOf(states);

@@ -70,43 +70,57 @@ export class Viewport {
   }
 
   /**
-   * The part of the window in which a box is largest, beside or above what is covered, and the scale for it.
+   * Where a box is largest: beside or above what is covered, or anywhere if only an empty corner of it is then covered.
    *
    * @param {Box} box
+   * @param {(part: Box) => boolean} isEmpty
    */
-  #room({left, right, top, bottom}) {
+  #room(box, isEmpty) {
     const {width, height} = this.size();
     const {covered} = this;
-    const rooms = [
+    const [whole, ...free] = [
+      {width, height},
       {width: width - covered.width, height},
       {width, height: height - covered.height},
-    ].map((room) => ({
-      ...room,
-      scale: Math.min(
-        (room.width - 2 * FIT.side) / Math.max(1, right - left),
-        (room.height - FIT.top - FIT.bottom) / Math.max(1, bottom - top),
-        FIT_LARGEST,
-      ),
-    }));
-    return rooms[1].scale > rooms[0].scale ? rooms[1] : rooms[0];
+    ].map((room) => placed(box, room));
+    const {x, y, scale} = whole;
+    const right = box.right + width / scale;
+    const bottom = box.bottom + height / scale;
+    const corner = {
+      left: (width - covered.width - x) / scale,
+      top: (height - covered.height - y) / scale,
+      right,
+      bottom,
+    };
+    if (!covered.width || isEmpty(corner)) return whole;
+    return free[1].scale > free[0].scale ? free[1] : free[0];
   }
 
-  /** The scale at which all of a box is shown. @param {Box} [box] */
-  scaleFor(box) {
-    return box ? this.#room(box).scale : 1;
+  /**
+   * The scale at which all of a box is shown.
+   *
+   * @param {Box | undefined} box
+   * @param {(part: Box) => boolean} [isEmpty] whether nothing is drawn in a part of the drawing
+   */
+  scaleFor(box, isEmpty = () => false) {
+    return box ? this.#room(box, isEmpty).scale : 1;
   }
 
-  /** Show all of a box, in the middle of what is not covered. @param {Box} [box] */
-  fit(box, largest = Infinity) {
-    const whole = this.size();
-    if (!whole.width || !whole.height) return;
+  /**
+   * Show all of a box, in the middle of what is not covered.
+   *
+   * @param {Box | undefined} box
+   * @param {{largest?: number, isEmpty?: (part: Box) => boolean}} options `isEmpty` as above
+   */
+  fit(box, {largest = Infinity, isEmpty = () => false} = {}) {
+    const {width, height} = this.size();
+    if (!width || !height) return;
     if (!box) {
-      Object.assign(this, {x: whole.width / 2, y: whole.height / 2, scale: 1});
+      Object.assign(this, {x: width / 2, y: height / 2, scale: 1});
     } else {
-      const {width, height, scale} = this.#room(box);
-      this.scale = Math.max(SMALLEST, Math.min(scale, largest));
-      this.x = width / 2 - ((box.left + box.right) / 2) * this.scale;
-      this.y = (FIT.top + height - FIT.bottom) / 2 - ((box.top + box.bottom) / 2) * this.scale;
+      const room = this.#room(box, isEmpty);
+      const {x, y, scale} = room.scale > largest ? placed(box, room, largest) : room;
+      Object.assign(this, {x, y, scale});
     }
     this.changed();
   }
@@ -140,4 +154,23 @@ export class Viewport {
     this.y = height / 2 - point.y * this.scale;
     this.changed();
   }
+}
+
+/**
+ * Place a box in the middle of a room, as large as possible.
+ *
+ * @param {Box} box
+ * @param {{width: number, height: number}} room
+ */
+function placed({left, right, top, bottom}, {width, height}, largest = FIT_LARGEST) {
+  const [wide, high] = [Math.max(1, right - left), Math.max(1, bottom - top)];
+  const most = Math.min((width - 2 * FIT.side) / wide, (height - FIT.top - FIT.bottom) / high);
+  const scale = Math.max(SMALLEST, Math.min(most, largest));
+  return {
+    width,
+    height,
+    scale,
+    x: width / 2 - ((left + right) / 2) * scale,
+    y: (FIT.top + height - FIT.bottom) / 2 - ((top + bottom) / 2) * scale,
+  };
 }

@@ -1,4 +1,8 @@
-/** The values of a component and its robot, beside the canvas. */
+/**
+ * The values of a component and its robot, beside the canvas.
+ *
+ * @import {From} from "../element.js"
+ */
 
 import {html, svg} from "lit";
 
@@ -6,6 +10,7 @@ import {keyOf} from "../keys.js";
 import {messageOf, notifyError} from "../notices.js";
 import {tabStrip} from "../panels/tabs.js";
 import {required} from "../required.js";
+import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
@@ -26,7 +31,7 @@ const TABS = [
   {id: "errors", label: "Errors", tag: "hfsm-live-errors", module: "./errors.js"},
 ];
 
-const ROOMY = 480; // px of height from which the signs are always explained
+const SIGNS_SHOWN = "visualhfsm.signsShown";
 
 /* The legend of the signs on the canvas while a component is followed. */
 
@@ -58,9 +63,14 @@ const SIGNS = [
   ["breakpoint", svg`<circle class="legend-break" cx="15" cy="12" r="5.5"></circle>`],
 ];
 
-/** @param {boolean} open */
-const liveLegend = (open) =>
-  html`<details class="live-legend" ?open=${open}>
+/** The signs; the browser remembers whether they are explained. */
+const liveLegend = () =>
+  html`<details
+    class="live-legend"
+    ?open=${browserStorage.getItem(SIGNS_SHOWN) === "yes"}
+    @toggle=${(/** @type {From<HTMLDetailsElement>} */ {currentTarget}) =>
+      browserStorage.setItem(SIGNS_SHOWN, currentTarget.open ? "yes" : "no")}
+  >
     <summary>Signs on the canvas</summary>
     <ul>
       ${SIGNS.map(
@@ -82,13 +92,10 @@ export class MonitorPanel extends MonitorElement {
     this.chosen = "variables";
     /** The elements of the tabs that were chosen. @type {Map<string, HTMLElement>} */
     this.elements = new Map();
-    /** Whether there is room to explain the signs. */
-    this.roomy = false;
   }
 
   connectedCallback() {
     super.connectedCallback();
-    this.roomy = (this.parentElement?.clientHeight ?? 0) > ROOMY;
     this.choose(this.chosen);
   }
 
@@ -123,7 +130,7 @@ export class MonitorPanel extends MonitorElement {
     return html`<div class="monitor-panel">
       ${tabStrip({label: "Live values", tabs, chosen: shown, choose: (id) => this.choose(id), prefix: "live"})}
       <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${shown}"></div>
-      ${monitor.component ? liveLegend(this.roomy) : html`<p class="live-legend">${hint}</p>`}
+      ${monitor.component ? liveLegend() : html`<p class="live-legend">${hint}</p>`}
     </div>`;
   }
 
