@@ -42,6 +42,7 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.service import Monitoring
 from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, Silence
+from visualhfsm._monitoring.pictures import OLDEST
 from visualhfsm._monitoring.robot import RobotMonitor, RobotState
 from visualhfsm._monitoring.run_log import LiveSnapshot
 from visualhfsm._services import Components, Snapshot, Stale, Structure
@@ -727,6 +728,21 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         picture = await opened.service.control(name, "picture", {"camera": "Camera", "at": then.at + 0.3})
         with Image.open(io.BytesIO(picture)) as image:
             assert (image.format, image.size) == ("JPEG", (320, 240))
+
+    on_page(robot, go)
+
+
+def test_a_run_has_pictures_of_all_cameras_from_its_beginning_though_no_window_shows_them(
+    robot: ServedRobot, running: Walker
+) -> None:
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        first = await opened.snapshot()
+        for camera in ("Camera", "CameraBottom"):
+            while (jpeg := await opened.do("picture", camera=camera, at=first.at + OLDEST)) is None:
+                await opened.snapshot()
+            with Image.open(io.BytesIO(jpeg)) as image:
+                assert image.size == (320, 240)
 
     on_page(robot, go)
 

@@ -6,20 +6,35 @@ import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Iterable
 from typing import Final, cast
 
 from interfaces.jderobot import CameraPrx, ImageData
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.pictures import Pictures, encode_jpeg, require_pillow
 from visualhfsm._monitoring.realm import has_interface
-from zenoh_ice import Communicator, Sample, ZenohIceError
+from zenoh_ice import Communicator, Sample, UserException, ZenohIceError
 from zenoh_ice.text import printable
 
+KEPT_APART: Final = 1.0
+"""Seconds between two images that are kept of a camera that no window shows."""
 _IMAGE_LIMIT: Final = 1.0
 """Seconds without an image after which the presence of the camera is checked again."""
 
+_PICTURE_LIMIT: Final = 1000
+"""Milliseconds for a picture."""
+
 _logger = logging.getLogger(__name__)
+
+
+async def take_picture(communicator: Communicator, camera: str) -> tuple[float, bytes] | None:
+    """Return the wall time and the JPEG of the present image of a camera; None when it gives none in time."""
+    proxy = communicator.stringToProxy(camera).ice_invocationTimeout(_PICTURE_LIMIT)
+    with contextlib.suppress(VisualHfsmError, ZenohIceError, UserException):  # the next one may succeed
+        image = await asyncio.wrap_future(CameraPrx.uncheckedCast(proxy).getImageData.begin("RGB8"))
+        at, shape = time.time(), image.description
+        return at, await asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
+    return None
 
 
 class Cameras:
@@ -27,7 +42,7 @@ class Cameras:
 
     def __init__(self, communicator: Communicator) -> None:
         self.former: Final = Pictures()
-        """Images that were sent to a window."""
+        """Images that were sent to a window, or kept."""
         self._communicator = communicator
         self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
 
@@ -55,6 +70,14 @@ class Cameras:
                             _logger.warning("%s: %s", name, error)
             except ZenohIceError:  # the camera is gone or sends nothing; it may come back
                 await asyncio.sleep(_IMAGE_LIMIT)
+
+    async def keep(self, names: Iterable[str]) -> None:
+        """Keep the present image of each camera of which none was kept within the last second."""
+        for name in names:
+            if self.former.due(name, time.time(), KEPT_APART):
+                picture = await take_picture(self._communicator, name)
+                if picture is not None:
+                    self.former.add(name, *picture)
 
     async def _encode(self, name: str, sample: Sample[ImageData]) -> bytes:
         which = sample.sequence, sample.wall_time

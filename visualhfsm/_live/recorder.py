@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -15,18 +14,16 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Action, Description, Picture, RobotPose, Snapshot, World
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
-from interfaces.jderobot import CameraPrx
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News
-from visualhfsm._monitoring.pictures import encode_jpeg, require_pillow
+from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.robot import RobotMonitor
 from visualhfsm._monitoring.run_log import LiveSnapshot
-from zenoh_ice import UserException, ZenohIceError
+
+from .cameras import take_picture
 
 _LONGEST_RECORDING: Final = 3600.0
 """Seconds after which a recording ends by itself."""
-_PICTURE_LIMIT: Final = 1000
-"""Milliseconds for a picture."""
 _MOST_CAMERAS: Final = 8
 
 
@@ -97,10 +94,7 @@ class Recorder:
             await asyncio.sleep(max(0.0, began + 1.0 / rate - time.monotonic()))
 
     async def _take_picture(self, name: str) -> None:
-        proxy = self._communicator.stringToProxy(name).ice_invocationTimeout(_PICTURE_LIMIT)
-        camera = CameraPrx.uncheckedCast(proxy)
-        with suppress(VisualHfsmError, ZenohIceError, UserException):  # the next picture may succeed
-            image = await asyncio.wrap_future(camera.getImageData.begin("RGB8"))
-            at, shape = time.time(), image.description
-            jpeg = await asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
+        picture = await take_picture(self._communicator, name)
+        if picture is not None:
+            at, jpeg = picture
             self._writer.look(f"/images/{name}", Picture.of(name, round(at * 1e9), jpeg), at)

@@ -7,6 +7,7 @@ import itertools
 import logging
 import math
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -17,9 +18,10 @@ from codegen.hfsm.document import Document
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
-from visualhfsm._errors import VisualHfsmError
+from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._monitoring.description import nao
 from visualhfsm._monitoring.follower import Follower, LiveStructure, News, Silence
+from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.realm import (
     MONITOR_PREFIX,
     RELOAD_PATIENCE,
@@ -37,7 +39,7 @@ from zenoh_ice.interface import Operation
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
-from .cameras import Cameras
+from .cameras import KEPT_APART, Cameras
 from .poses import PoseStream
 from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
@@ -50,6 +52,8 @@ _MOST_RECORDINGS: Final = 4
 _STOP_LIMIT: Final = 2.0
 """Seconds to wait for a component to end before the robot is stopped again."""
 _SCENE: Final = "Scene"
+_MOST_CAMERAS: Final = 8
+"""Cameras of which pictures are kept."""
 
 _logger = logging.getLogger(__name__)
 
@@ -103,7 +107,10 @@ class Monitoring:
         self._recorders: dict[str, Recorder] = {}
         self._numbers = itertools.count(1)
         self._published: Components | None = None
-        self._task = asyncio.create_task(self._keep(), name="monitoring")
+        self._tasks = {
+            asyncio.create_task(self._keep(), name="monitoring"),
+            asyncio.create_task(self._keep_pictures(), name="pictures"),
+        }
 
     async def attach(self, component: str) -> dict[str, Any]:
         """Follow a component; return its structure and timeline as far as known."""
@@ -233,8 +240,9 @@ class Monitoring:
 
     async def close(self) -> None:
         """Stop listening, and close the session."""
-        self._task.cancel()
-        await asyncio.wait({self._task})
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.wait(self._tasks)
         for component in list(self._recorders):
             await self.end_record(component)
         await asyncio.to_thread(self._close)
@@ -267,6 +275,15 @@ class Monitoring:
             except Exception:  # the next round may succeed, and without it nothing would be updated
                 _logger.exception("the components could not be updated")
             await asyncio.sleep(_PERIOD)
+
+    async def _keep_pictures(self) -> None:
+        """Keep pictures of all cameras while something that runs is followed, for looking back."""
+        with suppress(MissingPackageError):
+            require_pillow()
+            while True:
+                if any(not follower.silence.since for follower in self._followers.values()):
+                    await self._cameras.keep(self._robot.cameras()[:_MOST_CAMERAS])
+                await asyncio.sleep(KEPT_APART)
 
     def _publisher(self, component: str) -> Callable[[News], None]:
         def publish(news: News) -> None:

@@ -44,9 +44,9 @@ class Pictures:
         while self._bytes > self._most_bytes:
             self._bytes -= len(self._kept.popleft()[2])
 
-    def due(self, camera: str, at: float) -> bool:
-        """Return whether an image of a camera at a wall time would be kept."""
-        return not 0.0 <= at - self._latest.get(camera, -math.inf) < _KEPT_INTERVAL
+    def due(self, camera: str, at: float, apart: float = _KEPT_INTERVAL) -> bool:
+        """Return whether the last image of a camera was kept at least `apart` s before a wall time."""
+        return not 0.0 <= at - self._latest.get(camera, -math.inf) < apart
 
     def at(self, camera: str, at: float) -> bytes | None:
         """Return the last image of a camera up to a wall time; None if there is none from about then."""

@@ -171,6 +171,6 @@ function placed({left, right, top, bottom}, {width, height}, largest = FIT_LARGE
     height,
     scale,
     x: width / 2 - ((left + right) / 2) * scale,
-    y: (FIT.top + height - FIT.bottom) / 2 - ((top + bottom) / 2) * scale,
+    y: Math.max(height / 2 - (high * scale) / 2, FIT.top) - top * scale,
   };
 }
