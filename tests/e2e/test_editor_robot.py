@@ -37,11 +37,12 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
 def test_one_click_leads_to_a_robot_that_dances_in_3d_and_is_missed_when_it_is_lost(
     shown: EditorPage,
 ) -> None:
-    shown.page.evaluate("sessionStorage.clear()")
+    shown.page.evaluate("localStorage.clear()")
     shown.button("Watch a robot dance").click()
     status = shown.page.locator(".live-status")
     expect(status).to_have_text("Running", timeout=STARTED)
-    expect(shown.page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
+    robot = shown.page.get_by_role("region", name="The robot").locator(".stage canvas")
+    expect(robot).to_be_visible()
     expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible()
     expect(shown.state("out")).to_have_attribute("aria-label", re.compile("active"), timeout=STARTED)
     (simulation,) = children("naoserver_sim")
@@ -49,6 +50,7 @@ def test_one_click_leads_to_a_robot_that_dances_in_3d_and_is_missed_when_it_is_l
     expect(status).to_have_text(re.compile("^Robot lost since"))
     expect(status).to_have_class(re.compile(r"\blost\b"))
     expect(shown.page.get_by_role("button", name=re.compile("^Robot lost since"))).to_be_visible()
+    expect(robot).to_be_visible()
 
 
 @pytest.mark.gl

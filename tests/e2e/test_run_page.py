@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import msgspec
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.browser import new_context
@@ -12,6 +13,7 @@ from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
 from tests.support.watching import recorded
 from visualhfsm._editing.serialization import parse
+from visualhfsm._monitoring.pictures import encode_jpeg
 from visualhfsm._run_page import Run, write_run_page
 
 HOSTILE = "</script><img src=x onerror=\"document.title='hostile'\">"
@@ -54,6 +56,21 @@ def test_an_exported_run_plays_from_disk(browser: Browser, tmp_path: Path) -> No
         assert not mishaps
         assert requests.count("file") == 1
         assert set(requests) <= {"data", "file"}
+
+
+def test_an_exported_run_begins_where_it_has_pictures(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "run.html"
+    log = recorded(3.0)
+    began = msgspec.json.decode(log.at(0.0))["at"]
+    jpeg = encode_jpeg(2, 1, bytes(6))
+    pictures = {"Camera": [(began + 1.0, jpeg)], "CameraBottom": [(began + 1.5, jpeg)]}
+    write_run_page(path, Run("dance", dance_and_follow(), log, pictures=pictures))
+    with new_context(browser) as context:
+        page = context.new_page()
+        page.goto(path.as_uri())
+        expect(page.get_by_role("slider", name="Moment of the run")).to_have_attribute("aria-valuenow", "1.5")
+        expect(page.locator("hfsm-camera canvas")).to_have_count(2)
+        expect(page.locator(".camera.lost")).to_have_count(0)
 
 
 def plays(page: Page) -> None:

@@ -110,6 +110,18 @@ function pushes({name, document}) {
   return all;
 }
 
+/**
+ * The moment that is shown first: the first one of which all cameras have a picture.
+ *
+ * @param {string[]} moments
+ * @param {Content["pictures"]} pictures
+ */
+function beginning(moments, pictures) {
+  const seenFrom = Math.max(...Object.values(pictures).map(([first]) => first?.[0] ?? -Infinity));
+  const found = moments.find((moment) => JSON.parse(moment).at >= seenFrom);
+  return JSON.parse(found ?? moments[0]);
+}
+
 async function show() {
   const {content, moments} = await unpacked();
   const {name, complete, structure, timeline, world, pictures, imported} = content;
@@ -119,7 +131,7 @@ async function show() {
   if (imported.length) store.showContent(TAB, imported);
   page.show(tab);
   const cameras = Object.keys(pictures);
-  const snapshot = JSON.parse(moments[0]);
+  const snapshot = beginning(moments, pictures);
   const found = {component: name, file: "", document: "", structure, timeline, snapshot, since: 0};
   await monitor.lookAtRecording(name, {...found, complete, tab, world, cameras, body: BODY});
   const canvas = new HfsmCanvas();

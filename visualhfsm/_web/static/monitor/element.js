@@ -55,7 +55,8 @@ export class MonitorElement extends PageElement {
 export function spokenSeconds(seconds) {
   if (!Number.isFinite(seconds)) return "–";
   const minutes = Math.floor(seconds / 60);
-  return minutes ? `${minutes}:${(seconds - minutes * 60).toFixed(1).padStart(4, "0")} min` : `${seconds.toFixed(1)} s`;
+  const rest = `${(seconds - minutes * 60).toFixed(1)} s`;
+  return minutes ? `${minutes} min ${rest}` : rest;
 }
 
 /** Why nothing is known of the robot's joints. */

@@ -107,11 +107,11 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     return this.followed.known.stateName(automaton, id);
   }
 
-  /** Whether there is a robot to see: that of a recording, of a dry run, or the present one. */
+  /** Whether there is a robot to see: that of a recording, of a dry run, or the present one, until it is given up. */
   get hasRobot() {
     const {recording} = this;
     if (recording) return Boolean(recording.body || recording.cameras.length);
-    return Boolean(this.dryRunBody) || store.robot.status === "present";
+    return Boolean(this.dryRunBody) || ["present", "lost"].includes(store.robot.status);
   }
 
   /** Whether it can be steered now. */
