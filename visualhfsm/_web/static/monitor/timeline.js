@@ -18,7 +18,7 @@ import {drawLanes} from "./lanes.js";
 import {monitor} from "./monitor.js";
 import {scrubbing} from "./scrubbing.js";
 
-const LANE = 17; // px
+const LANE = 21; // px
 const GAP = 3;
 const AXIS = 17;
 const MOST_LANES = 3; // below the canvas

@@ -1,0 +1,168 @@
+"""The page in windows of all sizes: the drawing has room, tabs their names, and STOP stays where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, expect
+
+from tests.support.browser import EditorPage
+from tests.support.editor import DOCUMENT, Editor, editor
+from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run
+
+SIZES = [(1440, 900), (1100, 800), (1024, 768), (768, 1024), (683, 700), (390, 844)]
+SHEET = 720
+"""Pixels of a window's width up to which the panel is below the drawing."""
+SMALL_TARGETS = """() => {
+  const selector = "button, a[href], input, select, summary, [role=tab], [role=treeitem], [role=slider]";
+  const box = (each) => {
+    const label = each.matches("[type=checkbox], [type=radio]") && each.closest("label");
+    return (label || each).getBoundingClientRect();
+  };
+  return [...document.querySelectorAll(selector)]
+    .filter((each) => each.checkVisibility({visibilityProperty: true, opacityProperty: true}))
+    .map((each) => [each.outerHTML.slice(0, 120), box(each)])
+    .filter(([, {width, height}]) => width && height && (width < 23.9 || height < 23.9))
+    .map(([name, {width, height}]) => `${name} ${width} x ${height}`);
+}"""
+COVERED = """() => {
+  const stop = document.querySelector(".stop-button");
+  const {left, top, width, height} = stop.getBoundingClientRect();
+  return !stop.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+}"""
+
+
+@pytest.fixture
+def live(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    """A component that runs on a robot, which is shown in the corner."""
+    with robot_and_editor(tmp_path / "walk.xml") as (_, running), monitor_page(browser, running) as shown:
+        run(shown)
+        shown.button("See the robot").click()
+        comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
+        yield shown
+
+
+@pytest.fixture
+def running(root: Path, path: Path) -> Iterator[Editor]:
+    """An editor of eleven documents, two of which have the same name in folders of the same name."""
+    paths = [path]
+    for name in ("a/parts/walk", "b/parts/walk", *(f"behavior_{number}" for number in range(8))):
+        paths.append(root / f"{name}.xml")
+        paths[-1].parent.mkdir(parents=True, exist_ok=True)
+        paths[-1].write_text(DOCUMENT, "utf-8")
+    with editor(root, *paths) as running:
+        yield running
+
+
+def box(locator: Locator) -> dict[str, float]:
+    found = locator.bounding_box()
+    assert found is not None
+    return {**found}
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_drawing_has_most_of_the_window_beside_a_panel(live: EditorPage, width: int, height: int) -> None:
+    page = live.page
+    live.resize(width, height)
+    page.evaluate("document.querySelector('hfsm-app').showLive('variables')")
+    expect(page.get_by_role("tab", name="Variables")).to_be_visible()
+    panel, drawing = box(page.locator(".side")), box(page.locator("hfsm-canvas"))
+    if width <= SHEET or height > width:
+        assert panel["y"] >= drawing["y"] + drawing["height"]
+        assert drawing["height"] >= panel["height"]
+        assert drawing["width"] >= width - 1
+    elif width <= 1100:
+        assert panel["width"] <= 0.4 * width + 1
+    live.press("f")
+    for name in ("wait", "go"):
+        state = box(live.state(name).locator(".body"))
+        assert state["width"] > 30
+        assert drawing["x"] < state["x"] < drawing["x"] + drawing["width"]
+    assert not page.evaluate(COVERED)
+    page.evaluate("document.querySelector('hfsm-app').showLive('view')")
+    expect(page.locator(".side .stage canvas")).to_be_visible()
+    assert box(page.locator(".side .stage"))["height"] > 100
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_everything_that_is_pressed_has_24_pixels(live: EditorPage) -> None:
+    page = live.page
+    assert page.evaluate(SMALL_TARGETS) == []
+    for tab in ("variables", "plots", "cameras", "view", "cycles", "errors"):
+        page.evaluate("tab => document.querySelector('hfsm-app').showLive(tab)", tab)
+        expect(page.locator(f"#live-tab-{tab}")).to_have_attribute("aria-selected", "true")
+        expect(page.locator("#live-panel > *")).to_be_visible()
+        assert page.evaluate(SMALL_TARGETS) == [], tab
+    live.state("go").click()
+    live.edit_code()
+    assert page.evaluate(SMALL_TARGETS) == []
+
+
+def test_eleven_documents_keep_their_names_and_a_menu_has_them_all(shown: EditorPage) -> None:
+    page = shown.page
+    tabs = page.get_by_role("tablist", name="Open documents").get_by_role("tab")
+    expect(tabs).to_have_count(11)
+    for width in (1440, 683, 390):
+        shown.resize(width, 800)
+        assert min(tabs.evaluate_all("all => all.map((each) => each.closest('.tab').offsetWidth)")) >= 90
+        menu = page.get_by_role("button", name="All 11 documents")
+        expect(menu).to_be_visible()
+    menu.click()
+    page.get_by_role("menuitemcheckbox", name="walk (b/parts)").click()
+    chosen = page.get_by_role("tab", selected=True)
+    expect(chosen).to_have_text("walk b/parts")
+    expect(chosen).to_be_in_viewport()
+    shown.resize(1440, 800)
+    expect(chosen).to_be_in_viewport()
+    assert shown.violations("header") == []
+
+
+def test_tabs_that_fit_need_no_menu(shown: EditorPage) -> None:
+    page = shown.page
+    menu = page.get_by_role("button", name="All 11 documents")
+    expect(menu).to_be_visible()
+    for count in range(10, 2, -1):
+        shown.press("Alt+w")
+        expect(page.get_by_role("tab")).to_have_count(count)
+    expect(menu).to_have_count(0)
+
+
+def test_the_middle_button_pans_and_pastes_nothing(shown: EditorPage) -> None:
+    page = shown.page
+    paste = """() => document.body.dispatchEvent(new ClipboardEvent("paste", {
+      bubbles: true, cancelable: true, clipboardData: new DataTransfer()}))"""
+    before = shown.middle_of("wait")
+    page.mouse.move(before[0] + 90, before[1] + 90)
+    page.evaluate(f"() => addEventListener('pointerup', {paste}, {{once: true}})")  # as X11 does
+    page.mouse.down(button="middle")
+    page.mouse.move(before[0] + 150, before[1] + 120, steps=3)
+    page.mouse.up(button="middle")
+    shown.expect_at("wait", (before[0] + 60, before[1] + 30))
+    expect(page.locator(".notice")).to_have_count(0)
+    page.mouse.click(before[0] + 100, before[1] + 150)
+    page.evaluate(paste)
+    expect(page.locator(".notice")).to_contain_text("no states were copied here")
+
+
+def test_a_pinch_beside_the_canvas_does_not_zoom_the_page(shown: EditorPage) -> None:
+    page = shown.page
+    prevented = """selector => !document.querySelector(selector).dispatchEvent(
+      new WheelEvent("wheel", {ctrlKey: true, deltaY: -40, bubbles: true, cancelable: true}))"""
+    shown.state("wait").click()
+    shown.edit_code()
+    for selector in (".side", ".left", "header", ".stop-button", "hfsm-canvas .surface"):
+        assert page.evaluate(prevented, selector), selector
+    assert page.evaluate("getComputedStyle(document.documentElement).touchAction") == "pan-x pan-y"
+
+
+def test_stop_is_unlike_other_buttons_where_the_system_chooses_the_colors(shown: EditorPage) -> None:
+    shown.page.emulate_media(forced_colors="active")
+    sign = """() => {
+      const stop = document.querySelector(".stop-button");
+      const {borderStyle} = getComputedStyle(stop);
+      const {clipPath, width} = getComputedStyle(stop, "::before");
+      return [borderStyle, clipPath.startsWith("polygon"), parseFloat(width) > 8];
+    }"""
+    assert shown.page.evaluate(sign) == ["double", True, True]
