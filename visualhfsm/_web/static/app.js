@@ -34,6 +34,7 @@ import {runs} from "./runs.js";
 import {actionButton, banner, keepStopInView, resizer, restoreSizes} from "./shell.js";
 import {initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
+import {laterStyles} from "./styles.js";
 
 /**
  * An element that is loaded when it is first shown: a panel, or a part of the monitor.
@@ -55,6 +56,7 @@ const LAZY = {
   "hfsm-robot-dock": "./monitor/dock.js",
   "hfsm-start": "./start.js",
 };
+const UNHURRIED = 500; // ms after the first picture until more is loaded
 const SIDE = [
   ["hfsm-code-panel", "Code"],
   ["hfsm-data-panel", "Data"],
@@ -115,6 +117,7 @@ export class HfsmApp extends PageElement {
     this.listen(store, "document", ({detail}) => {
       if (detail.tab === page.tab) page.prune();
     });
+    store.addEventListener("document", () => setTimeout(laterStyles, UNHURRIED), {once: true});
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
     this.listen(
@@ -399,7 +402,7 @@ export class HfsmApp extends PageElement {
    */
   async #load(tag) {
     try {
-      await import(LAZY[tag]);
+      await Promise.all([import(LAZY[tag]), laterStyles()]);
     } catch (error) {
       notifyError(new Error(`${LAZY[tag]} could not be loaded: ${messageOf(error)}`));
       return undefined;

@@ -7,6 +7,9 @@ import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 import {actionOf, isPossible} from "./registry.js";
 import {required} from "./required.js";
+import {laterStyles} from "./styles.js";
+
+await laterStyles();
 
 const GAP = 4; // pixels between a button and the menu below it
 const GROUND = [

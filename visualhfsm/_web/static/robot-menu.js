@@ -9,6 +9,9 @@ import {notifyError} from "./notices.js";
 import {bodies, chooseBody, chosenBody, simulate} from "./robot.js";
 import {browserStorage} from "./storage.js";
 import {store} from "./store.js";
+import {laterStyles} from "./styles.js";
+
+await laterStyles();
 
 /** @import {Close} from "./dialogs/dialog.js" */
 /** @import {From} from "./element.js" */

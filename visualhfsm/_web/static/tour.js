@@ -12,6 +12,9 @@ import {STOP_KEY} from "./monitor/stop.js";
 import {notify} from "./notices.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
+import {laterStyles} from "./styles.js";
+
+await laterStyles();
 
 /** @import {Context} from "./registry.js" */
 

@@ -12,6 +12,9 @@
 import {html, nothing, render} from "lit";
 
 import {icon} from "../icons.js";
+import {laterStyles} from "../styles.js";
+
+await laterStyles();
 
 /**
  * Show a dialog until it is closed.
