@@ -113,8 +113,7 @@ def watch(shown: EditorPage) -> None:
     shown.press("F5")
     active = shown.page.locator(".active")
     expect(shown.state("right").and_(active)).to_be_visible()
-    shown.press("Alt+l")
-    shown.page.get_by_role("tab", name="3D").click()
+    shown.show_robot()
     expect(shown.state("left").and_(active)).to_be_visible()
     picture(shown.page, "running", "tutorial", after=1000)
 

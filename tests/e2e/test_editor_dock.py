@@ -25,8 +25,8 @@ def dock(shown: EditorPage) -> Locator:
 
 
 def show(shown: EditorPage) -> None:
-    """Show the robot, which tests fold."""
-    shown.button("See the robot").click()
+    """Show the robot, and wait until it is drawn."""
+    shown.show_robot()
     comes_true(shown, IS_DRAWN)
 
 

@@ -230,6 +230,11 @@ class EditorPage:
         for key in keys:
             self.page.keyboard.press(key)
 
+    def show_robot(self) -> None:
+        """Show the robot in the corner of the canvas, as users see it: tests fold it."""
+        self.button("See the robot").click()
+        expect(self.page.get_by_role("region", name="The robot").locator(".stage canvas")).to_be_visible()
+
     def edit_code(self) -> None:
         """Show the code of the selected element, and wait until it has the focus, which it takes a moment later."""
         self.press("Shift+Enter")
