@@ -8,9 +8,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, expect
 
-from tests.support.browser import EditorPage
+from tests.support.browser import Box, EditorPage
 from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run, status
 
+SEVERAL_FRAMES = """async () => {
+    for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
+}"""
 IS_DRAWN = "() => document.querySelector('hfsm-robot-view')?.drawing?.body?.torso.visible"
 
 
@@ -30,17 +33,6 @@ def show(shown: EditorPage) -> None:
     comes_true(shown, IS_DRAWN)
 
 
-def overlap(one: Locator, other: Locator) -> bool:
-    boxes = one.bounding_box(), other.bounding_box()
-    assert boxes[0] is not None
-    assert boxes[1] is not None
-    return all(
-        boxes[0][start] < boxes[1][start] + boxes[1][size]
-        and boxes[1][start] < boxes[0][start] + boxes[0][size]
-        for start, size in (("x", "width"), ("y", "height"))
-    )
-
-
 def test_the_robot_stays_beside_the_code_on_every_run_and_covers_no_state(shown: EditorPage) -> None:
     page = shown.page
     show(shown)
@@ -57,7 +49,7 @@ def test_the_robot_stays_beside_the_code_on_every_run_and_covers_no_state(shown:
         expect(status(shown)).to_contain_text("Ended")
     shown.press("f")
     for name in ("wait", "go"):
-        assert not overlap(shown.state(name).locator(".body"), dock(shown))
+        assert not Box.of(shown.state(name).locator(".body")).overlaps(Box.of(dock(shown)))
     assert shown.violations(".dock") == []
 
 
@@ -93,11 +85,10 @@ def test_nothing_is_drawn_while_it_is_folded_or_hidden(shown: EditorPage) -> Non
     )
     page.get_by_role("button", name="Start page").click()
     expect(dock(shown)).to_be_hidden()
-    comes_true(
-        shown, "() => window.view.drawing.drawn().then(() => window.view.drawing.stage.clientWidth === 0)"
-    )
+    page.evaluate(SEVERAL_FRAMES)  # within which it notices
     before = page.evaluate("window.frames()")
-    page.evaluate("async () => { for (let i = 0; i < 5; i++) await window.view.drawing.drawn(); }")
+    page.evaluate("window.view.drawing.drawn()")
+    page.evaluate(SEVERAL_FRAMES)
     assert page.evaluate("window.frames()") == before
     page.get_by_role("tab", name="walk").click()
     comes_true(shown, "before => window.frames() > before", before)
@@ -114,14 +105,13 @@ def test_what_the_user_chose_is_remembered(shown: EditorPage) -> None:
     expect(dock(shown).locator("hfsm-camera canvas")).to_be_visible()
     expect(page.locator(".stage")).to_have_count(0)
     assert shown.violations(".dock") == []
-    wide = dock(shown).bounding_box()
-    assert wide is not None
+    wide = Box.of(dock(shown)).width
     dock(shown).get_by_role("separator", name="Width of the robot's picture").press("ArrowLeft")
-    comes_true(shown, "wide => document.querySelector('.dock').offsetWidth > wide", wide["width"] + 10)
+    comes_true(shown, "wide => document.querySelector('.dock').offsetWidth > wide", wide + 10)
     page.reload()
     shown.state("wait").wait_for()
     expect(picture).to_have_value("Camera")
-    assert dock(shown).bounding_box()["width"] > wide["width"] + 10  # type: ignore[index]
+    assert Box.of(dock(shown)).width > wide + 10
     shown.press("Alt+Shift+b")
     expect(dock(shown)).to_have_count(0)
     page.reload()

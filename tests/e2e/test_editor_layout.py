@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Locator, expect
+from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage
+from tests.support.browser import Box, EditorPage
 from tests.support.editor import DOCUMENT, Editor, editor
 from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run
 
@@ -56,34 +56,28 @@ def running(root: Path, path: Path) -> Iterator[Editor]:
         yield running
 
 
-def box(locator: Locator) -> dict[str, float]:
-    found = locator.bounding_box()
-    assert found is not None
-    return {**found}
-
-
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_the_drawing_has_most_of_the_window_beside_a_panel(live: EditorPage, width: int, height: int) -> None:
     page = live.page
     live.resize(width, height)
     page.evaluate("document.querySelector('hfsm-app').showLive('variables')")
     expect(page.get_by_role("tab", name="Variables")).to_be_visible()
-    panel, drawing = box(page.locator(".side")), box(page.locator("hfsm-canvas"))
+    panel, drawing = Box.of(page.locator(".side")), Box.of(page.locator("hfsm-canvas"))
     if width <= SHEET or height > width:
-        assert panel["y"] >= drawing["y"] + drawing["height"]
-        assert drawing["height"] >= panel["height"]
-        assert drawing["width"] >= width - 1
+        assert panel.y >= drawing.y + drawing.height
+        assert drawing.height >= panel.height
+        assert drawing.width >= width - 1
     elif width <= 1100:
-        assert panel["width"] <= 0.4 * width + 1
+        assert panel.width <= 0.4 * width + 1
     live.press("f")
     for name in ("wait", "go"):
-        state = box(live.state(name).locator(".body"))
-        assert state["width"] > 30
-        assert drawing["x"] < state["x"] < drawing["x"] + drawing["width"]
+        state = Box.of(live.state(name).locator(".body"))
+        assert state.width > 30
+        assert drawing.x < state.x < drawing.x + drawing.width
     assert not page.evaluate(COVERED)
     page.evaluate("document.querySelector('hfsm-app').showLive('view')")
     expect(page.locator(".side .stage canvas")).to_be_visible()
-    assert box(page.locator(".side .stage"))["height"] > 100
+    assert Box.of(page.locator(".side .stage")).height > 100
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 

@@ -61,7 +61,9 @@ def test_an_exported_run_plays_from_disk(browser: Browser, tmp_path: Path) -> No
 def test_an_exported_run_begins_where_it_has_pictures(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "run.html"
     log = recorded(3.0)
-    began = msgspec.json.decode(log.at(0.0))["at"]
+    first = log.at(0.0)
+    assert first is not None
+    began = msgspec.json.decode(first)["at"]
     jpeg = encode_jpeg(2, 1, bytes(6))
     pictures = {"Camera": [(began + 1.0, jpeg)], "CameraBottom": [(began + 1.5, jpeg)]}
     write_run_page(path, Run("dance", dance_and_follow(), log, pictures=pictures))

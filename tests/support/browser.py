@@ -9,7 +9,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 import pytest
 from playwright.sync_api import (
@@ -33,6 +33,7 @@ from tests.support.page_coverage import PAGE_COVERAGE, recorded
 
 __all__ = [
     "NO_CHROMIUM",
+    "Box",
     "Connections",
     "EditorPage",
     "chromium",
@@ -166,6 +167,31 @@ class Connections:
     def restore(self) -> None:
         """Accept connections again."""
         self._page.evaluate("window.connections.restore()")
+
+
+class Box(NamedTuple):
+    """Where an element is in the window, in pixels."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    @classmethod
+    def of(cls, locator: Locator) -> Box:
+        """Return where a visible element is."""
+        found = locator.bounding_box()
+        assert found is not None
+        return cls(found["x"], found["y"], found["width"], found["height"])
+
+    def overlaps(self, other: Box) -> bool:
+        """Return whether two elements cover each other."""
+        return (
+            self.x < other.x + other.width
+            and other.x < self.x + self.width
+            and self.y < other.y + other.height
+            and other.y < self.y + self.height
+        )
 
 
 class EditorPage:

@@ -80,7 +80,7 @@ export function menuButton(name, image, open, {kind = "bare", title = name, labe
 }
 
 /**
- * The folder of a document if another one has the same name, with as many folders above as tell them apart.
+ * The folder of a document if another one has the same name, with as many folders above as distinguish them.
  *
  * @param {TabState} tab
  * @param {TabState[]} tabs

@@ -165,7 +165,7 @@ export class RobotDock extends MonitorElement {
     browserStorage.setItem(SHOWS, shows);
   }
 
-  /** Tell the canvas which corner is covered. */
+  /** Report to the canvas which corner is covered. */
   #clear() {
     const dock = /** @type {HTMLElement | null} */ (this.querySelector(".dock"));
     const [width, height] = [dock?.offsetWidth ?? 0, dock?.offsetHeight ?? 0];

@@ -119,7 +119,7 @@ export class RobotDrawing {
 
   /** Draw it when the next frame is due, unless it is hidden. */
   redraw() {
-    if (this.#hidden) for (const resolve of this.#waiting.splice(0)) resolve();
+    if (this.#hidden) for (const resolve of this.#waiting.splice(0)) resolve(); // they wait for nothing
     if (this.#hidden || this.#frame !== undefined || this.#later !== undefined) return;
     const left = this.#drawn + this.pace.wait - performance.now();
     if (left > 0) this.#later = setTimeout(() => this.#request(), left);
@@ -130,6 +130,7 @@ export class RobotDrawing {
     this.#later = undefined;
     this.#frame = requestAnimationFrame(() => {
       this.#frame = undefined;
+      if (this.#hidden) return this.redraw();
       this.#drawn = performance.now();
       this.renderer.render(this.scene, this.viewpoints.camera);
       for (const resolve of this.#waiting.splice(0)) resolve();
