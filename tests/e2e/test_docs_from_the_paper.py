@@ -52,6 +52,7 @@ def test_two_experiments_run_from_the_start_page(shown: EditorPage) -> None:
     expect(shown.state("search")).to_be_visible()
     shown.press("F5")
     expect(active.first).to_be_visible()
+    shown.press("Alt+l")
     shown.page.get_by_role("tab", name="Cameras").click()
     expect(shown.page.locator(".marks").filter(has_text="green ball").first).to_be_visible()
     expect(shown.page.locator(".rate").first).to_contain_text("images/s")

@@ -116,3 +116,19 @@ def test_what_the_user_chose_is_remembered(shown: EditorPage) -> None:
     expect(dock(shown)).to_have_count(0)
     page.reload()
     expect(shown.button("See the robot")).to_be_visible()
+
+
+def test_a_browser_without_3d_says_so_and_shows_a_camera(shown: EditorPage) -> None:
+    shown.page.evaluate(
+        """() => {
+          const original = HTMLCanvasElement.prototype.getContext;
+          HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
+            return kind.startsWith("webgl") ? null : original.call(this, kind, ...options);
+          };
+        }"""
+    )
+    shown.button("See the robot").click()
+    expect(dock(shown)).to_contain_text("This browser cannot draw in 3D")
+    dock(shown).get_by_role("combobox", name="Picture of the robot").select_option("Camera")
+    expect(dock(shown).locator("hfsm-camera canvas")).to_be_visible()
+    shown.mishaps.clear()  # three.js logs it

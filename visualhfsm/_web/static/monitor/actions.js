@@ -357,6 +357,7 @@ export const MONITOR_KEYS = [
   "whyNot",
   "follow",
   "livePanel",
+  "robotDock",
   "backToLive",
   "stopRobot",
 ];

@@ -115,7 +115,7 @@ export class RobotDock extends MonitorElement {
         </button>
         <button
           type="button"
-          class="action bare"
+          class="action bare dock-fold"
           aria-label="Fold the robot's picture"
           title="Fold"
           @click=${() => this.fold(true)}
@@ -155,7 +155,7 @@ export class RobotDock extends MonitorElement {
     browserStorage.setItem(FOLDED, folded ? "yes" : "no");
     await this.updateComplete;
     /** @type {HTMLElement | null} */
-    const next = this.querySelector(folded ? ".dock-chip" : "select");
+    const next = this.querySelector(folded ? ".dock-chip" : ".dock-fold");
     if (hadFocus) next?.focus();
   }
 

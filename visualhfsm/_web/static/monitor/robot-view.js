@@ -188,8 +188,8 @@ export class RobotView extends MonitorElement {
     const stage = this.querySelector(".stage");
     try {
       this.drawing = new RobotDrawing(required(stage, "place for it"));
-    } catch (error) {
-      this.problem = `This browser cannot draw in 3D, so look at the cameras: ${messageOf(error)}`;
+    } catch {
+      this.problem = "This browser cannot draw in 3D: WebGL is switched off or missing. The cameras show the robot.";
       this.frames = {close() {}};
       this.impossible = true;
       this.dispatchEvent(new Event("impossible"));
