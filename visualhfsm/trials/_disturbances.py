@@ -4,28 +4,31 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hfsm_runtime.component import proxies_of
+from hfsm_runtime.virtual.errors import UnknownName
 from naoserver.errors import InvalidCommand
 from zenoh_ice import Current
 
 from ._errors import TrialsError
-from ._plan import Disturbance
+from ._plan import CARRIED, Disturbance
 from ._quantities import Values
 
 if TYPE_CHECKING:
-    from visualhfsm.simulation import Behavior
+    from naoserver.capabilities import Stage
+    from visualhfsm.simulation import Ball, Behavior
 
-_CARRIED: Final = ("pan", "distance", "height")
+_SHORTEST: Final = 0.01
+"""Least time in s that a ball is carried to a place: a tick, even if it is there already."""
 _PICTURES: Final = "getImageData"
 
 
 class Disturbances:
-    """Let disturbances happen to a behavior as its time passes."""
+    """Let disturbances happen to a behavior as its time passes. Raises TrialsError for one that cannot."""
 
     def __init__(self, behavior: Behavior, disturbances: Mapping[str, Disturbance], values: Values) -> None:
         self._behavior = behavior
@@ -35,52 +38,68 @@ class Disturbances:
             self._delay_pictures()
         for name, each in disturbances.items():
             numbers = {key: float(values[f"{name}.{key}"]) for key in each.quantities}
-            self._later(numbers["at"], partial(self._happen, each, numbers))
+            self.later(numbers["at"], self._action(each, numbers))
 
-    def _happen(self, what: Disturbance, numbers: Mapping[str, float]) -> None:
+    def _action(self, what: Disturbance, numbers: Mapping[str, float]) -> Callable[[], None]:
+        """Return what happens."""
         if what.push is not None:
-            self._push(numbers["push"], numbers["direction"], numbers["seconds"])
-        elif what.move is not None:
-            self._move(what.move, {name: numbers[name] for name in what.to})
-        elif what.offline is not None:
-            cut = ExitStack()
-            cut.enter_context(self._behavior.server_offline(*what.offline))
-            self._later(numbers["seconds"], cut.close)
-        elif what.late is not None:
-            self._arrive_after(numbers["late"])
-            self._later(numbers["seconds"], partial(self._arrive_after, 0.0))
+            stage = self._stage('only the simulated robot can be pushed: write robot = "sim"')
+            return partial(_push, stage, numbers["push"], numbers["direction"], numbers["seconds"])
+        if what.move is not None:
+            places = [
+                {axis: numbers[prefix + axis] for axis in place}
+                for prefix, place in zip(what.prefixes, what.places, strict=True)
+            ]
+            return self._movement(what.move, places, numbers.get("speed"))
+        if what.late is not None:
+            return partial(self._let_be_late, numbers["late"], numbers["seconds"])
+        return partial(self._cut, what.offline or (), numbers["seconds"])
 
-    def _later(self, seconds: float, action: Callable[[], None]) -> None:
-        clock = self._behavior.world.clock
-        clock.call_at(clock.now() + seconds, action)
+    def _movement(
+        self, name: str, places: Sequence[Mapping[str, float]], speed: float | None
+    ) -> Callable[[], None]:
+        """Return what moves a thing: at once to a place, or at a speed from place to place."""
+        axes = {axis for place in places for axis in place}
+        if axes <= {*CARRIED}:
+            try:
+                ball = self._behavior.robot.ball(name)
+            except UnknownName as error:
+                raise TrialsError(f"{name} cannot be carried: {error}") from error
+            return partial(ball.place, **places[0]) if speed is None else _Carrier(self, ball, places, speed)
+        if not axes <= {"x", "y", "z"}:
+            raise TrialsError(
+                f"{name} cannot be moved to {', '.join(axes)}: write x, y and z, or {', '.join(CARRIED)}"
+            )
+        stage = self._stage(f"the fake robot has no {name} with x, y and z: write {', '.join(CARRIED)}")
+        if name not in stage.objects:
+            known = ", ".join(stage.objects) or "none"
+            raise TrialsError(
+                f"{name} cannot be moved: there is no such thing in the world; there are {known}"
+            )
+        return partial(_put, stage, name, places[0])
+
+    def _stage(self, otherwise: str) -> Stage:
+        stage = self._behavior.robot.device.stage
+        if stage is None:
+            raise TrialsError(otherwise)
+        return stage
+
+    def _cut(self, identities: Sequence[str], seconds: float) -> None:
+        cut = ExitStack()
+        cut.enter_context(self._behavior.server_offline(*identities))
+        self.later(seconds, cut.close)
+
+    def _let_be_late(self, delay: float, seconds: float) -> None:
+        self._arrive_after(delay)
+        self.later(seconds, partial(self._arrive_after, 0.0))
 
     def _arrive_after(self, delay: float) -> None:
         self.delay = delay
 
-    def _push(self, newtons: float, direction: float, seconds: float) -> None:
-        stage = self._behavior.robot.device.stage
-        if stage is None:
-            raise TrialsError('only the simulated robot can be pushed: write robot = "sim"')
-        angle = stage.truth().torso.heading + direction
-        stage.push((newtons * math.cos(angle), newtons * math.sin(angle), 0.0), seconds)
-
-    def _move(self, name: str, to: dict[str, float]) -> None:
-        robot = self._behavior.robot
-        stage = robot.device.stage
-        if to.keys() <= {*_CARRIED}:
-            robot.ball(name).place(**to)
-            return
-        if stage is None or not to.keys() <= {"x", "y", "z"}:
-            raise TrialsError(
-                f"{name} cannot be moved to {', '.join(to)}: write x, y and z, or {', '.join(_CARRIED)}"
-            )
-        at = stage.truth().objects.get(name)
-        here = dict(zip("xyz", at.position, strict=True)) if at is not None else {}
-        place = (here | to).get
-        try:
-            stage.place_object(name, (place("x", 0.0), place("y", 0.0), place("z", 0.0)))
-        except InvalidCommand as error:
-            raise TrialsError(f"{name} cannot be moved there: {error}") from error
+    def later(self, seconds: float, action: Callable[[], None]) -> None:
+        """Do something in some seconds of robot time."""
+        clock = self._behavior.world.clock
+        clock.call_at(clock.now() + seconds, action)
 
     def _delay_pictures(self) -> None:
         """Let pictures pass through a queue, from which old ones come while they are late."""
@@ -94,6 +113,45 @@ class Disturbances:
     def now(self) -> float:
         """Return the time of the world in s."""
         return self._behavior.world.clock.now()
+
+
+def _push(stage: Stage, newtons: float, direction: float, seconds: float) -> None:
+    angle = stage.truth().torso.heading + direction
+    stage.push((newtons * math.cos(angle), newtons * math.sin(angle), 0.0), seconds)
+
+
+def _put(stage: Stage, name: str, to: Mapping[str, float]) -> None:
+    place = {**dict(zip("xyz", stage.truth().objects[name].position, strict=True)), **to}
+    try:
+        stage.place_object(name, (place["x"], place["y"], place["z"]))
+    except InvalidCommand as error:
+        raise TrialsError(f"{name} cannot be moved there: {error}") from error
+
+
+class _Carrier:
+    """Carry a ball from place to place, again and again."""
+
+    def __init__(
+        self, disturbances: Disturbances, ball: Ball, places: Sequence[Mapping[str, float]], speed: float
+    ) -> None:
+        self._disturbances = disturbances
+        self._ball = ball
+        self._places = places
+        self._speed = speed
+        self._legs = 0
+
+    def __call__(self) -> None:
+        """Begin to carry it to the next place."""
+        to = self._places[self._legs % len(self._places)]
+        here = dict(zip(CARRIED, self._ball.position, strict=True))
+        here |= (
+            self._places[(self._legs - 1) % len(self._places)] if self._legs else {}
+        )  # it lags behind by some hundredths of a second
+        self._legs += 1
+        self._ball.move(**to, speed=self._speed)
+        if len(self._places) > 1:
+            seconds = max(abs(value - here[axis]) for axis, value in to.items()) / self._speed
+            self._disturbances.later(max(seconds, _SHORTEST), self)
 
 
 class _LatePictures:

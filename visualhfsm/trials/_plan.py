@@ -18,15 +18,19 @@ from visualhfsm.simulation._robot import CameraKind, RobotKind
 from zenoh_ice.toml_file import parse_toml, read_text
 
 from ._errors import TrialsError
-from ._quantities import Quantity, Same, Spread, Value, Values, draw_all, read_quantities, varies
+from ._quantities import Choice, Quantity, Same, Spread, Value, Values, draw_all, read_quantities, varies
 
 SUFFIX: Final = ".trials.toml"
 PARAMETERS: Final = "parameters."
 """Beginning of the names of quantities that are parameters of the component."""
+CARRIED: Final = ("pan", "distance", "height")
+"""The coordinates of a carried ball: rad, m and m."""
 _KINDS: Final = ("push", "move", "offline", "late")
 _MOST_DRAWS: Final = 10_000
 
 Time = Annotated[float, Meta(ge=0, le=86_400, description="write seconds from 0 to 86400")]
+Speed = Annotated[float, Meta(gt=0, le=100, description="write a speed above 0, at most 100")]
+Place = dict[str, Spread | Choice | float]
 Function = Annotated[
     str, Meta(pattern=r"^[\w./-]+\.py:\w+\Z", description="write FILE.py:FUNCTION, such as judge.py:is_good")
 ]
@@ -35,21 +39,25 @@ Function = Annotated[
 class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
     """Something that happens to the robot at a time, one of: `push`, `move`, `offline`, `late`."""
 
-    at: Spread | Time
+    at: Spread | Choice | Time
     """In s of the trial."""
-    seconds: Spread | Time = 0.0
+    seconds: Spread | Choice | Time = 0.0
     """How long a push lasts, servants are offline, or pictures are late."""
-    push: Spread | float | None = None
+    push: Spread | Choice | float | None = None
     """Force in N, horizontal."""
-    direction: Spread | float = Spread(lowest=-3.14159, highest=3.14159)
+    direction: Spread | Choice | float = Spread(lowest=-3.14159, highest=3.14159)
     """Direction of a push in rad, from the robot's front to the left."""
     move: str | None = None
     """Name of a ball or another object."""
-    to: dict[str, Spread | float] = {}
-    """Where it is put, by x, y and z in m; a carried ball by pan in rad, distance and height in m."""
+    to: Place | Annotated[tuple[Place, ...], Meta(max_length=100)] = {}
+    """Where it is put, by x, y and z in m; a carried ball by pan in rad, distance and height in m.
+
+    With a speed also the places to which a ball is carried in turn, again and again."""
+    speed: Spread | Choice | Speed | None = None
+    """How fast a ball is carried, each of its axes, in rad/s or m/s; without it, it is there at once."""
     offline: tuple[str, ...] | None = None
     """Identities of servants whose calls fail; none for all."""
-    late: Spread | Time | None = None
+    late: Spread | Choice | Time | None = None
     """Age in s of the pictures of all cameras."""
 
     def __post_init__(self) -> None:
@@ -60,6 +68,15 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
             )
         if self.move is not None and not self.to:
             raise ValueError(f"say where {self.move} is put: to = {{ x = 1.0, y = 0.5 }}")
+        if isinstance(self.to, tuple) and self.speed is None:
+            raise ValueError(f"say how fast {self.move} is carried from place to place: speed = 0.5")
+        if self.speed is not None:
+            axes = {axis for place in self.places for axis in place}
+            if self.move is None or not axes <= {*CARRIED}:
+                raise ValueError(f"a speed is for a carried ball, which is moved by {', '.join(CARRIED)}")
+            lowest = self.speed.bounds[0] if isinstance(self.speed, Spread) else 1.0
+            if lowest <= 0.0 or (isinstance(self.speed, tuple) and min(self.speed) <= 0.0):
+                raise ValueError("the speed may become 0: write from = 0.01, or more")
         if self.move is None and self.seconds == 0.0:
             raise ValueError(f"say how long: seconds = 1.0, for {given[0]}")
 
@@ -68,8 +85,25 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
         """Its numbers by name."""
         names = ["at", "seconds"] if self.move is None else ["at"]
         names += ["push", "direction"] if self.push is not None else []
-        names += ["late"] if self.late is not None else []
-        return {**{name: getattr(self, name) for name in names}, **self.to}
+        names += [name for name in ("late", "speed") if getattr(self, name) is not None]
+        found = {name: getattr(self, name) for name in names}
+        for prefix, place in zip(self.prefixes, self.places, strict=True):
+            found |= {prefix + axis: each for axis, each in place.items()}
+        return found
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """The places of `to`: none, one, or those that it is carried to in turn."""
+        if isinstance(self.to, tuple):
+            return self.to
+        return (self.to,) if self.to else ()
+
+    @property
+    def prefixes(self) -> tuple[str, ...]:
+        """What the names of the quantities of each place begin with: their numbers, if there are several."""
+        if isinstance(self.to, tuple):
+            return tuple(f"{number}." for number in range(1, len(self.to) + 1))
+        return ("",) if self.to else ()
 
 
 class Success(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):

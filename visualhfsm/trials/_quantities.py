@@ -21,6 +21,10 @@ _Number = Annotated[float, Meta(ge=-1e9, le=1e9)]
 """A number in a plan, so that what is drawn from it stays finite."""
 
 
+Choice = Annotated[tuple[_Number, ...], Meta(min_length=1)]
+"""The numbers of which one is chosen."""
+
+
 class Spread(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
     """A distribution of numbers: even from `from` to `to`, or normal with `mean` and `deviation`.
 

@@ -10,6 +10,7 @@ import msgspec
 from naoserver.errors import RobotError
 
 from ._errors import TrialsError
+from ._plan import CARRIED
 from ._quantities import Value, Values
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from visualhfsm.simulation import Behavior
 
 _SETTINGS: Final[Mapping[str, type]] = {"body": str, "posture": str, "world": str, "noise": bool}
-_CARRIED: Final = ("pan", "distance", "height")
 _FAKE: Final = frozenset({"body"})
 """Settings that the fake robot has, too."""
 
@@ -60,10 +60,8 @@ class Scene:
             return
         if isinstance(value, bool | str):
             raise TrialsError(f"{name} = {value!r}: write a number")
-        if self._robot == "fake" and coordinate not in _CARRIED:
-            raise TrialsError(
-                f"{name}: the fake robot has balls with {', '.join(_CARRIED)}, and nothing else"
-            )
+        if self._robot == "fake" and coordinate not in CARRIED:
+            raise TrialsError(f"{name}: the fake robot has balls with {', '.join(CARRIED)}, and nothing else")
         self._places.setdefault(thing, {})[coordinate] = float(value)
 
     def _world(self) -> World:
@@ -128,7 +126,7 @@ def _moved(
 def _carried(ball: Any, place: Mapping[str, float]) -> Any:  # noqa: ANN401 - a part of a world
     start = list(ball.start)
     for key, value in place.items():
-        if key not in _CARRIED:
-            raise TrialsError(f"{ball.name}.{key}: it is carried, and has {', '.join(_CARRIED)}")
-        start[_CARRIED.index(key)] = value
+        if key not in CARRIED:
+            raise TrialsError(f"{ball.name}.{key}: it is carried, and has {', '.join(CARRIED)}")
+        start[CARRIED.index(key)] = value
     return msgspec.structs.replace(ball, start=tuple(start))

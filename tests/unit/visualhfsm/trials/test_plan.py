@@ -61,6 +61,24 @@ def test_scene_parameters_and_disturbances_are_drawn_together(place: Path) -> No
     assert plan.varying == ("BallGreen.pan", "shove.at", "shove.direction")
 
 
+def test_the_numbers_of_disturbances_are_chosen_from_lists_too(place: Path) -> None:
+    place.write_text("[disturbances.shove]\nat = [1, 2]\npush = [30, 60]\nseconds = 0.1")
+    plan = read_plan(place)
+    assert plan.varying == ("shove.at", "shove.push", "shove.direction")
+    assert {plan.draw(number)["shove.push"] for number in range(20)} == {30, 60}
+
+
+def test_the_places_to_which_a_ball_is_carried_are_numbered(place: Path) -> None:
+    place.write_text(
+        '[disturbances.carried]\nat = 1\nmove = "BallGreen"\nspeed = [0.5, 1]\n'
+        "to = [{ pan = { from = 0.5, to = 1 } }, { pan = -1, height = 0.4 }]"
+    )
+    plan = read_plan(place)
+    assert plan.varying == ("carried.speed", "carried.1.pan")
+    values = plan.draw(0)
+    assert (values["carried.2.pan"], values["carried.2.height"]) == (-1, 0.4)
+
+
 def test_a_trial_is_the_same_whatever_is_drawn_beside_it() -> None:
     plan = Plan(document="x.xml", scene={"x": Spread(lowest=0, highest=1)})
     assert plan.draw(3) == plan.draw(3) != plan.draw(4)
@@ -93,6 +111,17 @@ def test_a_plan_that_accepts_nothing_is_refused() -> None:
         ("[disturbances.a]\nat = 1", "a disturbance has one of push, move, offline, late; here: none"),
         ("[disturbances.a]\nat = 1\npush = 3", "say how long: seconds = 1.0, for push"),
         ('[disturbances.a]\nat = 1\nmove = "Ball"', "say where Ball is put"),
+        (
+            '[disturbances.a]\nat = 1\nmove = "B"\nto = [{ pan = 1 }]',
+            "say how fast B is carried from place to place",
+        ),
+        ('[disturbances.a]\nat = 1\nmove = "B"\nto = { x = 1 }\nspeed = 1', "a speed is for a carried ball"),
+        ("[disturbances.a]\nat = 1\npush = 3\nseconds = 1\nspeed = 1", "a speed is for a carried ball"),
+        (
+            '[disturbances.a]\nat = 1\nmove = "B"\nto = { pan = 1 }\nspeed = { from = 0, to = 1 }',
+            "the speed may become 0",
+        ),
+        ("[disturbances.a]\nat = []\npush = 3\nseconds = 1", "disturbances.a.at"),
         ("[disturbances.a]\nat = -1\npush = 3\nseconds = 1", "disturbances.a.at = -1"),
         ("x = [", "not TOML"),
     ],

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.trials import Disturbance, Plan, Spread, Success, TrialsError
@@ -176,6 +177,64 @@ def test_a_ball_that_is_carried_away_is_lost() -> None:
     outcome = run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances=away), 0)
     assert outcome.success
     assert 1.5 < outcome.time < 2.0
+
+
+def test_a_ball_is_carried_to_and_fro_at_a_speed(tmp_path: Path) -> None:
+    (tmp_path / "follow_ball.xml").write_bytes(Path(FOLLOW).read_bytes())
+    (tmp_path / "judge.py").write_text(
+        "def pan(run):\n    return run.robot.ball('green').position[0]\n"
+        "def at_2(run):\n    return pan(run) if abs(run.time - 2.0) < 0.05 else None\n"
+        "def at_4(run):\n    return pan(run) if abs(run.time - 4.0) < 0.05 else None\n",
+        encoding="utf-8",
+    )
+    carried = Disturbance(at=1.0, move="BallGreen", to=({"pan": 0.5}, {"pan": -0.5}), speed=0.5)
+    numbers = run_trial(
+        plan(
+            str(tmp_path / "follow_ball.xml"),
+            robot="fake",
+            limit=8.0,
+            scene={"BallGreen.pan": 0.0},
+            disturbances={"carried": carried},
+            samples={name: f"judge.py:{name}" for name in ("pan", "at_2", "at_4")},
+        ),
+        0,
+    ).numbers
+    assert numbers["at_2 mean"] == pytest.approx(0.5, abs=0.05)
+    assert numbers["at_4 mean"] == pytest.approx(-0.5, abs=0.05)
+    assert numbers["pan max"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_ball_that_is_carried_once_stays_there() -> None:
+    once = Disturbance(at=0.5, move="BallGreen", to={"pan": 2.0}, speed=2.0)
+    assert run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances={"once": once}), 0).success
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "message"),
+    [
+        (Disturbance(at=1.0, move="Bal", to={"pan": 1.0}), "Bal cannot be carried: .* there are BallRed"),
+        (
+            Disturbance(at=1.0, move="BallGreen", to={"x": 1.0}),
+            "the fake robot has no BallGreen with x, y and z",
+        ),
+        (
+            Disturbance(at=1.0, move="BallGreen", to={"far": 1.0}),
+            "cannot be moved to far: write x, y and z, or pan",
+        ),
+        (Disturbance(at=1.0, push=30.0, seconds=0.1), "only the simulated robot can be pushed"),
+    ],
+)
+def test_a_disturbance_that_cannot_happen_is_refused_at_once(disturbance: Disturbance, message: str) -> None:
+    late = structs.replace(disturbance, at=100.0)
+    with pytest.raises(TrialsError, match=message):
+        run_trial(plan(FOLLOW, robot="fake", limit=0.1, disturbances={"one": late}), 0)
+
+
+@pytest.mark.sim
+def test_a_thing_that_is_not_in_the_world_is_not_moved() -> None:
+    moved = {"one": Disturbance(at=100.0, move="Ball", to={"x": 1.0})}
+    with pytest.raises(TrialsError, match="no such thing in the world; there are BallRed, BallGreen"):
+        run_trial(plan(FOLLOW, robot="sim", camera="drawn", limit=0.1, disturbances=moved), 0)
 
 
 def test_a_server_that_is_offline_is_back_later() -> None:
