@@ -33,6 +33,8 @@ class Outcome(Struct, frozen=True, kw_only=True):
     """The path of current states at its end."""
     numbers: Mapping[str, float] = {}
     """What was noted, by name."""
+    groups: Mapping[str, str] = {}
+    """By what trials are told apart, by name: which group this one belongs to."""
     changes: tuple[Change, ...] = ()
     """How it came there: its changes of state."""
     left_out: int = 0

@@ -143,6 +143,8 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     """Functions of the run that are called at its end, by the name of the number that each returns."""
     samples: dict[str, Function] = {}
     """Functions of the run that are called ten times a second; their mean and maximum are noted."""
+    groups: dict[str, Function] = {}
+    """Functions of the run that are called at its end, and return a text: the group it belongs to."""
     patience: Annotated[float, Meta(gt=0, le=86_400)] = 300.0
     """Longest wall time of a trial in s."""
     memory: Annotated[int, Meta(ge=100, le=1_000_000)] = 4000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
@@ -20,8 +21,13 @@ from ._record import read_outcomes
 from ._statistics import Quartiles, Rate, quartiles, success_rate
 
 _BINS: Final = 5
+_MOST_VALUES: Final = 10
+"""A quantity that has no more values is shown by each of them."""
+_NOTED: Final = frozenset({"time", "calls", "cycles", "distance"})
+"""Numbers of every trial; the others are the plan's."""
 _WORST: Final = 10
 _SHOWN_WAYS: Final = 5
+_FIGURE: Final = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
 
 
 class Row(NamedTuple):
@@ -29,6 +35,7 @@ class Row(NamedTuple):
 
     number: int
     values: Values
+    """Its quantities, and the groups it belongs to."""
     success: bool
     reason: str
     states: str
@@ -41,10 +48,15 @@ class Part(NamedTuple):
 
     label: str
     rate: Rate
+    means: Mapping[str, float]
+    """The mean of each number of the plan, whether the trials succeed or not."""
 
 
 class Way(NamedTuple):
-    """A way to fail: the reason, the states at the end, and the numbers of the trials."""
+    """A way to fail: the reason, the states at the end, and the numbers of the trials.
+
+    Reasons that only differ in figures are one; here stands that of the first trial.
+    """
 
     reason: str
     states: str
@@ -63,13 +75,16 @@ class Summary:
     """A series of trials in figures. `varying` are the quantities that differ from trial to trial."""
 
     def __init__(self, outcomes: Iterable[Outcome], varying: Sequence[str]) -> None:
-        rows = [
-            Row(o.number, o.values, o.success, o.reason, o.states, o.time, {"time": o.time, **o.numbers})
-            for o in outcomes
-        ]
-        self.rows: Final = sorted(rows)
+        rows, groups = [], dict[str, None]()
+        for o in outcomes:
+            numbers = {"time": o.time, **o.numbers}
+            rows.append(
+                Row(o.number, {**o.values, **o.groups}, o.success, o.reason, o.states, o.time, numbers)
+            )
+            groups |= dict.fromkeys(o.groups)
+        self.rows: Final = sorted(rows, key=lambda row: row.number)
         """The trials by number."""
-        self.varying: Final = tuple(varying)
+        self.varying: Final = (*varying, *groups)
 
     def __str__(self) -> str:
         """Return the rate, and the commonest ways to fail."""
@@ -97,26 +112,31 @@ class Summary:
 
     @cached_property
     def dependences(self) -> dict[str, list[Part]]:
-        """How often it succeeds by each quantity that varies: by value, or in ranges of equal numbers."""
+        """How it goes by each quantity that varies: by value, or in ranges with equally many trials."""
         return {name: parts for name in self.varying if len(parts := self._parts(name)) > 1}
+
+    @cached_property
+    def own_numbers(self) -> tuple[str, ...]:
+        """The names of the numbers that the plan asks for."""
+        return tuple(dict.fromkeys(name for row in self.rows for name in row.numbers if name not in _NOTED))
 
     @cached_property
     def ways(self) -> list[Way]:
         """The ways in which it fails, the commonest first."""
-        found: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
+        found: defaultdict[tuple[str, str], list[Row]] = defaultdict(list)
         for row in self.rows:
             if not row.success:
-                found[row.reason, row.states].append(row.number)
-        ways = [Way(reason, states, numbers) for (reason, states), numbers in found.items()]
+                found[_way(row)].append(row)
+        ways = [Way(rows[0].reason, rows[0].states, [row.number for row in rows]) for rows in found.values()]
         return sorted(ways, key=lambda way: (-len(way.numbers), way.numbers[0]))
 
     @cached_property
     def worst(self) -> list[Row]:
         """The ten worst trials: those that fail, of rare ways first, then the slowest ones."""
-        rarity = Counter((row.reason, row.states) for row in self.rows if not row.success)
+        rarity = Counter(_way(row) for row in self.rows if not row.success)
         ranked = sorted(
             self.rows,
-            key=lambda row: (row.success, rarity[row.reason, row.states], -row.time, row.number),
+            key=lambda row: (row.success, rarity[_way(row)], -row.time, row.number),
         )
         return ranked[:_WORST]
 
@@ -145,9 +165,9 @@ class Summary:
         rows = [row for row in self.rows if name in row.values]
         values = [row.values[name] for row in rows]
         distinct = sorted(set(values), key=lambda value: (str(type(value)), value))
-        if len(distinct) <= _BINS or any(isinstance(value, str | bool) for value in values):
+        if len(distinct) <= _MOST_VALUES or any(isinstance(value, str | bool) for value in values):
             return [
-                Part(_shown(value), self._rate(row for row in rows if row.values[name] == value))
+                self._part(_shown(value), [row for row in rows if row.values[name] == value])
                 for value in distinct
             ]
         edges = np.quantile([_float(value) for value in values], np.linspace(0.0, 1.0, _BINS + 1)).tolist()
@@ -156,13 +176,15 @@ class Summary:
             end = math.inf if high == edges[-1] else high
             inside = [row for row in rows if low <= _float(row.values[name]) < end]
             if inside:
-                parts.append(Part(f"{_shown(low)} to {_shown(high)}", self._rate(inside)))
+                parts.append(self._part(f"{_shown(low)} to {_shown(high)}", inside))
         return parts
 
-    @staticmethod
-    def _rate(rows: Iterable[Row]) -> Rate:
-        successes = [row.success for row in rows]
-        return success_rate(sum(successes), len(successes))
+    def _part(self, label: str, rows: Sequence[Row]) -> Part:
+        rate = success_rate(sum(row.success for row in rows), len(rows))
+        numbers = {
+            name: [row.numbers[name] for row in rows if name in row.numbers] for name in self.own_numbers
+        }
+        return Part(label, rate, {name: float(np.mean(each)) for name, each in numbers.items() if each})
 
 
 def summarize(path: Path, varying: Sequence[str], runs: int) -> Summary:
@@ -189,6 +211,11 @@ def write_table(path: Path, summary: Summary) -> None:
         for row in summary.rows
     ]
     write_csv(path, [["number", "success", "reason", "states", *values, *numbers], *rows])
+
+
+def _way(row: Row) -> tuple[str, str]:
+    """Return what trials have in common that fail in the same way."""
+    return _FIGURE.sub("#", row.reason), row.states
 
 
 def _float(value: Value) -> float:

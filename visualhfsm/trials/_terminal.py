@@ -14,6 +14,7 @@ from ._statistics import Rate
 from ._summary import Summary
 
 _BAR: Final = 20
+_MOST_COLUMNS: Final = 6
 _MOST_NAMED: Final = 8
 _MOST_WAYS: Final = 8
 
@@ -72,13 +73,17 @@ def _numbers(summary: Summary) -> RenderableType | None:
 
 
 def _dependences(summary: Summary) -> RenderableType | None:
-    if not summary.dependences or summary.rate.successes in (0, summary.rate.trials):
+    """Return success by the values of each quantity, beside the means of the plan's own numbers."""
+    rate, shown = summary.rate, summary.own_numbers[:_MOST_COLUMNS]
+    if not summary.dependences or (rate.successes in (0, rate.trials) and not shown):
         return None
-    table = _table("", "", "", "success", title="What it depends on")
+    title = "What it depends on" + (", with the means of the numbers" if shown else "")
+    table = _table("", "", "", "success", *shown, title=title)
     for name, parts in summary.dependences.items():
         for index, part in enumerate(parts):
-            shown = f"{part.rate.successes} of {part.rate.trials}"
-            table.add_row("" if index else name, part.label, bar(part.rate), shown)
+            means = (f"{part.means[each]:.3g}" if each in part.means else "" for each in shown)
+            succeed = f"{part.rate.successes} of {part.rate.trials}"
+            table.add_row("" if index else name, part.label, bar(part.rate), succeed, *means)
     return table
 
 

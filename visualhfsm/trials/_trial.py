@@ -165,14 +165,19 @@ class _Trial:
         """Run to the end: of success, of its limit, or of the behavior."""
         error = ""
         numbers: dict[str, float] = {}
+        groups: dict[str, str] = {}
         try:
-            reason = self._run() or self._judged()
+            try:
+                reason = self._run() or self._judged()
+            except BehaviorFailed as failure:
+                error = str(failure)[:_LONGEST_ERROR]
+                reason = error.partition("\n")[0]
+            except FunctionFailed as failure:
+                reason = str(failure)
             numbers = self._noted()
+            groups = {name: str(self._call(each)) for name, each in self._plan.groups.items()}
         except FunctionFailed as failure:
-            reason = str(failure)
-        except BehaviorFailed as failure:
-            error = str(failure)[:_LONGEST_ERROR]
-            reason = error.partition("\n")[0]
+            reason = reason or str(failure)
         except MemoryError:
             reason = f"needs more than {self._plan.memory} MB of memory"
         behavior, observed = self.behavior, self._observed
@@ -184,6 +189,7 @@ class _Trial:
             time=round(behavior.time, 6) if observed.reached is None else observed.reached,
             states=", ".join(behavior.active_paths),
             numbers=numbers,
+            groups=groups,
             changes=tuple(observed.changes),
             left_out=observed.left_out,
             error=error,

@@ -7,6 +7,7 @@ import io
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 from rich.console import Console
 
 from visualhfsm._errors import VisualHfsmError
@@ -68,6 +69,33 @@ def test_it_says_what_success_depends_on(summary: Summary) -> None:
         ("0.594 to 0.792", 0, 20),
         ("0.792 to 0.99", 0, 20),
     ]
+
+
+def test_it_says_how_the_numbers_of_the_plan_depend_on_it_too(summary: Summary) -> None:
+    falls = [part.means["falls"] for part in summary.dependences["robot.x"]]
+    assert falls == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.5])
+    assert [*summary.dependences["light"][0].means] == ["falls"], "the plan does not ask for the time"
+
+
+def test_a_quantity_with_ten_values_is_shown_by_each_of_them() -> None:
+    trials = (structs.replace(outcome(n), values={"speed": n % 10 / 4}) for n in range(100))
+    labels = [part.label for part in Summary(trials, ("speed",)).dependences["speed"]]
+    assert labels == ["0", "0.25", "0.5", "0.75", "1", "1.25", "1.5", "1.75", "2", "2.25"]
+
+
+def test_trials_are_told_apart_by_their_groups() -> None:
+    trials = (structs.replace(outcome(n), groups={"on": "back" if n < 30 else "belly"}) for n in range(100))
+    parts = Summary(trials, VARYING).dependences["on"]
+    assert [(part.label, part.rate.trials) for part in parts] == [("back", 30), ("belly", 70)]
+
+
+def test_reasons_that_differ_in_figures_only_are_one_way_to_fail() -> None:
+    trials = [
+        structs.replace(outcome(n), success=False, states="", reason=f"the ball is at {n / 7:.2f} m")
+        for n in range(9)
+    ]
+    (way,) = Summary(trials, VARYING).ways
+    assert (way.reason, way.numbers) == ("the ball is at 0.00 m", [*range(9)])
 
 
 def test_each_trial_is_in_one_range(summary: Summary) -> None:

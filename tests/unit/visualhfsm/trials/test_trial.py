@@ -134,6 +134,25 @@ def test_a_function_of_the_run_judges(waits: str, code: str, reason: str) -> Non
     assert (outcome.success, outcome.reason) == (not reason, reason)
 
 
+def test_numbers_and_groups_are_noted_of_a_trial_that_ends_with_an_error_too(tmp_path: Path) -> None:
+    path = tmp_path / "broken.xml"
+    path.write_text(document(sub(1, 0, state(1, "only", "1 / 0", initial=True))), encoding="utf-8")
+    (tmp_path / "judge.py").write_text(
+        "def errors(run):\n    return len(run.errors)\ndef last(run):\n    return run.active\n",
+        encoding="utf-8",
+    )
+    noted = {"numbers": {"errors": "judge.py:errors"}, "groups": {"last": "judge.py:last"}}
+    outcome = run_trial(plan(str(path), **noted), 0)
+    assert outcome.reason.endswith("division by zero")
+    assert (outcome.numbers["errors"], outcome.groups) == (1, {"last": "only"})
+
+
+def test_a_function_that_cannot_measure_fails_the_trial(waits: str) -> None:
+    Path(waits).with_name("judge.py").write_text("def n(run):\n    return run.nothing\n", encoding="utf-8")
+    outcome = run_trial(plan(waits, groups={"n": "judge.py:n"}), 0)
+    assert outcome.reason.startswith("judge.py:n: AttributeError")
+
+
 def test_samples_are_taken_ten_times_a_second(waits: str) -> None:
     Path(waits).with_name("judge.py").write_text("def passed(run):\n    return run.time\n", encoding="utf-8")
     numbers = run_trial(plan(waits, samples={"passed": "judge.py:passed"}), 0).numbers
