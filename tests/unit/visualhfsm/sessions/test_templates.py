@@ -20,6 +20,7 @@ def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -
         "dance_and_follow",
         "drive_to_ball",
         "follow_ball",
+        "get_up",
         "score",
     ]
     assert all(each.description for each in templates)
