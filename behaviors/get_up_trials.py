@@ -17,7 +17,7 @@ def stands(run):
 
 
 def lay(run):
-    """Return what it lay on when it began to get up: belly, back, left side or right side."""
+    """Return what it lay on when it got up last: belly, back, left side or right side."""
     return run.variables("get_up")["lay"] or "did not fall"
 
 

@@ -14,7 +14,11 @@ from ._statistics import Rate
 from ._summary import Summary
 
 _BAR: Final = 20
+_SHORT_BAR: Final = 8
 _MOST_COLUMNS: Final = 6
+_COLUMN: Final = 10
+"""Characters of a column with the means of a number, and what the other columns take is `_OTHERS`."""
+_OTHERS: Final = 56
 _MOST_NAMED: Final = 8
 _MOST_WAYS: Final = 8
 
@@ -26,7 +30,7 @@ def show(console: Console, summary: Summary, title: str) -> None:
     console.print(
         Text.assemble((title, "bold"), f"  {rate.successes} of {rate.trials} succeed: ", (str(rate), "bold"))
     )
-    for part in (_numbers(summary), _dependences(summary), _ways(summary), _worst(summary)):
+    for part in (_numbers(summary), _dependences(summary, console.width), _ways(summary), _worst(summary)):
         if part is not None:
             console.print()
             console.print(part)
@@ -46,10 +50,10 @@ def show_comparison(console: Console, comparison: Comparison, names: tuple[str, 
             console.print(f"only {label} succeeds in {len(numbers)}: {_named(numbers)}")
 
 
-def bar(rate: Rate) -> Text:
+def bar(rate: Rate, length: int = _BAR) -> Text:
     """Return a rate as a bar."""
-    full = round(rate.rate * _BAR)
-    return Text.assemble(("█" * full, "green"), ("░" * (_BAR - full), "red"))
+    full = round(rate.rate * length)
+    return Text.assemble(("█" * full, "green"), ("░" * (length - full), "red"))
 
 
 def _table(*columns: str, title: str = "") -> Table:
@@ -72,9 +76,10 @@ def _numbers(summary: Summary) -> RenderableType | None:
     return table
 
 
-def _dependences(summary: Summary) -> RenderableType | None:
+def _dependences(summary: Summary, width: int) -> RenderableType | None:
     """Return success by the values of each quantity, beside the means of the plan's own numbers."""
-    rate, shown = summary.rate, summary.own_numbers[:_MOST_COLUMNS]
+    rate, most = summary.rate, max(0, min(_MOST_COLUMNS, (width - _OTHERS) // _COLUMN))
+    shown = summary.own_numbers[:most]
     if not summary.dependences or (rate.successes in (0, rate.trials) and not shown):
         return None
     title = "What it depends on" + (", with the means of the numbers" if shown else "")
@@ -83,7 +88,8 @@ def _dependences(summary: Summary) -> RenderableType | None:
         for index, part in enumerate(parts):
             means = (f"{part.means[each]:.3g}" if each in part.means else "" for each in shown)
             succeed = f"{part.rate.successes} of {part.rate.trials}"
-            table.add_row("" if index else name, part.label, bar(part.rate), succeed, *means)
+            length = _SHORT_BAR if shown else _BAR
+            table.add_row("" if index else name, part.label, bar(part.rate, length), succeed, *means)
     return table
 
 

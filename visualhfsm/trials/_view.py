@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,7 @@ from ._summary import Row, Summary
 _BARS: Final = 20
 _MOST_WAYS: Final = 12
 _MOST_NUMBERS: Final = 50
+_MOST_MEANS: Final = 6
 _DIGITS: Final = 4
 
 
@@ -48,10 +50,11 @@ class Histogram(_View, frozen=True):
 
 
 class Part(_View, frozen=True):
-    """The trials with a value of a quantity, or one in a range."""
+    """The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers."""
 
     label: str
     share: Share
+    means: list[tuple[str, float]]
 
 
 class Dependence(_View, frozen=True):
@@ -124,7 +127,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
         share=_share(summary.rate),
         histograms=_histograms(summary),
         dependences=[
-            Dependence(name, [Part(part.label, _share(part.rate)) for part in parts])
+            Dependence(name, [Part(part.label, _share(part.rate), _means(part.means)) for part in parts])
             for name, parts in summary.dependences.items()
         ],
         maps=_maps(plan, summary),
@@ -146,6 +149,10 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
 
 def _share(rate: Rate) -> Share:
     return Share(rate.successes, rate.trials, round(rate.lowest, _DIGITS), round(rate.highest, _DIGITS))
+
+
+def _means(means: Mapping[str, float]) -> list[tuple[str, float]]:
+    return [(name, _rounded(mean)) for name, mean in islice(means.items(), _MOST_MEANS)]
 
 
 def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, TrialTimeline]:
@@ -199,7 +206,7 @@ def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
 
 
 def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
-    values = [(name, _shown(value)) for name, value in row.values.items()]
+    values = [(name, _shown(value)) for name, value in (row.values | row.numbers).items() if name != "time"]
     return Trial(row.number, row.success, row.reason, row.time, row.states, values, timeline, page)
 
 

@@ -464,10 +464,11 @@ export interface ParameterStructure {
   description: string;
 }
 
-/** The trials with a value of a quantity, or one in a range. */
+/** The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers. */
 export interface Part {
   label: string;
   share: Share;
+  means: [string, number][];
 }
 
 /** A place in a document. */

@@ -192,12 +192,41 @@ def test_the_terminal_shows_all_of_it(summary: Summary) -> None:
     text = console.file.getvalue()  # type: ignore[attr-defined]
     for expected in (
         "walk  25 of 100 succeed: 25 %  (17.5 to 34.3 %)",
-        "bright  ██████████░░░░░░░░░░  25 of 50",
+        "What it depends on, with the means of the numbers",
+        "bright  ████░░░░  25 of 50",
         "not in goal after 9 s",
         "The worst: 90, 91, 92",
         "none: the same trials succeed",
     ):
         assert expected in text
+
+
+@pytest.mark.parametrize(("width", "shown"), [(60, False), (80, True)])
+def test_a_narrow_terminal_shows_fewer_numbers_instead_of_parts_of_them(
+    summary: Summary, width: int, shown: bool
+) -> None:
+    console = Console(file=io.StringIO(), width=width)
+    show(console, summary, "walk")
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    _, _, table = text[: text.index("How it fails")].partition("What it depends on")
+    assert ("falls" in table) is shown
+    assert "…" not in table
+
+
+def test_numbers_are_shown_when_all_succeed() -> None:
+    trials = (structs.replace(outcome(n), success=True) for n in range(20))
+    console = Console(file=io.StringIO(), width=100)
+    show(console, Summary(trials, VARYING), "walk")
+    assert "What it depends on" in console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_the_page_gets_the_means_and_the_numbers_of_the_worst(tmp_path: Path) -> None:
+    file = kept(tmp_path, 100)
+    view = view_of(Plan(document="walk.xml"), summarize(file, VARYING, 100), file)
+    light = next(each for each in view.dependences if each.name == "light")
+    assert light.parts[0].means == [("falls", 0.1)]
+    assert ("falls", "1") in view.worst[0].values
+    assert "time" not in dict(view.worst[0].values), "it stands beside the reason"
 
 
 def kept(tmp_path: Path, outcomes: int) -> Path:

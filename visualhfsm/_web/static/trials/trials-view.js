@@ -161,22 +161,36 @@ function histogramPlot({name, median, lower, upper, edges, good, bad}) {
   </figure>`;
 }
 
-/** @param {Dependence} dependence */
+/** Success by the parts of a quantity, and the means of the plan's numbers. @param {Dependence} dependence */
 function dependencePlot({name, parts}) {
+  const numbers = [...new Set(parts.flatMap(({means}) => means.map(([number]) => number)))];
+  const head = html`<thead>
+    <tr>
+      <td colspan="3"></td>
+      ${numbers.map((number) => html`<th scope="col" title="Mean of ${number}">${number}</th>`)}
+    </tr>
+  </thead>`;
   return html`<figure>
     <figcaption><b>${name}</b></figcaption>
     <table class="dependence">
-      ${parts.map(
-        ({label, share}) =>
-          html`<tr>
+      ${numbers.length ? head : nothing}
+      <tbody>
+        ${parts.map(({label, share, means}) => {
+          const mean = new Map(means);
+          return html`<tr>
             <th scope="row">${label}</th>
-            <td>${shareBar(share)}</td>
+            <td class="rate">${shareBar(share)}</td>
             <td class="muted">${share.successes} of ${share.trials}</td>
-          </tr>`,
-      )}
+            ${numbers.map((number) => html`<td>${meanText(mean.get(number))}</td>`)}
+          </tr>`;
+        })}
+      </tbody>
     </table>
   </figure>`;
 }
+
+/** @param {number | undefined} mean */
+const meanText = (mean) => (mean === undefined ? "" : Number(mean.toPrecision(3)).toString());
 
 /** Places on the floor, seen from above: x to the right, y up. @param {PlaceMap} map */
 function mapPlot({thing, places, lines}) {
