@@ -192,7 +192,7 @@ class Stale(Push):
     since: float
 
 
-Publish = Callable[[Components | Robot | Snapshot | Structure | Stale | Output | RunPush], None]
+Publish = Callable[[Components | Push], None]
 """Send a message to the page; of two values of the same thing the older may be dropped, but never output."""
 
 

@@ -110,11 +110,13 @@ class NoCodeHelp:
         """Do nothing: nothing is open."""
 
 
-def services(code_help: Any = None, running: Any = None, live: Any = None, robots: Any = None) -> Services:
+def services(
+    code_help: Any = None, running: Any = None, live: Any = None, robots: Any = None, trials: Any = None
+) -> Services:
     """Return services, some of which a test provides."""
     missing: Any = NoService()
     help_with_code: Any = code_help or NoCodeHelp()
-    return Services(help_with_code, running or missing, live or missing, robots or missing)
+    return Services(help_with_code, running or missing, live or missing, robots or missing, trials or missing)
 
 
 def no_services(_publish: Publish) -> Services:

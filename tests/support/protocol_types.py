@@ -33,7 +33,6 @@ from visualhfsm._monitoring.run_log import Timeline
 from visualhfsm._robots import World
 from visualhfsm._services import Push
 from visualhfsm._web import protocol
-from visualhfsm.trials._view import TrialsView
 
 __all__ = ["FILE", "protocol_types"]
 
@@ -54,7 +53,6 @@ _ANSWERS: Final[tuple[type[msgspec.Struct], ...]] = (
     Signature,
     StopReport,
     Timeline,
-    TrialsView,
     World,
 )
 """What requests are answered with, and is no part of a push."""

@@ -97,6 +97,7 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
         await tab.edit(OpenDocument.close, discard=request.discard)
         workspace.remove(tab)
         await workspace.services.running.forget(tab.id)
+        await workspace.services.trials.forget(tab.id)
 
     await complete(closed())
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final, TypeVar
 
-from . import documents, edits, questions, steering
+from . import documents, edits, questions, steering, trials
 from . import protocol as p
 from .window import Window
 from .workspace import Workspace
@@ -70,6 +70,7 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.Interfaces, questions.interfaces, Lane.CODE_HELP),
         _row(p.ListFiles, documents.list_files, Lane.BESIDE),
         _row(p.Locate, questions.locate, Lane.BESIDE),
+        _row(p.LookAtTrials, trials.look, Lane.BESIDE),
         _row(p.MoveBalls, steering.move_balls, Lane.BESIDE),
         _row(p.New, documents.new),
         _row(p.Open, documents.open_),
@@ -77,16 +78,19 @@ HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
         _row(p.OutputShown, _output_shown, Lane.AT_ONCE),
         _row(p.Paste, edits.paste),
         _row(p.Record, steering.record),
+        _row(p.RecordTrial, trials.record, Lane.BESIDE),
         _row(p.Recording, documents.open_recording, Lane.BESIDE),
         _row(p.Recover, documents.recover),
         _row(p.Redo, edits.redo),
         _row(p.Resolve, documents.resolve),
         _row(p.Run, steering.run, Lane.BESIDE),
+        _row(p.RunTrials, trials.run, Lane.BESIDE),
         _row(p.Save, documents.save),
         _row(p.SaveAs, documents.save_as),
         _row(p.Search, questions.search, Lane.BESIDE),
         _row(p.Simulate, steering.simulate, Lane.BESIDE),
         _row(p.StopRun, steering.stop_run, Lane.STOP_OF_RUN),
+        _row(p.StopTrials, trials.stop, Lane.STOP_OF_RUN),
         _row(p.Undo, edits.undo),
     ]
 )

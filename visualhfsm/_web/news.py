@@ -11,6 +11,7 @@ from typing import TypeVar
 
 from visualhfsm._services import Components, Output, Push, Robot, RunPush, Snapshot, Stale, Structure
 from visualhfsm.project._events import Checked, Event, FileChanged
+from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems
 from .tabs import Tabs
@@ -82,6 +83,8 @@ class News:
             case Output(tab=number, lines=lines, dropped=dropped) if number in self._tabs:
                 self._tabs.get(number).output.add(lines, dropped)
                 self._windows.push(news)
+            case TrialsPush(tab=number) if number in self._tabs:
+                self._windows.push(self._tabs.get(number).take_trials(news))
             case RunPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 if news.status == "generating":

@@ -18,6 +18,7 @@ from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Problem
 from visualhfsm._errors import ErrorKind
 from visualhfsm._services import Push, tag
+from visualhfsm.trials._orders import ChosenLimit, ChosenRobot, ChosenRuns
 
 # ------------------------------------------------------------------------------------------ requests
 
@@ -250,6 +251,40 @@ class StopRun(_Request):
     """Stop the process of a component that was started here."""
 
     tab: TabId
+
+
+class LookAtTrials(_Request):
+    """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
+
+    tab: TabId
+
+
+class RunTrials(_Request):
+    """Run those trials of a document that were not run yet; the push `trials` reports what they say.
+
+    Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
+    `robot` and `limit` take the place of what the plan has.
+    """
+
+    tab: TabId
+    runs: ChosenRuns | None = None
+    state: Name = ""
+    robot: ChosenRobot = ""
+    limit: ChosenLimit | None = None
+    again: bool = False
+
+
+class StopTrials(_Request):
+    """Stop the trials of a document; what is done is kept."""
+
+    tab: TabId
+
+
+class RecordTrial(_Request):
+    """Run one of the trials again, and record it; the push `trials` says when that is done, and where."""
+
+    tab: TabId
+    number: ElementId
 
 
 class OutputShown(_Request):

@@ -155,14 +155,21 @@ class Runs:
         self._windows.follow(window, found["component"])
         return found
 
+    async def recordings(self) -> Path:
+        """Return the directory of recordings, which exists. Raises VisualHfsmError."""
+        return await self._threads.do(self._recordings)
+
     def _new_recording(self, component: str) -> Path:
         """Return the path of a file for a recording, in a directory that exists. Raises VisualHfsmError."""
-        file = self._root.recording(f"{_RECORDINGS}/{component}-{time.strftime('%Y%m%d-%H%M%S')}.mcap")
+        return self._recordings() / f"{component}-{time.strftime('%Y%m%d-%H%M%S')}.mcap"
+
+    def _recordings(self) -> Path:
+        folder = self._root.resolve(_RECORDINGS)
         try:
-            file.parent.mkdir(exist_ok=True)
+            folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise VisualHfsmError(f"{file.parent} cannot be made: {error.strerror}") from error
-        return file
+            raise VisualHfsmError(f"{folder} cannot be made: {error.strerror}") from error
+        return folder
 
     # ---------------------------------------------------------------------------------------- following
 

@@ -13,6 +13,7 @@ from visualhfsm._live.service import Monitoring
 from visualhfsm._robots import Robots
 from visualhfsm._running import RunningComponents
 from visualhfsm._services import Publish, free_endpoint, socket_endpoint
+from visualhfsm.trials._service import RunningTrials
 from zenoh_ice.settings import Settings
 
 _ANY_PORT: Final = Settings().listen
@@ -26,6 +27,7 @@ class Services:
     running: RunningComponents
     live: Monitoring
     robots: Robots
+    trials: RunningTrials
     checks: CheckProcess = field(default_factory=CheckProcess)
 
 
@@ -68,6 +70,7 @@ def make_services(
             ),
             live=Monitoring(publish, settings.override(listen=listen, connect=others), robots.observe),
             robots=robots,
+            trials=RunningTrials(publish, include),
             checks=CheckProcess(folder=folder),
         )
 

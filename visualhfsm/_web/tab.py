@@ -9,12 +9,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Concatenate, ParamSpec, TypeVar
 
+from msgspec.structs import replace
+
 from codegen.hfsm.document import Document
 from visualhfsm._editing.diff import differ
 from visualhfsm._services import RecentLines, RunPush, Source, retrieve
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._events import Changed, Event
 from visualhfsm.project._version import Version
+from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems
 
@@ -41,6 +44,19 @@ class Threads:
     async def close(self) -> None:
         """Drop what has not begun and wait for what has."""
         await asyncio.to_thread(self._pool.shutdown, cancel_futures=True)
+
+
+class _Difference:
+    """Whether two versions differ, except in positions; remembered, since it is asked again and again."""
+
+    def __init__(self) -> None:
+        self._compared: tuple[Document, Document, bool] | None = None
+
+    def between(self, old: Document, new: Document) -> bool:
+        """Compare two versions."""
+        if self._compared is None or self._compared[0] is not old or self._compared[1] is not new:
+            self._compared = (old, new, old is not new and differ(old, new))
+        return self._compared[2]
 
 
 class Tab:
@@ -71,7 +87,13 @@ class Tab:
         """The document as its component was generated last."""
         self.runs: Document | None = None
         """The document as its running component has loaded it."""
-        self._compared: tuple[Document, Document, bool] | None = None
+        self.trials: TrialsPush | None = None
+        """The trials as the windows have them."""
+        self.tried: Document | None = None
+        """The document as these trials ran it."""
+        self._reported: TrialsPush | None = None
+        self._from_run = _Difference()
+        self._from_trials = _Difference()
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
@@ -102,12 +124,25 @@ class Tab:
     @property
     def differs_from_run(self) -> bool:
         """Whether the document differs from what its component runs, except in positions."""
-        runs, document = self.runs, self.shown.document
-        if runs is None or not self.is_running:
+        if self.runs is None or not self.is_running:
             return False
-        if self._compared is None or self._compared[0] is not runs or self._compared[1] is not document:
-            self._compared = (runs, document, differ(runs, document))
-        return self._compared[2]
+        return self._from_run.between(self.runs, self.shown.document)
+
+    def take_trials(self, reported: TrialsPush) -> TrialsPush:
+        """Return what the windows get of trials: those of another version of the document are outdated."""
+        self._reported = reported
+        tried, document = self.tried, self.shown.document
+        differs = tried is not None and self._from_trials.between(tried, document)
+        self.trials = replace(reported, outdated=reported.outdated or differs)
+        return self.trials
+
+    def compare_trials(self) -> TrialsPush | None:
+        """Return what the windows get of trials if the new version of the document changes that."""
+        if self._reported is None:
+            return None
+        former = self.trials
+        now = self.take_trials(self._reported)
+        return None if now == former else now
 
     async def edit(
         self, work: Callable[Concatenate[OpenDocument, P], R], *args: P.args, **kwargs: P.kwargs

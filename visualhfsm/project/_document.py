@@ -27,8 +27,8 @@ from ._events import Changed, Checked, Closed, Event, FileChanged, Listener, Lis
 from ._version import FileState, Version
 
 if TYPE_CHECKING:
+    from visualhfsm.simulation import RobotKind
     from visualhfsm.simulation._behavior import Behavior
-    from visualhfsm.simulation._robot import RobotKind
 
 
 class Owner(Tools, Protocol):

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from zenoh_ice.lazy import import_on_use
 
@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from ._loading import load_component as load_component
     from ._robot import Ball as Ball
     from ._robot import RobotUnderTest as RobotUnderTest
+
+RobotKind = Literal["fake", "sim"]
+"""The fake robot, without physics, or the simulated one."""
+CameraKind = Literal["auto", "drawn", "rendered"]
+"""Where pictures come from; see `RobotUnderTest`."""
 
 _MODULES: Final = {
     "Ball": "._robot",

@@ -16,7 +16,8 @@ from zenoh_ice import Object
 from ._loading import document_of, forget, load_component
 
 if TYPE_CHECKING:
-    from ._robot import CameraKind, RobotKind, RobotUnderTest
+    from . import CameraKind, RobotKind
+    from ._robot import RobotUnderTest
 
 __tracebackhide__ = says_it_all
 

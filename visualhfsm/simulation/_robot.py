@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
@@ -24,11 +24,10 @@ from naoserver.parts import Axis
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 from zenoh_ice import Object
 
+from . import CameraKind, RobotKind
+
 if TYPE_CHECKING:
     from naoserver_sim.robot import SimulatedRobot
-
-RobotKind = Literal["fake", "sim"]
-CameraKind = Literal["auto", "drawn", "rendered"]
 
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 

@@ -16,8 +16,7 @@ from zenoh_ice.application import hidden_interfaces
 
 if TYPE_CHECKING:
     from hfsm_runtime import Component
-    from visualhfsm.simulation import Behavior
-    from visualhfsm.simulation._robot import CameraKind, RobotKind
+    from visualhfsm.simulation import Behavior, CameraKind, RobotKind
     from visualhfsm.trials import Summary
     from zenoh_ice import Object
 

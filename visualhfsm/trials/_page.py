@@ -14,9 +14,10 @@ from visualhfsm._html_file import html_file, write_html
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._run_page import write_run_page
 
+from ._messages import TrialsView
 from ._plan import Plan
 from ._summary import Summary
-from ._view import TrialsView, view_of
+from ._view import view_of
 
 _ENTRY: Final = "trials-page.js"
 _STYLES: Final = tuple(f"styles/{name}" for name in ("theme", "shell", "panels", "monitor", "trials"))

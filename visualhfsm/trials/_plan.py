@@ -14,7 +14,7 @@ from typing import Annotated, Any, Final, Literal
 import msgspec
 from msgspec import Meta, Struct
 
-from visualhfsm.simulation._robot import CameraKind, RobotKind
+from visualhfsm.simulation import CameraKind, RobotKind
 from zenoh_ice.toml_file import parse_toml, read_text
 
 from ._errors import TrialsError

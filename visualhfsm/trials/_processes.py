@@ -7,6 +7,7 @@ import os
 import pickle
 import threading
 from collections.abc import Mapping
+from tempfile import TemporaryDirectory
 from typing import Final
 
 import msgspec
@@ -35,6 +36,8 @@ class Processes:
         self._here = threading.local()
         self._lock = threading.Lock()
         self._all: list[LineProcess] = []
+        self._files = TemporaryDirectory(prefix="visualhfsm-trials-", ignore_cleanup_errors=True)
+        """What they unpack and write; they are killed, and remove nothing."""
         self._closed = False
 
     def run(self, task: Task) -> Outcome:
@@ -83,12 +86,14 @@ class Processes:
             processes = [*self._all]
         for process in processes:
             process.close()
+        self._files.cleanup()
 
     def _process(self) -> LineProcess:
         process: LineProcess | None = getattr(self._here, "process", None)
         if process is None:
             with self._lock:
-                process = LineProcess(f"{__package__}._worker", _ENVIRONMENT)
+                environment = {**_ENVIRONMENT, "TMPDIR": self._files.name}
+                process = LineProcess(f"{__package__}._worker", environment)
                 self._all.append(process)
             self._here.process = process
         return process

@@ -78,9 +78,13 @@ class LocalPool:
 class Series:
     """The trials of a plan, and the file in which their outcomes are kept."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, content: bytes | None = None) -> None:
+        """Take what is to run as it is now; `content` is that of the document if it is not saved.
+
+        Raises TrialsError.
+        """
         self.plan: Final = plan
-        self.snapshot: Final[Snapshot] = take_snapshot(Path(plan.document))
+        self.snapshot: Final[Snapshot] = take_snapshot(Path(plan.document), content)
 
     @property
     def header(self) -> Header:

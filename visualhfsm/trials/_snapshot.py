@@ -5,14 +5,16 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import interfaces
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import read_document
+from codegen.hfsm import component_path, read_document
 from codegen.hfsm.formats.reader import looks_like_document
+from codegen.hfsm.loading import is_generated
 
 from ._errors import TrialsError
 
@@ -34,10 +36,11 @@ class Snapshot:
     digest: str
 
 
-def take_snapshot(document: Path) -> Snapshot:
+def take_snapshot(document: Path, content: bytes | None = None) -> Snapshot:
     """Pack a document's folder, without what is hidden and documents of others, and its project's interfaces.
 
-    Raises TrialsError when they are too many or too large.
+    Components that are generated anew in each trial are left out, too. `content` is that of the document if
+    its changes are not saved. Raises TrialsError when they are too many or too large.
     """
     folder = document.parent.resolve()
     name = folder.name or "documents"
@@ -45,7 +48,8 @@ def take_snapshot(document: Path) -> Snapshot:
     beside = folder.parent / _PACKAGE
     if beside.is_dir() and name != _PACKAGE and str(beside) not in interfaces.__path__:
         parts[_PACKAGE] = beside
-    archive = _pack(parts, _documents(document.resolve()))
+    document = document.resolve()
+    archive = _pack(parts, _documents(document), {} if content is None else {document: content})
     return Snapshot(f"{name}/{document.name}", archive, hashlib.sha256(archive).hexdigest())
 
 
@@ -55,7 +59,7 @@ def unpack(archive: bytes, folder: Path) -> None:
         packed.extractall(folder)
 
 
-def _pack(parts: dict[str, Path], documents: frozenset[Path]) -> bytes:
+def _pack(parts: dict[str, Path], documents: frozenset[Path], contents: Mapping[Path, bytes]) -> bytes:
     found = [
         (f"{name}/{path.relative_to(folder).as_posix()}", path)
         for name, folder in parts.items()
@@ -64,6 +68,7 @@ def _pack(parts: dict[str, Path], documents: frozenset[Path]) -> bytes:
         and not _left_out(path.relative_to(folder))
         and path.is_file()
         and (path in documents or not looks_like_document(path))
+        and not _is_component(path)
     ]
     size = sum(path.stat().st_size for _, path in found)
     if size > _MOST_BYTES or len(found) > _MOST_FILES:
@@ -75,7 +80,7 @@ def _pack(parts: dict[str, Path], documents: frozenset[Path]) -> bytes:
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, path in found:
             archive.writestr(
-                zipfile.ZipInfo(name), path.read_bytes(), zipfile.ZIP_DEFLATED
+                zipfile.ZipInfo(name), contents.get(path) or path.read_bytes(), zipfile.ZIP_DEFLATED
             )  # without its time
     return packed.getvalue()
 
@@ -92,6 +97,15 @@ def _documents(document: Path) -> frozenset[Path]:
         imports = (automaton.imported for automaton in automata)
         left |= {(path.parent / each.file.text.strip()).resolve() for each in imports if each} - found
     return frozenset(found)
+
+
+def _is_component(path: Path) -> bool:
+    """Return whether a file is the component of a document beside it, which a run in the editor writes."""
+    if path.suffix != ".py":
+        return False
+    return any(component_path(each, None) == path for each in path.parent.glob("*.xml")) and is_generated(
+        path
+    )
 
 
 def _left_out(path: Path) -> bool:

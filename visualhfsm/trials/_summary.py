@@ -155,6 +155,7 @@ class Summary:
                         row.number,
                     )
                     for row in self.rows
+                    if f"{thing}.x" in row.values and f"{thing}.y" in row.values
                 ],
             )
             for thing in things

@@ -1,119 +1,43 @@
-"""A summary of trials as the page draws it, in JSON."""
+"""A summary of trials as the page draws it, of limited size: texts come from code of users."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Final
 
-import msgspec
 import numpy as np
 
+from ._messages import (
+    Dependence,
+    Histogram,
+    Part,
+    PlaceMap,
+    Share,
+    Trial,
+    TrialsView,
+    TrialTimeline,
+    Way,
+)
 from ._outcome import Change, Outcome
 from ._plan import Plan
 from ._quantities import Value
 from ._record import read_outcomes
 from ._statistics import Rate
-from ._summary import Row, Summary
+from ._summary import Map, Row, Summary
 
 _BARS: Final = 20
 _MOST_WAYS: Final = 12
 _MOST_NUMBERS: Final = 50
 _MOST_MEANS: Final = 6
+_MOST_PLOTS: Final = 20
+_MOST_PARTS: Final = 40
+_MOST_VALUES: Final = 60
+_MOST_PLACES: Final = 2000
+"""Places of all maps together."""
+_LONGEST_TEXT: Final = 300
 _DIGITS: Final = 4
-
-
-class _View(msgspec.Struct, frozen=True, rename="camel"):
-    pass
-
-
-class Share(_View, frozen=True):
-    """How many of some trials succeed, with the interval of the true rate."""
-
-    successes: int
-    trials: int
-    lowest: float
-    highest: float
-
-
-class Histogram(_View, frozen=True):
-    """A number over all trials: between two `edges` so many `good` and `bad` trials."""
-
-    name: str
-    median: float
-    lower: float
-    upper: float
-    edges: list[float]
-    good: list[int]
-    bad: list[int]
-
-
-class Part(_View, frozen=True):
-    """The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers."""
-
-    label: str
-    share: Share
-    means: list[tuple[str, float]]
-
-
-class Dependence(_View, frozen=True):
-    """How success depends on a quantity."""
-
-    name: str
-    parts: list[Part]
-
-
-class PlaceMap(_View, frozen=True):
-    """The places of a thing in m, with success and number of each trial, and lines on the floor."""
-
-    thing: str
-    places: list[tuple[float, float, bool, int]]
-    lines: list[tuple[float, float, float, float]]
-
-
-class TrialTimeline(_View, frozen=True):
-    """The states of a trial up to its end."""
-
-    number: int
-    end: float
-    changes: list[Change]
-
-
-class Way(_View, frozen=True):
-    """A way to fail: so many trials, the numbers of some, and the timeline of one."""
-
-    reason: str
-    states: str
-    count: int
-    numbers: list[int]
-    timeline: TrialTimeline
-
-
-class Trial(_View, frozen=True):
-    """One of the worst trials; `page` is that of its recording, if there is one."""
-
-    number: int
-    success: bool
-    reason: str
-    time: float
-    states: str
-    values: list[tuple[str, str]]
-    timeline: TrialTimeline
-    page: str = ""
-
-
-class TrialsView(_View, frozen=True):
-    """A series of trials; `planned` are more than `share.trials` while it runs."""
-
-    name: str
-    planned: int
-    share: Share
-    histograms: list[Histogram]
-    dependences: list[Dependence]
-    maps: list[PlaceMap]
-    ways: list[Way]
-    worst: list[Trial]
 
 
 def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] | None = None) -> TrialsView:
@@ -127,14 +51,20 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
         share=_share(summary.rate),
         histograms=_histograms(summary),
         dependences=[
-            Dependence(name, [Part(part.label, _share(part.rate), _means(part.means)) for part in parts])
-            for name, parts in summary.dependences.items()
+            Dependence(
+                _cut(name),
+                [
+                    Part(_cut(part.label), _share(part.rate), _means(part.means))
+                    for part in parts[:_MOST_PARTS]
+                ],
+            )
+            for name, parts in islice(summary.dependences.items(), _MOST_PLOTS)
         ],
         maps=_maps(plan, summary),
         ways=[
             Way(
-                way.reason,
-                way.states,
+                _cut(way.reason),
+                _cut(way.states),
                 len(way.numbers),
                 [*way.numbers[:_MOST_NUMBERS]],
                 timelines[way.numbers[0]],
@@ -152,12 +82,14 @@ def _share(rate: Rate) -> Share:
 
 
 def _means(means: Mapping[str, float]) -> list[tuple[str, float]]:
-    return [(name, _rounded(mean)) for name, mean in islice(means.items(), _MOST_MEANS)]
+    return [(_cut(name), _rounded(mean)) for name, mean in islice(means.items(), _MOST_MEANS)]
 
 
 def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, TrialTimeline]:
     return {
-        outcome.number: TrialTimeline(outcome.number, outcome.time, [*outcome.changes])
+        outcome.number: TrialTimeline(
+            outcome.number, outcome.time, [Change(each.time, _cut(each.states)) for each in outcome.changes]
+        )
         for outcome in outcomes
         if outcome.number in wanted
     }
@@ -165,7 +97,7 @@ def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, Trial
 
 def _histograms(summary: Summary) -> list[Histogram]:
     found = []
-    for name, figures in summary.numbers.items():
+    for name, figures in islice(summary.numbers.items(), _MOST_PLOTS):
         rows = [row for row in summary.rows if name in row.numbers]
         numbers = np.array([row.numbers[name] for row in rows])
         if np.ptp(numbers) == 0.0:
@@ -174,7 +106,7 @@ def _histograms(summary: Summary) -> list[Histogram]:
         good = np.array([row.success for row in rows])
         found.append(
             Histogram(
-                name,
+                _cut(name),
                 _rounded(figures.median),
                 _rounded(figures.lower),
                 _rounded(figures.upper),
@@ -187,11 +119,17 @@ def _histograms(summary: Summary) -> list[Histogram]:
 
 
 def _maps(plan: Plan, summary: Summary) -> list[PlaceMap]:
-    lines = _floor(plan)
-    return [
-        PlaceMap(each.thing, [(round(x, 3), round(y, 3), good, n) for x, y, good, n in each.places], lines)
-        for each in summary.maps
+    maps = summary.maps[:_MOST_PLOTS]
+    lines = _floor(plan) if maps else []
+    return [_map(each, _MOST_PLACES // len(maps), lines) for each in maps]
+
+
+def _map(found: Map, most: int, lines: list[tuple[float, float, float, float]]) -> PlaceMap:
+    every = -(-len(found.places) // most)
+    shown = [
+        (round(x, 3), round(y, 3), good, number) for x, y, good, number in found.places if number % every == 0
     ]
+    return PlaceMap(_cut(found.thing), shown, len(found.places), lines)
 
 
 def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
@@ -206,8 +144,15 @@ def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
 
 
 def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
-    values = [(name, _shown(value)) for name, value in (row.values | row.numbers).items() if name != "time"]
-    return Trial(row.number, row.success, row.reason, row.time, row.states, values, timeline, page)
+    noted = {name: value for name, value in (row.values | row.numbers).items() if name != "time"}
+    values = [(_cut(name), _cut(_shown(value))) for name, value in islice(noted.items(), _MOST_VALUES)]
+    return Trial(
+        row.number, row.success, _cut(row.reason), row.time, _cut(row.states), values, timeline, page
+    )
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}…"
 
 
 def _shown(value: Value) -> str:
@@ -216,6 +161,3 @@ def _shown(value: Value) -> str:
 
 def _rounded(number: float) -> float:
     return float(f"{number:.6g}")
-
-
-__all__: Sequence[str] = ["TrialsView", "view_of"]

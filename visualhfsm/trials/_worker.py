@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import gc
+import os
 import pickle
 import resource
 import shutil
@@ -19,9 +20,10 @@ from typing import Final
 import msgspec
 
 from hfsm_runtime.virtual.errors import ExecutionError
+from visualhfsm._errors import VisualHfsmError
 from visualhfsm._line_process import answer_lines
+from zenoh_ice.application.tether import die_with
 
-from ._errors import TrialsError
 from ._outcome import Outcome
 from ._plan import Plan
 from ._snapshot import Snapshot, unpack
@@ -40,6 +42,8 @@ class Task:
     snapshot: Snapshot
     runs: bool = True
     """Without it, only its values are drawn."""
+    recording: str = ""
+    """The file into which it is recorded, if it is to be."""
 
     @property
     def without_run(self) -> Task:
@@ -100,9 +104,12 @@ class _Worker:
                 return Answer(
                     Outcome(number=task.number, values=draw_values(plan, task.number), success=False)
                 )
+            recording = Path(task.recording) if task.recording else None
+            if recording is not None:
+                recording.unlink(missing_ok=True)  # of an attempt whose process was killed
             with quiet():
-                outcome = run_trial(plan, task.number)
-        except (TrialsError, ExecutionError) as error:
+                outcome = run_trial(plan, task.number, recording)
+        except (VisualHfsmError, ExecutionError) as error:
             return Answer(refused=self._plain(str(error)))
         return Answer(
             msgspec.structs.replace(
@@ -116,5 +123,6 @@ class _Worker:
 
 
 if __name__ == "__main__":
+    die_with(os.getppid())  # a trial that hangs would not notice that nobody waits for it
     with tempfile.TemporaryDirectory(prefix="visualhfsm-trials-") as folder:
         answer_lines(_Worker(Path(folder)).answer, _MOST_MEMORY)

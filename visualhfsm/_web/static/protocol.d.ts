@@ -293,6 +293,12 @@ export interface Explanation {
   summary: string;
 }
 
+/** A name in a plan, and what it is in words. */
+export interface Fact {
+  name: string;
+  words: string;
+}
+
 /** The last value of a condition out of the current state. */
 export interface GuardSnapshot {
   transition: number;
@@ -486,6 +492,7 @@ export interface Place {
 export interface PlaceMap {
   thing: string;
   places: [number, number, boolean, number][];
+  trials: number;
   lines: [number, number, number, number][];
 }
 
@@ -494,6 +501,21 @@ export interface Placement {
   automaton: number;
   states?: [number, number, number][];
   transitions?: [number, number, number][];
+}
+
+/** A plan in words; `file` is empty where there is none, so that everything has its default. */
+export interface PlanFacts {
+  file: string;
+  runs: number;
+  seed: number;
+  limit: number;
+  robot: string;
+  state: string;
+  varies: Fact[];
+  fixed: Fact[];
+  happens: Fact[];
+  counts: string[];
+  measures: string[];
 }
 
 /** One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`. */
@@ -537,6 +559,7 @@ export type Push =
   | SnapshotPush
   | StalePush
   | StructurePush
+  | TrialsPush
   | WorkspacePush;
 
 /** A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970. */
@@ -609,6 +632,8 @@ export interface Requests {
   listFiles: {directory?: string};
   /** Ask which line of which piece of code a line of a log, or of an error's report, refers to. */
   locate: {tab: number; text: string; automaton?: number; state?: number};
+  /** Ask for the plan of a document's trials, and what those that were run say: the push `trials`. */
+  lookAtTrials: {tab: number};
   /** Move the balls of the simulation along their routes, or leave them where they are. */
   moveBalls: {moving: boolean};
   /** Create a document from a template. */
@@ -623,6 +648,8 @@ export interface Requests {
   paste: {tab: number; automaton: number; x?: number | null; y?: number | null};
   /** Record a followed component into a new file below the root, whose path is the answer; or end that. */
   record: {component: string; pictures?: number | null};
+  /** Run one of the trials again, and record it; the push `trials` says when that is done, and where. */
+  recordTrial: {tab: number; number: number};
   /** Open the recording of a run. */
   recording: {path: string};
   /** Open a document again whose session ended without closing; one of `recoverable`. */
@@ -633,6 +660,15 @@ export interface Requests {
   resolve: {tab: number; choice: "merge" | "mine" | "theirs"};
   /** Generate and start the component as a process; `arguments` are those of its command line. */
   run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string};
+  /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
+  runTrials: {
+    tab: number;
+    runs?: number | null;
+    state?: string;
+    robot?: "" | "fake" | "none" | "sim";
+    limit?: number | null;
+    again?: boolean;
+  };
   /** Save to the file that the document came from, with `overwrite` also over an older dialect. */
   save: {tab: number; overwrite?: boolean};
   /** Save to another file, which is the document's from then on. */
@@ -643,6 +679,8 @@ export interface Requests {
   simulate: {world?: string; speed?: string; balls?: boolean; body?: string};
   /** Stop the process of a component that was started here. */
   stopRun: {tab: number};
+  /** Stop the trials of a document; what is done is kept. */
+  stopTrials: {tab: number};
   /** Undo the last step. */
   undo: {tab: number};
 }
@@ -875,6 +913,22 @@ export interface TrialTimeline {
   number: number;
   end: number;
   changes: [time: number, states: string][];
+}
+
+/** The trials of a tab's document: their plan, and what those that have ended say. */
+export interface TrialsPush {
+  push: "trials";
+  tab: number;
+  status: "idle" | "reading" | "running" | "stopping";
+  plan: PlanFacts | null;
+  view: TrialsView | null;
+  workers: number;
+  left: number | null;
+  outdated: boolean;
+  error: string;
+  recording: number | null;
+  recorded: number | null;
+  file: string;
 }
 
 /** A series of trials; `planned` are more than `share.trials` while it runs. */

@@ -1,0 +1,41 @@
+"""Requests about the trials of a document.
+
+Everything raises VisualHfsmError.
+"""
+
+from __future__ import annotations
+
+from visualhfsm.trials._orders import Choices
+
+from . import protocol as p
+from .window import Window
+from .workspace import Workspace
+
+
+async def look(workspace: Workspace, _: Window, request: p.LookAtTrials) -> None:
+    """Read the plan and the outcomes that are there."""
+    tab = workspace.tabs.get(request.tab)
+    source = tab.source
+    if await workspace.services.trials.look(source):
+        tab.tried = source.document
+
+
+async def run(workspace: Workspace, _: Window, request: p.RunTrials) -> None:
+    """Begin to run the trials that are missing."""
+    tab = workspace.tabs.get(request.tab)
+    source = tab.source
+    choices = Choices(runs=request.runs, state=request.state, robot=request.robot, limit=request.limit)
+    await workspace.services.trials.run(source, choices, again=request.again)
+    tab.tried = source.document
+
+
+async def stop(workspace: Workspace, _: Window, request: p.StopTrials) -> None:
+    """End the trials."""
+    await workspace.services.trials.stop(request.tab)
+
+
+async def record(workspace: Workspace, _: Window, request: p.RecordTrial) -> None:
+    """Begin to run a trial again, recorded."""
+    workspace.tabs.get(request.tab)
+    folder = await workspace.runs.recordings()
+    await workspace.services.trials.record(request.tab, request.number, folder, workspace.project.root.name)

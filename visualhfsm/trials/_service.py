@@ -1,0 +1,297 @@
+"""The trials of the editor's tabs, each series in a process below the editor, which ends with it.
+
+What that process writes depends on code of users: its size is limited, and it is checked.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final, Literal
+
+import msgspec
+from msgspec import UNSET
+
+from visualhfsm._editing.serialization import written
+from visualhfsm._environment import child_environment
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._services import Source, complete
+from zenoh_ice.application.child import ChildProcess
+
+from ._messages import TrialsPush
+from ._orders import Action, Choices, Order, Report
+from ._plan import SUFFIX
+from ._record import SUFFIX as OUTCOMES
+
+_PROCESS: Final = "visualhfsm.trials._series_process"
+_LONGEST_REPORT: Final = 2 << 20  # bytes
+_LONGEST_WORDS: Final = 2000  # characters of stderr that are kept
+_PATIENCE: Final = (3.0, 2.0)
+"""Seconds from SIGINT, after which what is done is kept, to SIGTERM, and from there to SIGKILL."""
+
+Publish = Callable[[TrialsPush], None]
+
+
+class RunningTrials:
+    """At most one series for each tab. All methods raise VisualHfsmError; used on the event loop only."""
+
+    def __init__(self, publish: Publish, include: Sequence[Path] = ()) -> None:
+        self._publish = publish
+        self._include = tuple(include)
+        self._tabs: dict[int, _TabTrials] = {}
+
+    async def look(self, source: Source) -> bool:
+        """Read the plan of a document, and what the outcomes beside it say, unless that is known.
+
+        Returns False while the trials run: what is reported is of the version that runs.
+        """
+        return await complete(self._of(source.tab).look(source))
+
+    async def run(self, source: Source, choices: Choices, *, again: bool = False) -> None:
+        """Begin to run the trials that are missing; `again` replaces outcomes of an older version."""
+        await complete(self._of(source.tab).run(source, choices, again=again))
+
+    async def stop(self, tab: int) -> None:
+        """End the trials of a tab; what is done is kept."""
+        if tab in self._tabs:
+            await complete(self._tabs[tab].stop())
+
+    async def record(self, tab: int, number: int, folder: Path, name: Callable[[Path], str]) -> None:
+        """Begin to run one of the trials again, recorded into a file in a folder.
+
+        A push says when it is done, with the file as `name` calls it.
+        """
+        if tab not in self._tabs:
+            raise VisualHfsmError("run the trials first")
+        await complete(self._tabs[tab].record(number, folder, name))
+
+    async def forget(self, tab: int) -> None:
+        """End the trials of a tab that is closed."""
+        trials = self._tabs.pop(tab, None)
+        if trials is not None:
+            await complete(trials.close())
+
+    async def close(self) -> None:
+        """End all trials."""
+        tabs, self._tabs = [*self._tabs.values()], {}
+        await asyncio.gather(*(trials.close() for trials in tabs))
+
+    def _of(self, tab: int) -> _TabTrials:
+        return self._tabs.setdefault(tab, _TabTrials(tab, self._publish, self._include))
+
+
+class _TabTrials:
+    """The trials of the document of a tab: their process, and what it has reported."""
+
+    def __init__(self, tab: int, publish: Publish, include: tuple[Path, ...]) -> None:
+        processors = len(os.sched_getaffinity(0))
+        self._state = TrialsPush(tab=tab, workers=max(1, processors - 1))  # the editor needs one, too
+        self._publish = publish
+        self._include = include
+        self._busy = asyncio.Lock()
+        self._series: _Process | None = None
+        self._recorder: _Process | None = None
+        self._choices = Choices()
+        self._known: object = None
+        """What the state follows from, if it was read."""
+        self._tried: Order | None = None
+        """That of the outcomes that are shown."""
+        self._files = TemporaryDirectory(prefix="visualhfsm-trials-", ignore_cleanup_errors=True)
+
+    @property
+    def _runs(self) -> bool:
+        return self._series is not None and self._state.status in ("running", "stopping")
+
+    async def look(self, source: Source) -> bool:
+        """Read plan and outcomes, unless the trials run, or nothing has changed since the last time."""
+        async with self._busy:
+            if self._runs:
+                return False
+            order, known = await asyncio.to_thread(self._ordered, "look", source, self._choices)
+            if self._known != known:
+                await self._start(order, "reading", known)
+            return True
+
+    async def run(self, source: Source, choices: Choices, *, again: bool) -> None:
+        """Begin to run."""
+        async with self._busy:
+            if self._runs:
+                raise VisualHfsmError("the trials run already")
+            order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
+            self._choices = choices
+            await self._start(msgspec.structs.replace(order, again=again), "running")
+
+    async def stop(self) -> None:
+        """End what runs, and wait for its end."""
+        async with self._busy:
+            if self._runs:
+                self._report(status="stopping")
+            for process in (self._series, self._recorder):
+                if process is not None:
+                    await process.stop()
+
+    async def record(self, number: int, folder: Path, name: Callable[[Path], str]) -> None:
+        """Begin to run a trial again, recorded; `name` gives the name of a file in the page."""
+        async with self._busy:
+            if self._recorder is not None:
+                raise VisualHfsmError(f"trial {self._state.recording} is being recorded")
+            if self._tried is None:
+                raise VisualHfsmError("the document or its plan has changed: run the trials again")
+            version = Path(self._tried.content).stem
+            target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
+            order = msgspec.structs.replace(
+                self._tried, action="record", number=number, recording=str(target)
+            )
+
+            def take(report: Report) -> None:
+                if report.error:
+                    self._report(error=report.error)
+
+            def ended(error: str) -> None:
+                self._recorder = None
+                if error or not target.is_file():  # it failed, or was stopped
+                    self._report(recording=None, error=error)
+                else:
+                    self._report(recording=None, recorded=number, file=name(target))
+
+            self._recorder = _Process(self._environment, take, ended)
+            self._report(recording=number, recorded=None, error="")
+            await self._recorder.start(order)
+
+    async def close(self) -> None:
+        """End what runs, and remove the files."""
+        try:
+            await self.stop()
+        finally:
+            await asyncio.to_thread(self._files.cleanup)
+
+    async def _start(self, order: Order, status: Literal["reading", "running"], known: object = None) -> None:
+        if self._series is not None:  # it reads what is read anew
+            await self._series.stop()
+        self._known = None
+
+        def take(report: Report) -> None:
+            if report.error:
+                self._report(error=report.error)
+                return
+            if report.plan is not UNSET:
+                self._report(plan=report.plan)
+            if report.view is not UNSET:
+                self._report(view=report.view, left=report.left, outdated=report.outdated)
+                self._tried = None if report.outdated or report.view is None else order
+
+        def ended(error: str) -> None:
+            self._series = None
+            self._known = None if error else known
+            self._report(status="idle", left=None, error=error)
+
+        self._series = _Process(self._environment, take, ended)
+        self._report(status=status, error="", left=None)
+        await self._series.start(order)
+
+    def _ordered(self, action: Action, source: Source, choices: Choices) -> tuple[Order, object]:
+        """Return the order to do something with a document as it is shown, and what all depends on.
+
+        Raises VisualHfsmError when it has no file.
+        """
+        path = source.path
+        if path is None:
+            raise VisualHfsmError("save the document first: trials use the plan and the files beside it")
+        try:
+            content = written(source.document).encode() if source.dirty else path.read_bytes()
+            digest = hashlib.sha256(content).hexdigest()
+            kept = Path(self._files.name, f"{digest}.xml")
+            if not kept.exists():
+                kept.write_bytes(content)
+        except OSError as error:
+            raise VisualHfsmError(f"{error.filename} cannot be read: {error.strerror}") from error
+        order = Order(
+            action=action,
+            document=str(path),
+            content=str(kept),
+            choices=choices,
+            workers=self._state.workers,
+        )
+        beside = [_changed_at(path.with_name(path.stem + suffix)) for suffix in (SUFFIX, OUTCOMES)]
+        return order, (path, digest, choices, *beside)
+
+    @property
+    def _environment(self) -> dict[str, str]:
+        return {**child_environment(self._include), "TMPDIR": self._files.name}
+
+    def _report(self, **changes: object) -> None:
+        self._state = msgspec.structs.replace(self._state, **changes)
+        self._publish(self._state)
+
+
+class _Process:
+    """A process that carries out an order. `take` gets its reports, `ended` why it failed, or nothing."""
+
+    def __init__(
+        self, environment: dict[str, str], take: Callable[[Report], object], ended: Callable[[str], object]
+    ) -> None:
+        self._environment = environment
+        self._take = take
+        self._ended = ended
+        self._child = ChildProcess(self._read)
+        self._rest = bytearray()
+        self._words = ""
+        self._error = ""
+        self._stopped = False
+        self._following: asyncio.Task[None] | None = None
+
+    async def start(self, order: Order) -> None:
+        """Start it. Raises VisualHfsmError."""
+        command = [sys.executable, "-P", "-m", _PROCESS, msgspec.json.encode(order).decode()]
+        try:
+            await self._child.start(command, self._environment)
+        except OSError as error:
+            why = f"the trials cannot be started: {error.strerror or error}"
+            self._ended(why)
+            raise VisualHfsmError(why) from error
+        self._following = asyncio.create_task(self._follow(), name="trials")
+
+    async def stop(self) -> None:
+        """End it, and wait until that is reported."""
+        self._stopped = True
+        if self._following is not None:
+            await self._child.stop(_PATIENCE)
+            await self._following
+
+    async def _follow(self) -> None:
+        code = await self._child.wait()
+        if code and not self._error and not self._stopped:
+            self._error = f"the process of the trials ended with {code}: {self._words.strip()}".rstrip(": ")
+        self._ended(self._error)
+
+    def _read(self, descriptor: int, data: bytes) -> None:
+        if descriptor == 2:
+            self._words = (self._words + data.decode(errors="replace"))[-_LONGEST_WORDS:]
+            return
+        self._rest += data
+        *lines, rest = self._rest.split(b"\n")
+        self._rest = bytearray(rest)
+        try:
+            if max(map(len, (rest, *lines))) > _LONGEST_REPORT:
+                raise msgspec.DecodeError("it is too long")
+            for line in lines:
+                report = msgspec.json.decode(line, type=Report)
+                self._error = report.error
+                self._take(report)
+        except (msgspec.DecodeError, RecursionError) as error:
+            self._rest.clear()
+            self._error = f"the process of the trials wrote something else than a report: {error}"
+            self._child.kill()
+
+
+def _changed_at(path: Path) -> tuple[int, int] | None:
+    with contextlib.suppress(OSError):
+        status = path.stat()
+        return status.st_mtime_ns, status.st_size
+    return None
