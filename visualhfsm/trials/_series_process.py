@@ -29,6 +29,7 @@ from ._plan import SUFFIX, Plan, plan_of
 from ._record import SUFFIX as OUTCOMES
 from ._record import Record, read_header
 from ._series import LocalPool, Series, run_tasks
+from ._statistics import success_rate
 from ._summary import summarize
 from ._table import write_table
 from ._view import view_of
@@ -93,9 +94,11 @@ class _Work:
             self._report(plan, file)
             missing = sum(number not in record.done for number in range(plan.runs))
             if missing:
-                self._began = time.monotonic()
+                # SciPy takes a second to load, in which the first trials start.
+                threading.Thread(target=success_rate, args=(1, 1), name="loads SciPy", daemon=True).start()
 
                 def ended(_: Outcome) -> None:
+                    self._began = self._began or time.monotonic()
                     self._ended += 1
                     if time.monotonic() > self._next and self._ended < missing:
                         self._report(plan, file, missing - self._ended)
@@ -121,7 +124,8 @@ class _Work:
     def _report(self, plan: Plan, file: Path | None, missing: int = 0, *, outdated: bool = False) -> None:
         """Report what the outcomes of a file say; `missing` ones are still to come."""
         begun = time.monotonic()
-        left = (begun - self._began) / self._ended * missing if self._ended and missing else None
+        measured = self._ended - 1  # the first one started its process, too
+        left = (begun - self._began) / measured * missing if measured > 0 and missing else None
         view = None if file is None else view_of(plan, summarize(file, plan.varying, plan.runs), file)
         self._send(Report(plan=self._facts, view=view, left=left, outdated=outdated))
         now = time.monotonic()

@@ -209,6 +209,16 @@ addActions([
     run: ({app}) => app.showBottom("hfsm-output"),
   },
   {
+    id: "trials",
+    label: "Trials",
+    icon: "trials",
+    keys: ["Alt+Y"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-trials-panel"),
+    hint: "run it many times, and see how often it succeeds",
+  },
+  {
     id: "undoSteps",
     label: "Undo steps",
     icon: "history",
@@ -299,7 +309,7 @@ addActions([
 
 /** The menu beside Run. */
 export const RUN_MENU = [
-  ["tryIt", "runWith", "startHere", "recordRun", "generate"],
+  ["tryIt", "trials", "runWith", "startHere", "recordRun", "generate"],
   ["stepAll", "sendEvent"],
   ["attach", "detach", "openRecording", "exportRun", "pictureRate"],
 ];
@@ -336,7 +346,7 @@ export const MENUS = [
     title: "View",
     groups: [
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["problems", "output", "undoSteps", "tree"],
+      ["problems", "output", "trials", "undoSteps", "tree"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme"],
     ],

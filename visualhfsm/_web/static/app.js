@@ -50,6 +50,7 @@ const LAZY = {
   "hfsm-search": "./panels/search.js",
   "hfsm-output": "./panels/output.js",
   "hfsm-undo-steps": "./panels/undo-steps.js",
+  "hfsm-trials-panel": "./panels/trials.js",
   "hfsm-monitor-toolbar": "./monitor/toolbar.js",
   "hfsm-monitor-panel": "./monitor/panel.js",
   "hfsm-monitor-timeline": "./monitor/timeline.js",
@@ -66,6 +67,7 @@ const BOTTOM = [
   ["hfsm-problems", "Problems"],
   ["hfsm-search", "Search"],
   ["hfsm-output", "Output"],
+  ["hfsm-trials-panel", "Trials"],
   ["hfsm-undo-steps", "Undo steps"],
   ["hfsm-monitor-timeline", "Timeline"],
 ];

@@ -170,6 +170,10 @@ export interface Answers {
   run: {component: string; recording?: string};
   stopRun: null;
   outputShown: null;
+  lookAtTrials: null;
+  runTrials: null;
+  stopTrials: null;
+  recordTrial: null;
   simulate: null;
   record: {recording: string} | null;
   connectRobot: null;

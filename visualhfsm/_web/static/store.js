@@ -13,7 +13,7 @@ import {updated, withContent} from "./updates.js";
  * @import {Target} from "./events.js"
  * @import {Answer, Answers, Fields, FieldsOf, Greeting, Push, Workspace} from "./messages.js"
  * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, Requests, RobotPush, RunPush,
- *   SnapshotPush, StalePush, StructurePush, UndoStep} from "./protocol.js"
+ *   SnapshotPush, StalePush, StructurePush, TrialsPush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
@@ -23,7 +23,8 @@ import {updated, withContent} from "./updates.js";
  * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null, restarted: null,
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
  *   problems: ProblemsPush, output: OutputPush, run: RunPush, robot: RobotPush, snapshot: SnapshotPush,
- *   structure: StructurePush, stale: StalePush, outside: OutsidePush}} StoreEvents
+ *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
+ *   trials: TrialsPush}} StoreEvents
  */
 
 /** The robot of a realm without one; what a push leaves out is as here. @type {Robot} */
@@ -62,7 +63,7 @@ export class RequestError extends Error {
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
  * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
- * `robot`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
+ * `robot`, `snapshot`, `structure`, `stale`, `outside`, `trials`, `closed`).
  */
 class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
@@ -70,6 +71,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Workspace} */
   workspace = {tabs: [], recoverable: [], running: []};
   robot = NO_ROBOT;
+  /** The trials of each tab, as far as any were asked for. @type {Map<number, TrialsPush>} */
+  trials = new Map();
   online = false;
   /** When the connection was lost, ms since 1970; 0 while connected. */
   offlineSince = 0;
@@ -288,8 +291,12 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         if (document) Object.assign(document, {problems: message.items, checked: message.revision});
         break;
       }
+      case "trials":
+        this.trials.set(message.tab, message);
+        break;
       case "closed":
         this.documents.delete(message.tab);
+        this.trials.delete(message.tab);
         break;
     }
     this.#emit(message.push, message);

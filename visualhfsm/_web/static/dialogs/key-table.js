@@ -68,7 +68,17 @@ export function keyTable() {
       "help",
     ],
     Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
-    "Data and run": ["interfaces", "timing", "variables", "functions", "component", "generate", "run", "stopRun"],
+    "Data and run": [
+      "interfaces",
+      "timing",
+      "variables",
+      "functions",
+      "component",
+      "generate",
+      "run",
+      "stopRun",
+      "trials",
+    ],
     "Follow and steer": MONITOR_KEYS,
   };
   return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));

@@ -4,7 +4,7 @@
  * @import {Dependence, Histogram, Share, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../protocol.js"
  */
 
-import {LitElement, html, nothing, svg} from "lit";
+import {LitElement, html, nothing, repeat, svg} from "lit";
 
 const WIDTH = 300; // of a plot, in its own units
 const HEIGHT = 84;
@@ -20,13 +20,18 @@ const short = (number) => Number(number.toPrecision(4)).toString();
 /** @param {Share} share */
 const rate = ({successes, trials}) => (trials ? successes / trials : 0);
 
+/**
+ * The event `trial` has the number of a trial whose run somebody wants to see; there is one only where trials `open`.
+ */
 export class HfsmTrials extends LitElement {
-  static properties = {view: {attribute: false}};
+  static properties = {view: {attribute: false}, opens: {attribute: false}};
 
   constructor() {
     super();
     /** @type {TrialsView | null} */
     this.view = null;
+    /** Whether the run of a trial can be shown. */
+    this.opens = false;
   }
 
   createRenderRoot() {
@@ -37,6 +42,7 @@ export class HfsmTrials extends LitElement {
     const {view} = this;
     if (!view) return html`<p class="empty">There are no trials yet.</p>`;
     const {share, planned, histograms, dependences, maps, ways, worst} = view;
+    if (!share.trials) return html`<p class="empty" role="status">None of ${planned} trials has ended yet.</p>`;
     return html`
       <section class="trials-rate" aria-label="Success">
         <p class="rate-figure">${percent(rate(share))}</p>
@@ -52,13 +58,115 @@ export class HfsmTrials extends LitElement {
         <p class="trials-legend">${sign("good", "succeed")} ${sign("bad", "fail")}</p>
         ${shareBar(share)}
       </section>
-      ${ways.length ? this.#section("How it fails", ways.map(wayRow)) : nothing}
-      ${maps.length ? this.#section("Where", html`<div class="trials-plots">${maps.map(mapPlot)}</div>`) : nothing}
+      ${ways.length ? this.#section("How it fails", this.#ways(ways)) : nothing}
+      ${maps.length ? this.#section("Where", html`<div class="trials-plots">${maps.map((map) => this.#map(map))}</div>`) : nothing}
       ${dependences.length ? this.#section("What success depends on", html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`) : nothing}
       ${histograms.length ? this.#section("Numbers", html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`) : nothing}
-      ${worst.length ? this.#section("The worst trials", worst.map(worstRow)) : nothing}
+      ${worst.length ? this.#section("The worst trials", this.#worst(worst)) : nothing}
     `;
   }
+
+  /** The rows keep their identity while trials run, so that an open one stays open. @param {Way[]} ways */
+  #ways(ways) {
+    return repeat(
+      ways,
+      ({reason, states}) => `${states} ${reason}`,
+      ({reason, states, count, numbers, timeline}) =>
+        html`<details class="way">
+          <summary>
+            <b>${count}</b> ${reason}${states ? html` <span class="muted">in ${states}</span>` : nothing}
+          </summary>
+          <p class="muted">
+            Trials
+            ${numbers.map((number, index) => [index ? ", " : "", this.#link(number)])}${count > numbers.length ? ", …" : ""}.
+            Trial ${timeline.number}:
+          </p>
+          ${timelineOf(timeline)}
+        </details>`,
+    );
+  }
+
+  /** @param {Trial[]} trials */
+  #worst(trials) {
+    return repeat(
+      trials,
+      ({number}) => number,
+      ({number, success, reason, time, values, timeline, page}) =>
+        html`<div class="way-row">
+          <details class="way ${success ? "good" : "bad"}">
+            <summary>
+              <b>${number}</b> ${success ? `succeeds after ${short(time)} s` : `${reason} at ${short(time)} s`}
+            </summary>
+            <dl>
+              ${values.map(
+                ([name, value]) =>
+                  html`<div>
+                    <dt>${name}</dt>
+                    <dd>${value}</dd>
+                  </div>`,
+              )}
+            </dl>
+            ${timelineOf(timeline)}
+          </details>
+          ${page ? html`<a href=${page}>open its recording</a>` : this.opens ? this.#link(number, "look back") : nothing}
+        </div>`,
+    );
+  }
+
+  /** @param {number} number */
+  #link(number, words = String(number)) {
+    if (!this.opens) return words;
+    return html`<button
+      type="button"
+      class="link"
+      title="Run trial ${number} again, and look back at it"
+      @click=${() => this.#open(number)}
+    >
+      ${words}
+    </button>`;
+  }
+
+  /** @param {number} number */
+  #open(number) {
+    this.dispatchEvent(new CustomEvent("trial", {detail: number}));
+  }
+
+  /** Places on the floor, seen from above: x to the right, y up. @param {PlaceMap} map */
+  #map({thing, places, trials, lines}) {
+    const xs = [...places.map(([x]) => x), ...lines.flatMap(([x, , end]) => [x, end])];
+    const ys = [...places.map(([, y]) => y), ...lines.flatMap(([, y, , end]) => [y, end])];
+    if (!xs.length) return nothing;
+    const [left, right] = [Math.min(...xs) - MARGIN, Math.max(...xs) + MARGIN];
+    const [low, high] = [Math.min(...ys) - MARGIN, Math.max(...ys) + MARGIN];
+    const size = Math.max(right - left, high - low) / 110;
+    const failed = places.filter(([, , success]) => !success).length;
+    const some = places.length < trials ? `, ${places.length} of ${trials} are shown` : "";
+    return html`<figure>
+      <figcaption>
+        <b>${thing}</b> <span class="muted">${places.length - failed} succeed, ${failed} fail${some}</span>
+      </figcaption>
+      <svg
+        class="trials-map ${this.opens ? "opens" : ""}"
+        viewBox="${left} ${-high} ${right - left} ${high - low}"
+        role="img"
+        aria-label="Places of ${thing}"
+        @click=${this.opens ? this.#clickPlace : nothing}
+      >
+        <path class="floor-line" d=${lines.map(([x, y, endX, endY]) => `M${x} ${-y}L${endX} ${-endY}`).join("")}></path>
+        ${places.map(
+          ([x, y, success, number]) =>
+            svg`<g transform="translate(${x} ${-y})" data-number=${number}><title>trial ${number} ${success ? "succeeds" : "fails"} from ${short(x)}, ${short(y)} m</title>
+            ${success ? svg`<circle class="good" r=${size}></circle>` : svg`<path class="bad-cross" d="M${-size} ${-size}L${size} ${size}M${size} ${-size}L${-size} ${size}"></path>`}</g>`,
+        )}
+      </svg>
+    </figure>`;
+  }
+
+  /** @param {Event & {target: Element}} event */
+  #clickPlace = ({target}) => {
+    const place = target.closest("[data-number]");
+    if (place instanceof SVGElement) this.#open(Number(place.dataset.number));
+  };
 
   /** @param {string} title @param {unknown} content */
   #section(title, content) {
@@ -89,33 +197,6 @@ function shareBar(share) {
       d="M${100 * share.lowest} 5H${100 * share.highest}M${100 * share.lowest} 2v6M${100 * share.highest} 2v6"
     ></path>
   </svg>`;
-}
-
-/** @param {Way} way */
-function wayRow({reason, states, count, numbers, timeline}) {
-  return html`<details class="way">
-    <summary><b>${count}</b> ${reason}${states ? html` <span class="muted">in ${states}</span>` : nothing}</summary>
-    <p class="muted">Trials ${numbers.join(", ")}${count > numbers.length ? ", ..." : ""}. Trial ${timeline.number}:</p>
-    ${timelineOf(timeline)}
-  </details>`;
-}
-
-/** @param {Trial} trial */
-function worstRow({number, success, reason, time, values, timeline, page}) {
-  const title = html`<b>${number}</b> ${success ? `succeeds after ${short(time)} s` : `${reason} at ${short(time)} s`}`;
-  return html`<details class="way ${success ? "good" : "bad"}">
-    <summary>${title}${page ? html` <a href=${page}>open its recording</a>` : nothing}</summary>
-    <dl>
-      ${values.map(
-        ([name, value]) =>
-          html`<div>
-            <dt>${name}</dt>
-            <dd>${value}</dd>
-          </div>`,
-      )}
-    </dl>
-    ${timelineOf(timeline)}
-  </details>`;
 }
 
 /** The states of a trial over time, a color each. @param {TrialTimeline} timeline */
@@ -191,31 +272,3 @@ function dependencePlot({name, parts}) {
 
 /** @param {number | undefined} mean */
 const meanText = (mean) => (mean === undefined ? "" : Number(mean.toPrecision(3)).toString());
-
-/** Places on the floor, seen from above: x to the right, y up. @param {PlaceMap} map */
-function mapPlot({thing, places, lines}) {
-  const xs = [...places.map(([x]) => x), ...lines.flatMap(([x, , end]) => [x, end])];
-  const ys = [...places.map(([, y]) => y), ...lines.flatMap(([, y, , end]) => [y, end])];
-  const [left, right] = [Math.min(...xs) - MARGIN, Math.max(...xs) + MARGIN];
-  const [low, high] = [Math.min(...ys) - MARGIN, Math.max(...ys) + MARGIN];
-  const size = Math.max(right - left, high - low) / 110;
-  const failed = places.filter(([, , success]) => !success).length;
-  return html`<figure>
-    <figcaption>
-      <b>${thing}</b> <span class="muted">${places.length - failed} succeed, ${failed} fail</span>
-    </figcaption>
-    <svg
-      class="trials-map"
-      viewBox="${left} ${-high} ${right - left} ${high - low}"
-      role="img"
-      aria-label="Places of ${thing}"
-    >
-      <path class="floor-line" d=${lines.map(([x, y, endX, endY]) => `M${x} ${-y}L${endX} ${-endY}`).join("")}></path>
-      ${places.map(
-        ([x, y, success, number]) =>
-          svg`<g transform="translate(${x} ${-y})"><title>trial ${number} ${success ? "succeeds" : "fails"} from ${short(x)}, ${short(y)} m</title>
-            ${success ? svg`<circle class="good" r=${size}></circle>` : svg`<path class="bad-cross" d="M${-size} ${-size}L${size} ${size}M${size} ${-size}L${-size} ${size}"></path>`}</g>`,
-      )}
-    </svg>
-  </figure>`;
-}

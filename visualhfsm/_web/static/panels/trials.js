@@ -1,0 +1,358 @@
+/**
+ * The trials of the shown document: what varies, what counts, and what they say while they run.
+ *
+ * @import {From} from "../element.js"
+ * @import {Fact, PlanFacts, TrialsPush} from "../protocol.js"
+ * @import {OpenDocument} from "../store.js"
+ * @typedef {{runs?: number, state?: string, robot?: Robot, limit?: number}} Draft
+ * @typedef {"sim" | "fake" | "none"} Robot
+ */
+
+import {html, nothing} from "lit";
+
+import {ask} from "../commands.js";
+import {PageElement} from "../element.js";
+import {icon} from "../icons.js";
+import {messageOf} from "../notices.js";
+import {rootOf} from "../outline.js";
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {actionButton} from "../shell.js";
+import "../trials/trials-view.js";
+
+/** @type {[Robot, string][]} */
+const ROBOTS = [
+  ["sim", "simulated"],
+  ["fake", "without physics"],
+  ["none", "none"],
+];
+const MOST_RUNS = 1_000_000;
+const MOST_MORE = 1000;
+const MOST_STATES = 300;
+const MOST_LEVELS = 12;
+
+class TrialsPanel extends PageElement {
+  static properties = {draft: {state: true}, refusal: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: ["tab"], store: ["document", "trials", "connection"]};
+
+  constructor() {
+    super();
+    /** What the user has changed, and the trials do not have yet. @type {Draft} */
+    this.draft = {};
+    /** Why the plan of this document cannot be read. */
+    this.refusal = "";
+    /** The trial whose run this window is to show. @type {number | undefined} */
+    this.wanted = undefined;
+    /** The tab whose trial was looked at last. */
+    this.origin = 0;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(page, "tab", () => this.#turn());
+    this.listen(store, "connection", () => store.online && this.#look());
+    this.listen(store, "trials", ({detail}) => this.#take(detail));
+    this.listen(store, "workspace", () => this.refusal && this.#look());
+    this.listen(/** @type {import("../events.js").Target<{focus: null}>} */ (window), "focus", () => this.#look());
+    this.#turn();
+  }
+
+  focusFirst() {
+    /** @type {HTMLElement | null} */ (this.querySelector("input, button"))?.focus();
+  }
+
+  render() {
+    const trials = store.trials.get(page.tab);
+    if (!page.document) return html`<p class="empty">No document is open.</p>`;
+    if (page.tabState?.recording) return this.#inRecording();
+    if (this.refusal)
+      return html`<div class="empty trials-refused">
+        <p>${this.refusal}.</p>
+        ${page.tabState?.path ? nothing : actionButton("save", this.context)}
+      </div>`;
+    if (!trials?.plan)
+      return trials?.error
+        ? html`<pre class="trials-error" role="alert">${trials.error}</pre>`
+        : html`<p class="empty" role="status">The plan is being read…</p>`;
+    return html`<div class="trials-panel">
+      <div class="trials-setup">${this.#setup(trials, trials.plan)}</div>
+      <div class="trials-results ${trials.outdated ? "outdated" : ""}" tabindex="-1">
+        ${this.#notes(trials)}
+        <hfsm-trials
+          .view=${trials.view}
+          .opens=${trials.recording === null && store.online}
+          @trial=${(/** @type {CustomEvent<number>} */ {detail}) => this.#show(detail)}
+        ></hfsm-trials>
+      </div>
+    </div>`;
+  }
+
+  /** What is shown below a recording: the way back, if it is that of a trial. */
+  #inRecording() {
+    const origin = store.workspace.tabs.find(({tab}) => tab === this.origin);
+    return html`<div class="empty trials-refused">
+      <p>A recording contains this document. Save a copy to run trials of it.</p>
+      ${
+        origin
+          ? html`<button type="button" class="action" @click=${() => page.show(origin.tab)}>
+              ${icon("trials")}<span class="text">Back to the trials of ${origin.title}</span>
+            </button>`
+          : nothing
+      }
+    </div>`;
+  }
+
+  /** @param {TrialsPush} trials @param {PlanFacts} plan */
+  #setup(trials, plan) {
+    const running = trials.status === "running" || trials.status === "stopping";
+    return html`<form @submit=${this.#submit}>
+        <label class="trials-runs"
+          >Trials
+          <input
+            type="number"
+            name="runs"
+            min="1"
+            max=${MOST_RUNS}
+            required
+            .value=${String(this.draft.runs ?? plan.runs)}
+            ?disabled=${running}
+            @input=${this.#input}
+        /></label>
+        ${
+          running
+            ? html`<button
+                type="button"
+                class="action"
+                ?disabled=${trials.status === "stopping"}
+                @click=${() => ask("stopTrials", {tab: page.tab})}
+              >
+                ${icon("stop")}<span class="text">Stop</span>
+              </button>`
+            : html`<button type="submit" class="action primary" ?disabled=${!store.online}>
+                ${icon("run")}<span class="text">${this.#verb(trials)}</span>
+              </button>`
+        }
+        ${plan.file ? nothing : this.#choices(plan, running)}
+      </form>
+      ${progress(trials)} ${facts("What varies", plan.varies)} ${facts("What happens", plan.happens)}
+      ${this.#counting(plan)} ${facts("What stays", plan.fixed)}
+      <p class="faint">${plan.file ? html`By the plan ${plan.file}, seed ${plan.seed}.` : howToPlan()}</p>`;
+  }
+
+  /** Where there is no plan, what a pupil wants to choose. @param {PlanFacts} plan @param {boolean} running */
+  #choices(plan, running) {
+    const {state = plan.state, robot = /** @type {Robot} */ (plan.robot), limit = plan.limit} = this.draft;
+    return html`<label
+        >Reach
+        <select name="state" ?disabled=${running} @change=${this.#input}>
+          <option value="" ?selected=${!state}>no particular state</option>
+          ${statePaths(page.document).map((path) => html`<option value=${path} ?selected=${path === state}>${path}</option>`)}
+        </select></label
+      ><label
+        >Within
+        <input
+          type="number"
+          name="limit"
+          min="0.1"
+          max="86400"
+          step="any"
+          required
+          .value=${String(limit)}
+          ?disabled=${running}
+          @input=${this.#input}
+        />
+        s</label
+      ><label
+        >Robot
+        <select name="robot" ?disabled=${running} @change=${this.#input}>
+          ${ROBOTS.map(([value, words]) => html`<option value=${value} ?selected=${value === robot}>${words}</option>`)}
+        </select></label
+      >`;
+  }
+
+  /** @param {PlanFacts} plan */
+  #counting(plan) {
+    const {state, limit, counts, measures, file} = plan;
+    const goal = state ? [`reaches ${state} within ${limit} s`] : [`runs for ${limit} s without an error`];
+    const all = [...(file ? goal : []), ...counts];
+    return html`${
+      all.length
+        ? html`<h3>It succeeds when</h3>
+            <ul>
+              ${all.map((words) => html`<li>${words}</li>`)}
+            </ul>`
+        : nothing
+    }${
+      measures.length
+        ? html`<h3>What is measured</h3>
+            <p>${measures.join(", ")}</p>`
+        : nothing
+    }`;
+  }
+
+  /** @param {TrialsPush} trials */
+  #notes({error, outdated, status, recording, view}) {
+    const older = view?.share.trials && outdated;
+    return html`${error ? html`<pre class="trials-error" role="alert">${error}</pre>` : nothing}${
+      older
+        ? html`<p class="trials-note">
+            ${
+              status === "running"
+                ? "The document has changed since: its older version runs here."
+                : "These are of an older version of the document, of its plan or of a file beside it."
+            }
+          </p>`
+        : nothing
+    }${
+      recording === null
+        ? nothing
+        : html`<p class="trials-note coming" role="status">Trial ${recording} runs again and is recorded…</p>`
+    }`;
+  }
+
+  /** What the button does. @param {TrialsPush} trials */
+  #verb({view, outdated, plan}) {
+    const done = view?.share.trials ?? 0;
+    if (!done) return "Run";
+    if (outdated || this.#changes(plan)) return "Run from the start";
+    const runs = this.draft.runs ?? plan?.runs ?? 0;
+    return done < runs ? "Go on" : `Run ${more(runs)} more`;
+  }
+
+  /** Whether the user chose something else than what the trials had. @param {PlanFacts | null} plan */
+  #changes(plan) {
+    const {state, robot, limit} = this.draft;
+    return (
+      (state !== undefined && state !== plan?.state) ||
+      (robot !== undefined && robot !== plan?.robot) ||
+      (limit !== undefined && limit !== plan?.limit)
+    );
+  }
+
+  /** @param {Event & From<HTMLInputElement | HTMLSelectElement>} event */
+  #input = ({target: {name, value, type}}) => {
+    this.draft = {...this.draft, [name]: type === "number" ? Number(value) : value};
+  };
+
+  /** @param {SubmitEvent} event */
+  #submit = async (event) => {
+    event.preventDefault();
+    const trials = store.trials.get(page.tab);
+    if (!trials?.plan) return;
+    const {plan} = trials;
+    const {
+      runs = plan.runs,
+      state = plan.state,
+      robot = /** @type {Robot} */ (plan.robot),
+      limit = plan.limit,
+    } = this.draft;
+    const again = Boolean(trials.view?.share.trials) && (trials.outdated || this.#changes(plan));
+    const chosen = plan.file ? {runs} : {runs, state, robot, limit};
+    if (!again && (trials.view?.share.trials ?? 0) >= runs) chosen.runs = Math.min(MOST_RUNS, runs + more(runs));
+    if ((await ask("runTrials", {tab: page.tab, again, ...chosen})) !== undefined) this.draft = {};
+  };
+
+  /** Show another document. */
+  #turn() {
+    this.draft = {};
+    this.refusal = "";
+    this.#look();
+  }
+
+  /** Ask for the plan and what the trials say; both may have changed. */
+  async #look() {
+    const {tab, tabState} = page;
+    if (!tab || !tabState || tabState.recording || !store.online) return;
+    try {
+      await store.request("lookAtTrials", {tab});
+      if (tab === page.tab) this.refusal = "";
+    } catch (error) {
+      if (tab === page.tab && store.online) this.refusal = upperFirst(messageOf(error));
+    }
+  }
+
+  /** Run a trial again, to look back at it. @param {number} number */
+  async #show(number) {
+    this.wanted = number;
+    this.origin = page.tab;
+    if ((await ask("recordTrial", {tab: page.tab, number})) === undefined) this.wanted = undefined;
+  }
+
+  /** @param {TrialsPush} trials */
+  async #take({tab, recorded, file, recording, error}) {
+    if (this.wanted === undefined || recording !== null || tab !== this.origin) return;
+    if (recorded === this.wanted) {
+      this.wanted = undefined;
+      await (await import("../monitor/documents.js")).play(file);
+    } else if (error) this.wanted = undefined;
+  }
+}
+
+/** How many are added when all are done. @param {number} runs */
+const more = (runs) => Math.min(runs, MOST_MORE);
+
+/** How many are done, and how long the others take. @param {TrialsPush} trials */
+function progress({status, view, left, plan, workers}) {
+  if (status === "reading" || status === "idle" || !plan) return nothing;
+  const done = view?.share.trials ?? 0;
+  const at = workers > 1 ? `, ${workers} at a time` : "";
+  const words = status === "stopping" ? "stopping" : left === null ? `starting${at}` : `${duration(left)} left${at}`;
+  return html`<div class="trials-progress">
+    <progress max=${plan.runs} value=${done} aria-label="Trials that have ended"></progress>
+    <p class="between" role="status"><span>${done} of ${plan.runs}</span><span>${words}</span></p>
+  </div>`;
+}
+
+/** @param {number} seconds */
+function duration(seconds) {
+  if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
+  return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
+}
+
+/** @param {string} title @param {Fact[]} list */
+function facts(title, list) {
+  if (!list.length) return nothing;
+  return html`<h3>${title}</h3>
+    <dl>
+      ${list.map(
+        ({name, words}) =>
+          html`<div>
+            <dt>${name}</dt>
+            <dd>${words}</dd>
+          </div>`,
+      )}
+    </dl>`;
+}
+
+function howToPlan() {
+  const name = page.tabState?.path.replace(/^.*\//, "").replace(/\.xml$/i, "") ?? "";
+  return html`Nothing varies yet. A file ${name}.trials.toml beside the document says what does: places, light, noise,
+  pushes, parameters.`;
+}
+
+/**
+ * The paths of the states of a document.
+ *
+ * @param {OpenDocument | undefined} document
+ * @returns {string[]}
+ */
+function statePaths(document) {
+  /** @type {Set<string>} */
+  const found = new Set();
+  /** @param {import("../protocol.js").Automaton | undefined} automaton @param {string} above @param {number} level */
+  const visit = (automaton, above, level) => {
+    for (const {name, children} of automaton?.states ?? []) {
+      if (found.size >= MOST_STATES || level > MOST_LEVELS) return;
+      found.add(above + name);
+      for (const child of children) visit(document?.automata.get(child), `${above}${name}/`, level + 1);
+    }
+  };
+  visit(document && rootOf(document), "", 0);
+  return [...found];
+}
+
+/** @param {string} text */
+const upperFirst = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+customElements.define("hfsm-trials-panel", TrialsPanel);
