@@ -82,6 +82,8 @@ class FieldLines:
             for place in {(x * middle[0], y * middle[1]) for x in (1, -1) for y in (1, -1)}:
                 begins.append(place - along)
                 ends.append(place + along)
+        self.segments: list[tuple[float, float, float, float]] = np.hstack((begins, ends)).tolist()
+        """The straight ones: x and y in m of one end, and of the other."""
         self._begin, way = np.array(begins), np.subtract(ends, begins)
         self._length = np.hypot(way[:, 0], way[:, 1])
         self._direction = way / self._length[:, None]

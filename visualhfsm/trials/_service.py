@@ -83,7 +83,9 @@ class RunningTrials:
         await asyncio.gather(*(trials.close() for trials in tabs))
 
     def _of(self, tab: int) -> _TabTrials:
-        return self._tabs.setdefault(tab, _TabTrials(tab, self._publish, self._include))
+        if tab not in self._tabs:
+            self._tabs[tab] = _TabTrials(tab, self._publish, self._include)
+        return self._tabs[tab]
 
 
 class _TabTrials:
@@ -184,7 +186,8 @@ class _TabTrials:
                 self._report(plan=report.plan)
             if report.view is not UNSET:
                 self._report(view=report.view, left=report.left, outdated=report.outdated)
-                self._tried = None if report.outdated or report.view is None else order
+                if not report.outdated and report.view is not None:
+                    self._tried = order
 
         def ended(error: str) -> None:
             self._series = None

@@ -37,7 +37,11 @@ _MOST_VALUES: Final = 60
 _MOST_PLACES: Final = 2000
 """Places of all maps together."""
 _LONGEST_TEXT: Final = 300
+_LONGEST_STATES: Final = 100
+"""Characters of the states in a timeline, which has many."""
 _DIGITS: Final = 4
+_SAME: Final = 1e-6
+"""Part of a number below which its differences are not worth a drawing."""
 
 
 def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] | None = None) -> TrialsView:
@@ -88,7 +92,9 @@ def _means(means: Mapping[str, float]) -> list[tuple[str, float]]:
 def _timelines(outcomes: Iterable[Outcome], wanted: set[int]) -> dict[int, TrialTimeline]:
     return {
         outcome.number: TrialTimeline(
-            outcome.number, outcome.time, [Change(each.time, _cut(each.states)) for each in outcome.changes]
+            outcome.number,
+            outcome.time,
+            [Change(each.time, _cut(each.states, _LONGEST_STATES)) for each in outcome.changes],
         )
         for outcome in outcomes
         if outcome.number in wanted
@@ -100,7 +106,7 @@ def _histograms(summary: Summary) -> list[Histogram]:
     for name, figures in islice(summary.numbers.items(), _MOST_PLOTS):
         rows = [row for row in summary.rows if name in row.numbers]
         numbers = np.array([row.numbers[name] for row in rows])
-        if np.ptp(numbers) == 0.0:
+        if np.ptp(numbers) <= _SAME * np.max(np.abs(numbers)):
             continue
         edges = np.histogram_bin_edges(numbers, _BARS)
         good = np.array([row.success for row in rows])
@@ -124,6 +130,11 @@ def _maps(plan: Plan, summary: Summary) -> list[PlaceMap]:
     return [_map(each, _MOST_PLACES // len(maps), lines) for each in maps]
 
 
+def _line(ends: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    x, y, end_x, end_y = (round(each, 3) for each in ends)
+    return x, y, end_x, end_y
+
+
 def _map(found: Map, most: int, lines: list[tuple[float, float, float, float]]) -> PlaceMap:
     every = -(-len(found.places) // most)
     shown = [
@@ -137,10 +148,11 @@ def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
     world = plan.scene.get("world")
     if not isinstance(world, str) or plan.robot != "sim":
         return []
+    from naoserver.soccer_field.model import FieldLines
     from naoserver_sim.world import load_world  # needs the package MuJoCo
 
     field = load_world(str(Path(plan.document).parent / world) if world.endswith(".toml") else world).field
-    return [] if field is None else [(*begin, *end) for begin, end in field.lines()]
+    return [] if field is None else [*map(_line, FieldLines(field).segments)]
 
 
 def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
@@ -151,8 +163,8 @@ def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
     )
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}…"
+def _cut(text: str, most: int = _LONGEST_TEXT) -> str:
+    return text if len(text) <= most else f"{text[:most]}…"
 
 
 def _shown(value: Value) -> str:

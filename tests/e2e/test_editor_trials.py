@@ -1,0 +1,125 @@
+"""The panel *Trials* in the page: real trials in their own processes, in Chromium."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, editor_page
+from tests.support.documents import document, state, sub, transition
+from tests.support.editor import Editor, editor
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.monitor import patient_services
+from tests.support.processes import free_endpoint
+from visualhfsm._web.services import make_services
+from zenoh_ice import Settings
+
+ENDED = RUN_LIMIT * 1000
+PLAN = """robot = "none"
+runs = 12
+limit = 1
+[parameters]
+patience = { from = 2, to = 6 }
+[success]
+state = "done"
+"""
+WAITS = document(
+    sub(
+        1,
+        0,
+        state(1, "waiting", "self.waited += 0.5", initial=True),
+        state(2, "done"),
+        transition(1, 1, 2, "self.waited > self.patience", name="enough"),
+        variables="self.waited = 0.0",
+    ),
+    head="<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>",
+)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    folder = tmp_path / "documents"
+    folder.mkdir()
+    (folder / "waits.xml").write_text(WAITS)
+    return folder / "waits.xml"
+
+
+@pytest.fixture
+def edited(path: Path) -> Iterator[Editor]:
+    settings = Settings(realm="test-trials", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with patient_services(), editor(path.parent, path, make_services=make_services(settings)) as running:
+        yield running
+
+
+def open_panel(shown: EditorPage) -> None:
+    shown.state("done").wait_for()
+    shown.press("Alt+y")
+    shown.page.get_by_role("spinbutton", name="Trials").wait_for(timeout=ENDED)
+
+
+def test_trials_fill_the_panel_and_a_failed_one_is_looked_back_at(
+    browser: Browser, edited: Editor, path: Path
+) -> None:
+    path.with_name("waits.trials.toml").write_text(PLAN)
+    with editor_page(browser, edited) as shown, editor_page(browser, edited) as other:
+        page = shown.page
+        open_panel(shown)
+        open_panel(other)
+        panel = page.get_by_role("region", name="Panel below the canvas")
+        expect(panel).to_contain_text("By the plan waits.trials.toml")
+        expect(panel).to_contain_text("reaches done within 1 s")
+        panel.get_by_role("button", name="Run", exact=True).click()
+        expect(panel).to_contain_text(re.compile(r"\d+ of 12 trials succeed"), timeout=ENDED)
+        panel.get_by_role("button", name="Run 12 more").wait_for(timeout=ENDED)
+        expect(panel.get_by_role("region", name="How it fails")).to_contain_text("not in done after 1 s")
+        expect(panel.get_by_role("region", name="What success depends on")).to_contain_text("patience")
+        expect(other.page.get_by_role("button", name="Run 12 more")).to_be_visible()
+        assert shown.violations(".bottom") == []
+
+        other.state("waiting").click()
+        other.press("Delete")
+        expect(panel).to_contain_text("an older version of the document")
+        panel.get_by_role("button", name="Run from the start").wait_for()
+        panel.get_by_role("button", name="look back").first.click()
+        banner = page.locator(".banner.recorded")
+        expect(banner).to_contain_text("recordings/waits-trial-", timeout=ENDED)
+        shown.expect_states("waiting", "done")  # as it ran
+        panel.get_by_role("button", name="Back to the trials of waits").click()
+        expect(banner).to_have_count(0)
+        shown.expect_states("done")
+
+
+def test_without_a_plan_one_chooses_what_counts(browser: Browser, edited: Editor) -> None:
+    with editor_page(browser, edited) as shown:
+        open_panel(shown)
+        panel = shown.page.get_by_role("region", name="Panel below the canvas")
+        panel.get_by_role("spinbutton", name="Trials").fill("5")
+        panel.get_by_label("Reach").select_option("done")
+        panel.get_by_label("Within").fill("0.5")
+        panel.get_by_label("Robot").select_option("none")
+        panel.get_by_role("button", name="Run", exact=True).click()
+        expect(panel).to_contain_text("0 of 5 trials succeed", timeout=ENDED)  # it takes 0.7 s
+        panel.get_by_label("Within").fill("2")
+        panel.get_by_role("button", name="Run from the start").click()
+        expect(panel).to_contain_text("5 of 5 trials succeed", timeout=ENDED)
+        assert shown.violations(".bottom") == []
+
+
+def test_it_stops_and_says_what_is_wrong(browser: Browser, edited: Editor, path: Path) -> None:
+    path.with_name("waits.trials.toml").write_text(PLAN.replace("limit = 1", "limit = 0"))
+    with editor_page(browser, edited) as shown:
+        shown.state("done").wait_for()
+        shown.press("Alt+y")
+        panel = shown.page.get_by_role("region", name="Panel below the canvas")
+        expect(panel.get_by_role("alert")).to_contain_text("waits.trials.toml:3", timeout=ENDED)
+        path.with_name("waits.trials.toml").write_text(PLAN)
+        shown.page.evaluate("window.dispatchEvent(new Event('focus'))")
+        panel.get_by_role("spinbutton", name="Trials").fill("100000", timeout=ENDED)
+        panel.get_by_role("button", name="Run", exact=True).click()
+        expect(panel).to_contain_text("are still to come", timeout=ENDED)
+        panel.get_by_role("button", name="Stop").click()
+        panel.get_by_role("button", name="Go on").wait_for(timeout=ENDED)

@@ -1,0 +1,103 @@
+"""Trials that run in an editor: nothing of them is left when it is killed, and a killed worker costs nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.support.documents import document, state, sub
+from tests.support.limits import START_LIMIT
+from tests.support.processes import ComponentProcess, assert_gone, children
+from tests.support.pushes import Pushes
+from visualhfsm._editing.serialization import parse_file
+from visualhfsm._services import Source
+from visualhfsm._sessions.files import read_file
+from visualhfsm.trials._messages import TrialsPush
+from visualhfsm.trials._orders import Choices
+from visualhfsm.trials._service import RunningTrials
+
+WORKER = "visualhfsm.trials._worker"
+SERIES = "visualhfsm.trials._series_process"
+EDITOR = """
+import asyncio, sys
+from pathlib import Path
+from tests.faults.test_trials_of_an_editor import opened
+from visualhfsm.trials._orders import Choices
+from visualhfsm.trials._service import RunningTrials
+
+async def edit():
+    trials = RunningTrials(lambda push: print(push.status, flush=True))
+    await trials.run(opened(Path(sys.argv[1])), Choices(runs=1000, robot="none", limit=1.0))
+    await asyncio.Event().wait()
+
+asyncio.run(edit())
+"""
+HANGS = "open('begun', 'w').close()\nwhile True:\n    pass"
+COUNTS = "self.count = 1"
+
+
+def opened(path: Path) -> Source:
+    """Return an open document."""
+    return Source(1, 0, parse_file(read_file(path)[0], path), path, False, path.stem)
+
+
+def written(folder: Path, code: str) -> Path:
+    path = folder / "documents" / "behavior.xml"
+    path.parent.mkdir()
+    path.write_text(document(sub(1, 0, state(1, "only", code, initial=True), variables="self.count = 0")))
+    return path
+
+
+def eventually_below(process: psutil.Process, module: str) -> list[psutil.Process]:
+    """Wait until a process has started some of a module, directly or not."""
+    deadline = time.monotonic() + START_LIMIT
+    while not (found := [each for each in children(module) if process in each.parents()]):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    return found
+
+
+@pytest.mark.parametrize("code", [COUNTS, HANGS], ids=["running", "hanging"])
+def test_a_killed_editor_leaves_no_process(tmp_path: Path, code: str) -> None:
+    path = written(tmp_path, code.replace("'begun'", repr(str(tmp_path / "begun"))))
+    with ComponentProcess([sys.executable, "-c", EDITOR, str(path)]) as editor:
+        editor.wait_for("running")
+        process = psutil.Process(editor.process.pid)
+        below = [*eventually_below(process, SERIES), *eventually_below(process, WORKER)]
+        deadline = time.monotonic() + START_LIMIT
+        while code == HANGS and not (tmp_path / "begun").exists():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        editor.process.kill()
+        assert_gone(below)
+
+
+def test_a_killed_worker_costs_no_trial(tmp_path: Path) -> None:
+    path = written(tmp_path, COUNTS)
+
+    async def go() -> TrialsPush:
+        pushes = Pushes()
+        trials = RunningTrials(pushes)
+
+        def newest() -> TrialsPush:
+            return pushes.of(TrialsPush)[-1]
+
+        try:
+            await trials.run(opened(path), Choices(runs=300, robot="none", limit=1.0))
+            await pushes.until(lambda: (view := newest().view) and view.share.trials > 0)
+            for worker in children(WORKER):
+                worker.kill()
+            await pushes.until(lambda: newest().status == "idle")
+            return newest()
+        finally:
+            await trials.close()
+
+    found = asyncio.run(go())
+    assert found.error == ""
+    assert found.view is not None
+    assert (found.view.share.successes, found.view.share.trials) == (300, 300)

@@ -1,0 +1,263 @@
+"""Trials of the editor's tabs, in processes below it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from tests.support.processes import assert_gone, children
+from tests.support.pushes import Pushes
+from visualhfsm._editing.serialization import parse_file
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._live.recordings import open_recording
+from visualhfsm._services import Source
+from visualhfsm._sessions.files import read_file
+from visualhfsm.trials import _service
+from visualhfsm.trials._messages import TrialsPush
+from visualhfsm.trials._orders import Choices
+from visualhfsm.trials._service import RunningTrials
+
+PLAN = """robot = "none"
+runs = 12
+limit = 1
+[parameters]
+patience = { from = 2, to = 6 }
+[success]
+state = "done"
+"""
+WAITS = document(
+    sub(
+        1,
+        0,
+        state(1, "waiting", "self.waited += 0.5", initial=True),
+        state(2, "done"),
+        transition(1, 1, 2, "self.waited > self.patience", name="enough"),
+        variables="self.waited = 0.0",
+    ),
+    head="<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>",
+)
+WORKER = "visualhfsm.trials._worker"
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    folder = tmp_path / "documents"
+    folder.mkdir()
+    (folder / "waits.trials.toml").write_text(PLAN)
+    (folder / "waits.xml").write_text(WAITS)
+    return folder / "waits.xml"
+
+
+def source(path: Path, text: str | None = None) -> Source:
+    """Return an open document, perhaps with a text that is not saved."""
+    found = Source(1, 0, parse_file(read_file(path)[0], path), path, False, path.stem)
+    if text is None:
+        return found
+    other = path.with_name("other.xml")
+    other.write_text(text)
+    content = parse_file(read_file(other)[0], other)
+    other.unlink()
+    return replace(found, document=content, dirty=True)
+
+
+class Trials:
+    """A service, and what it has published."""
+
+    def __init__(self) -> None:
+        self.pushes = Pushes()
+        self.service = RunningTrials(self.pushes)
+
+    @property
+    def now(self) -> TrialsPush:
+        return self.pushes.of(TrialsPush)[-1]
+
+    async def until(self, matches: Callable[[TrialsPush], object]) -> TrialsPush:
+        return await self.pushes.until(lambda: self.now if matches(self.now) else None)
+
+    async def idle(self) -> TrialsPush:
+        return await self.until(lambda push: push.status == "idle" and push.recording is None)
+
+    async def look(self, opened: Source) -> TrialsPush:
+        await self.service.look(opened)
+        return await self.idle()
+
+    async def run(self, opened: Source, *, again: bool = False, **choices: object) -> TrialsPush:
+        await self.service.run(opened, Choices(**choices), again=again)  # type: ignore[arg-type]
+        return await self.idle()
+
+
+@asynccontextmanager
+async def running() -> AsyncIterator[Trials]:
+    trials = Trials()
+    try:
+        yield trials
+    finally:
+        await trials.service.close()
+
+
+def go(work: Callable[[Trials], Coroutine[object, object, None]]) -> None:
+    async def all_of_it() -> None:
+        async with running() as trials:
+            await work(trials)
+
+    asyncio.run(all_of_it())
+
+
+def done(push: TrialsPush) -> int:
+    return push.view.share.trials if push.view is not None else 0
+
+
+def test_the_plan_is_read_before_anything_runs(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        found = await trials.look(source(path))
+        assert found.plan is not None
+        assert (found.plan.file, found.plan.runs, found.plan.state) == ("waits.trials.toml", 12, "done")
+        assert found.view is None
+
+    go(work)
+
+
+def test_trials_run_and_the_command_goes_on_with_their_outcomes(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        found = await trials.run(source(path))
+        assert found.error == ""
+        assert found.view is not None
+        assert found.view.share.trials == 12
+        assert 0 < found.view.share.successes < 12
+        assert [each.name for each in found.view.dependences] == ["parameters.patience"]
+        assert path.with_name("waits.outcomes.csv").read_text().count("\n") == 13
+        more = await trials.run(source(path), runs=20)
+        assert done(more) == 20
+        assert len(path.with_name("waits.outcomes.jsonl").read_text().splitlines()) == 21
+
+    go(work)
+
+
+def test_it_stops_with_what_is_done_and_goes_on_there(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        await trials.service.run(source(path), Choices(runs=100_000))
+        await trials.until(lambda push: done(push) > 0)
+        workers = children(WORKER)
+        assert workers
+        with pytest.raises(VisualHfsmError, match="run already"):
+            await trials.service.run(source(path), Choices())
+        await trials.service.stop(1)
+        stopped = await trials.idle()
+        assert stopped.error == ""
+        assert_gone(workers)
+        kept = done(stopped)
+        assert 0 < kept < 100_000
+        assert done(await trials.run(source(path), runs=kept + 5)) == kept + 5
+
+    go(work)
+
+
+def test_changes_that_are_not_saved_run_too(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        found = await trials.run(source(path, WAITS.replace("+= 0.5", "+= 5")))
+        assert found.view is not None
+        assert found.view.share.successes == 12
+
+    go(work)
+    assert path.read_text() == WAITS
+
+
+def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        former = await trials.run(source(path))
+        changed = source(path, WAITS.replace("+= 0.5", "+= 5"))
+        assert (await trials.look(changed)).outdated
+        kept = await trials.run(changed)
+        assert kept.outdated
+        assert kept.view == former.view
+        replaced = await trials.run(changed, again=True)
+        assert not replaced.outdated
+        assert replaced.view is not None
+        assert replaced.view.share.successes == 12
+
+    go(work)
+
+
+def test_a_trial_is_recorded_as_it_ran_although_the_document_has_changed(path: Path, tmp_path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        await trials.run(source(path))
+        assert (await trials.look(source(path, WAITS.replace("+= 0.5", "+= 5")))).outdated
+        await trials.service.record(1, 3, tmp_path, lambda file: file.name)
+        found = await trials.until(lambda push: push.recorded == 3)
+        assert found.recording is None
+        recorded = open_recording(tmp_path / found.file)
+        assert "+= 0.5" in recorded.document
+        assert [file.name for file in tmp_path.glob("*.mcap")] == [found.file]
+        with pytest.raises(VisualHfsmError, match="run the trials"):
+            await trials.service.record(2, 3, tmp_path, str)
+
+    go(work)
+
+
+@pytest.mark.parametrize(
+    ("plan", "text", "words"),
+    [
+        (PLAN + "[parameters]\n", WAITS, "at line 8"),
+        (PLAN.replace("limit = 1", "limit = -1"), WAITS, "waits.trials.toml:3"),
+        (PLAN, WAITS.replace("self.waited += 0.5", "self.waited +="), "waits.xml:3:"),
+        (PLAN.replace('"done"', '"nowhere"'), WAITS, "there is no state nowhere"),
+    ],
+)
+def test_what_is_wrong_is_said_with_file_and_line(path: Path, plan: str, text: str, words: str) -> None:
+    path.with_name("waits.trials.toml").write_text(plan)
+    path.write_text(text)
+
+    async def work(trials: Trials) -> None:
+        assert words in (await trials.run(source(path))).error
+
+    go(work)
+
+
+def test_a_document_without_a_file_is_to_be_saved_first(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        with pytest.raises(VisualHfsmError, match="save the document first"):
+            await trials.service.look(replace(source(path), path=None))
+
+    go(work)
+
+
+def test_a_process_that_is_killed_is_reported_and_what_is_done_is_kept(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        await trials.service.run(source(path), Choices(runs=100_000))
+        kept = done(await trials.until(lambda push: done(push) > 0))
+        workers = children(WORKER)
+        (series,) = children("visualhfsm.trials._series_process")
+        psutil.Process(series.pid).kill()
+        assert "ended with -9" in (await trials.idle()).error
+        assert_gone(workers)
+        assert done(await trials.run(source(path), runs=kept)) == kept
+
+    go(work)
+
+
+def test_a_report_that_is_too_long_ends_the_process(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_service, "_LONGEST_REPORT", 200)
+
+    async def work(trials: Trials) -> None:
+        assert "too long" in (await trials.run(source(path), runs=12)).error
+        assert children("visualhfsm.trials._series_process") == []
+
+    go(work)
+
+
+def test_trials_end_with_their_tab(path: Path) -> None:
+    async def work(trials: Trials) -> None:
+        await trials.service.run(source(path), Choices(runs=100_000))
+        await trials.until(lambda push: done(push) > 0)
+        below = [*children(WORKER), *children("visualhfsm.trials._series_process")]
+        await trials.service.forget(1)
+        assert_gone(below)
+
+    go(work)
