@@ -260,10 +260,10 @@ def pushes() -> str:
     """Return a table of what the editor's server sends by itself."""
     from visualhfsm import _services as services
     from visualhfsm._web import protocol
+    from visualhfsm.trials import _messages as trials
 
-    kinds = [
-        each for module in (protocol, services) for each in vars(module).values() if _is(each, services.Push)
-    ]
+    modules = (protocol, services, trials)
+    kinds = [each for module in modules for each in vars(module).values() if _is(each, services.Push)]
     return _messages([each for each in dict.fromkeys(kinds) if each is not services.Push])
 
 

@@ -14,9 +14,8 @@ from tests.support.documents import document, state, sub
 from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, children
 from tests.support.pushes import Pushes
-from visualhfsm._editing.serialization import parse_file
+from visualhfsm._editing.serialization import parse
 from visualhfsm._services import Source
-from visualhfsm._sessions.files import read_file
 from visualhfsm.trials._messages import TrialsPush
 from visualhfsm.trials._orders import Choices
 from visualhfsm.trials._service import RunningTrials
@@ -43,7 +42,7 @@ COUNTS = "self.count = 1"
 
 def opened(path: Path) -> Source:
     """Return an open document."""
-    return Source(1, 0, parse_file(read_file(path)[0], path), path, False, path.stem)
+    return Source(1, 0, parse(path.read_text(), "Cannot read"), path, False, path.stem)
 
 
 def written(folder: Path, code: str) -> Path:

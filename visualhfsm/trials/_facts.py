@@ -10,10 +10,10 @@ from ._messages import Fact, PlanFacts
 from ._plan import Disturbance, Plan
 from ._quantities import Quantity, Same, Spread, varies
 
-_MOST: Final = 60
+_MOST_FACTS: Final = 60
 """Quantities of a kind that are shown."""
 _MOST_CHOICES: Final = 8
-_LONGEST: Final = 120
+_LONGEST_WORDS: Final = 120
 
 
 def facts_of(plan: Plan, file: str) -> PlanFacts:
@@ -31,7 +31,7 @@ def facts_of(plan: Plan, file: str) -> PlanFacts:
         fixed=_facts((name, in_words(each)) for name, each in quantities if not varies(each)),
         happens=_facts((name, _event(each)) for name, each in plan.disturbances.items()),
         counts=[_cut(words) for words in _conditions(plan)],
-        measures=[_cut(name) for name in islice((*plan.numbers, *plan.samples), _MOST)],
+        measures=[_cut(name) for name in islice((*plan.numbers, *plan.samples), _MOST_FACTS)],
     )
 
 
@@ -84,7 +84,7 @@ def _conditions(plan: Plan) -> Iterator[str]:
 
 
 def _facts(found: Iterable[tuple[str, str]]) -> list[Fact]:
-    return [Fact(_cut(name), _cut(words)) for name, words in islice(found, _MOST)]
+    return [Fact(_cut(name), _cut(words)) for name, words in islice(found, _MOST_FACTS)]
 
 
 def _value(value: object) -> str:
@@ -94,4 +94,4 @@ def _value(value: object) -> str:
 
 
 def _cut(text: str) -> str:
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+    return text if len(text) <= _LONGEST_WORDS else f"{text[:_LONGEST_WORDS]}…"

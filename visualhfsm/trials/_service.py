@@ -32,7 +32,7 @@ from ._record import SUFFIX as OUTCOMES
 _PROCESS: Final = "visualhfsm.trials._series_process"
 _LONGEST_REPORT: Final = 2 << 20  # bytes
 _LONGEST_WORDS: Final = 2000  # characters of stderr that are kept
-_PATIENCE: Final = (3.0, 2.0)
+_STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, after which what is done is kept, to SIGTERM, and from there to SIGKILL."""
 
 Publish = Callable[[TrialsPush], None]
@@ -174,7 +174,7 @@ class _TabTrials:
             await asyncio.to_thread(self._files.cleanup)
 
     async def _start(self, order: Order, status: Literal["reading", "running"], known: object = None) -> None:
-        if self._series is not None:  # it reads what is read anew
+        if self._series is not None:  # it reads what is read again now
             await self._series.stop()
         self._known = None
 
@@ -264,7 +264,7 @@ class _Process:
         """End it, and wait until that is reported."""
         self._stopped = True
         if self._following is not None:
-            await self._child.stop(_PATIENCE)
+            await self._child.stop(_STOP_LIMITS)
             await self._following
 
     async def _follow(self) -> None:

@@ -39,7 +39,7 @@ class Snapshot:
 def take_snapshot(document: Path, content: bytes | None = None) -> Snapshot:
     """Pack a document's folder, without what is hidden and documents of others, and its project's interfaces.
 
-    Components that are generated anew in each trial are left out, too. `content` is that of the document if
+    Generated components are left out, too: each trial compiles its own. `content` is that of the document if
     its changes are not saved. Raises TrialsError when they are too many or too large.
     """
     folder = document.parent.resolve()

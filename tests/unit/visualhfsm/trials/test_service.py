@@ -14,11 +14,10 @@ import pytest
 from tests.support.documents import document, state, sub, transition
 from tests.support.processes import assert_gone, children
 from tests.support.pushes import Pushes
-from visualhfsm._editing.serialization import parse_file
+from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._services import Source
-from visualhfsm._sessions.files import read_file
 from visualhfsm.trials import _service
 from visualhfsm.trials._messages import TrialsPush
 from visualhfsm.trials._orders import Choices
@@ -57,14 +56,10 @@ def path(tmp_path: Path) -> Path:
 
 def source(path: Path, text: str | None = None) -> Source:
     """Return an open document, perhaps with a text that is not saved."""
-    found = Source(1, 0, parse_file(read_file(path)[0], path), path, False, path.stem)
+    found = Source(1, 0, parse(path.read_text(), "Cannot read"), path, False, path.stem)
     if text is None:
         return found
-    other = path.with_name("other.xml")
-    other.write_text(text)
-    content = parse_file(read_file(other)[0], other)
-    other.unlink()
-    return replace(found, document=content, dirty=True)
+    return replace(found, document=parse(text, "Cannot read"), dirty=True)
 
 
 class Trials:

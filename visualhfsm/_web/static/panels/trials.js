@@ -3,9 +3,7 @@
  *
  * @import {From} from "../element.js"
  * @import {Fact, PlanFacts, TrialsPush} from "../protocol.js"
- * @import {OpenDocument} from "../store.js"
- * @typedef {{runs?: number, state?: string, robot?: Robot, limit?: number}} Draft
- * @typedef {"sim" | "fake" | "none"} Robot
+ * @import {Draft, Robot} from "../trials/asking.js"
  */
 
 import {html, nothing} from "lit";
@@ -14,10 +12,10 @@ import {ask} from "../commands.js";
 import {PageElement} from "../element.js";
 import {icon} from "../icons.js";
 import {messageOf} from "../notices.js";
-import {rootOf} from "../outline.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {actionButton} from "../shell.js";
+import {MOST_RUNS, duration, requestOf, statePaths, verbOf} from "../trials/asking.js";
 import "../trials/trials-view.js";
 
 /** @type {[Robot, string][]} */
@@ -26,10 +24,6 @@ const ROBOTS = [
   ["fake", "without physics"],
   ["none", "none"],
 ];
-const MOST_RUNS = 1_000_000;
-const MOST_MORE = 1000;
-const MOST_STATES = 300;
-const MOST_LEVELS = 12;
 
 class TrialsPanel extends PageElement {
   static properties = {draft: {state: true}, refusal: {state: true}};
@@ -130,7 +124,7 @@ class TrialsPanel extends PageElement {
                 ${icon("stop")}<span class="text">Stop</span>
               </button>`
             : html`<button type="submit" class="action primary" ?disabled=${!store.online}>
-                ${icon("run")}<span class="text">${this.#verb(trials)}</span>
+                ${icon("run")}<span class="text">${verbOf(trials, this.draft)}</span>
               </button>`
         }
         ${plan.file ? nothing : this.#choices(plan, running)}
@@ -211,25 +205,6 @@ class TrialsPanel extends PageElement {
     }`;
   }
 
-  /** What the button does. @param {TrialsPush} trials */
-  #verb({view, outdated, plan}) {
-    const done = view?.share.trials ?? 0;
-    if (!done) return "Run";
-    if (outdated || this.#changes(plan)) return "Run from the start";
-    const runs = this.draft.runs ?? plan?.runs ?? 0;
-    return done < runs ? "Go on" : `Run ${more(runs)} more`;
-  }
-
-  /** Whether the user chose something else than what the trials had. @param {PlanFacts | null} plan */
-  #changes(plan) {
-    const {state, robot, limit} = this.draft;
-    return (
-      (state !== undefined && state !== plan?.state) ||
-      (robot !== undefined && robot !== plan?.robot) ||
-      (limit !== undefined && limit !== plan?.limit)
-    );
-  }
-
   /** @param {Event & From<HTMLInputElement | HTMLSelectElement>} event */
   #input = ({target: {name, value, type}}) => {
     this.draft = {...this.draft, [name]: type === "number" ? Number(value) : value};
@@ -240,17 +215,8 @@ class TrialsPanel extends PageElement {
     event.preventDefault();
     const trials = store.trials.get(page.tab);
     if (!trials?.plan) return;
-    const {plan} = trials;
-    const {
-      runs = plan.runs,
-      state = plan.state,
-      robot = /** @type {Robot} */ (plan.robot),
-      limit = plan.limit,
-    } = this.draft;
-    const again = Boolean(trials.view?.share.trials) && (trials.outdated || this.#changes(plan));
-    const chosen = plan.file ? {runs} : {runs, state, robot, limit};
-    if (!again && (trials.view?.share.trials ?? 0) >= runs) chosen.runs = Math.min(MOST_RUNS, runs + more(runs));
-    if ((await ask("runTrials", {tab: page.tab, again, ...chosen})) !== undefined) this.draft = {};
+    if ((await ask("runTrials", {tab: page.tab, ...requestOf(trials, trials.plan, this.draft)})) !== undefined)
+      this.draft = {};
   };
 
   /** Show another document. */
@@ -289,9 +255,6 @@ class TrialsPanel extends PageElement {
   }
 }
 
-/** How many are added when all are done. @param {number} runs */
-const more = (runs) => Math.min(runs, MOST_MORE);
-
 /** How many are done, and how long the others take. @param {TrialsPush} trials */
 function progress({status, view, left, plan, workers}) {
   if (status === "reading" || status === "idle" || !plan) return nothing;
@@ -302,12 +265,6 @@ function progress({status, view, left, plan, workers}) {
     <progress max=${plan.runs} value=${done} aria-label="Trials that have ended"></progress>
     <p class="between" role="status"><span>${done} of ${plan.runs}</span><span>${words}</span></p>
   </div>`;
-}
-
-/** @param {number} seconds */
-function duration(seconds) {
-  if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
-  return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
 }
 
 /** @param {string} title @param {Fact[]} list */
@@ -329,27 +286,6 @@ function howToPlan() {
   const name = page.tabState?.path.replace(/^.*\//, "").replace(/\.xml$/i, "") ?? "";
   return html`Nothing varies yet. A file ${name}.trials.toml beside the document says what does: places, light, noise,
   pushes, parameters.`;
-}
-
-/**
- * The paths of the states of a document.
- *
- * @param {OpenDocument | undefined} document
- * @returns {string[]}
- */
-function statePaths(document) {
-  /** @type {Set<string>} */
-  const found = new Set();
-  /** @param {import("../protocol.js").Automaton | undefined} automaton @param {string} above @param {number} level */
-  const visit = (automaton, above, level) => {
-    for (const {name, children} of automaton?.states ?? []) {
-      if (found.size >= MOST_STATES || level > MOST_LEVELS) return;
-      found.add(above + name);
-      for (const child of children) visit(document?.automata.get(child), `${above}${name}/`, level + 1);
-    }
-  };
-  visit(document && rootOf(document), "", 0);
-  return [...found];
 }
 
 /** @param {string} text */
