@@ -259,10 +259,11 @@ def requests() -> str:
 def pushes() -> str:
     """Return a table of what the editor's server sends by itself."""
     from visualhfsm import _services as services
+    from visualhfsm import _test_results as tests
     from visualhfsm._web import protocol
     from visualhfsm.trials import _messages as trials
 
-    modules = (protocol, services, trials)
+    modules = (protocol, services, tests, trials)
     kinds = [each for module in modules for each in vars(module).values() if _is(each, services.Push)]
     return _messages([each for each in dict.fromkeys(kinds) if each is not services.Push])
 

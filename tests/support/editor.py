@@ -116,7 +116,9 @@ def services(
     """Return services, some of which a test provides."""
     missing: Any = NoService()
     help_with_code: Any = code_help or NoCodeHelp()
-    return Services(help_with_code, running or missing, live or missing, robots or missing, trials or missing)
+    return Services(
+        help_with_code, running or missing, live or missing, robots or missing, trials or missing, missing
+    )
 
 
 def no_services(_publish: Publish) -> Services:

@@ -32,6 +32,7 @@ from visualhfsm._monitoring.robot import RobotFacts
 from visualhfsm._monitoring.run_log import Timeline
 from visualhfsm._robots import World
 from visualhfsm._services import Push
+from visualhfsm._test_results import TestsPush
 from visualhfsm._web import protocol
 
 __all__ = ["FILE", "protocol_types"]
@@ -72,7 +73,7 @@ _WIDTH: Final = 120
 def protocol_types() -> str:
     """Return the types of everything that passes between page and server, as TypeScript."""
     writer = _Writer()
-    pushes = sorted(_descendants(Push), key=_name_of_push)
+    pushes = sorted({*_descendants(Push), TestsPush}, key=_name_of_push)
     writer.alias("Push", "".join(f"\n  | {writer.message(each, _name_of_push(each))}" for each in pushes))
     requests = sorted(_concrete_requests(), key=lambda each: each.__name__)
     writer.table("Requests", "The fields of each request.", requests, left_out=("id:",))

@@ -98,6 +98,7 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
         workspace.remove(tab)
         await workspace.services.running.forget(tab.id)
         await workspace.services.trials.forget(tab.id)
+        await workspace.services.tests.forget(tab.id)
 
     await complete(closed())
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from visualhfsm._services import Components, Output, Push, Robot, RunPush, Snapshot, Stale, Structure
+from visualhfsm._test_results import TestsPush
 from visualhfsm.project._events import Checked, Event, FileChanged
 from visualhfsm.trials._messages import TrialsPush
 
@@ -84,7 +85,11 @@ class News:
                 self._tabs.get(number).output.add(lines, dropped)
                 self._windows.push(news)
             case TrialsPush(tab=number) if number in self._tabs:
-                self._windows.push(self._tabs.get(number).take_trials(news))
+                tab = self._tabs.get(number)
+                self._windows.push(tab.trials.take(news, tab.shown.document))
+            case TestsPush(tab=number) if number in self._tabs:
+                tab = self._tabs.get(number)
+                self._windows.push(tab.tests.take(news, tab.shown.document))
             case RunPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 if news.status == "generating":

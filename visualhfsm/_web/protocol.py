@@ -287,6 +287,25 @@ class RecordTrial(_Request):
     number: ElementId
 
 
+class LookAtTests(_Request):
+    """Ask for the tests of a document: the push `tests` names them."""
+
+    tab: TabId
+
+
+class RunTests(_Request):
+    """Run the tests of a document as it was saved, or some by name; the push `tests` has the results."""
+
+    tab: TabId
+    names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
+
+
+class StopTests(_Request):
+    """Stop the tests of a document."""
+
+    tab: TabId
+
+
 class OutputShown(_Request):
     """Say that the last push `output` was shown, so that the next one may come."""
 

@@ -12,6 +12,7 @@ from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._live.service import Monitoring
 from visualhfsm._robots import Robots
 from visualhfsm._running import RunningComponents
+from visualhfsm._running_tests import RunningTests
 from visualhfsm._services import Publish, free_endpoint, socket_endpoint
 from visualhfsm.trials._service import RunningTrials
 from zenoh_ice.settings import Settings
@@ -28,6 +29,7 @@ class Services:
     live: Monitoring
     robots: Robots
     trials: RunningTrials
+    tests: RunningTests
     checks: CheckProcess = field(default_factory=CheckProcess)
 
 
@@ -71,6 +73,7 @@ def make_services(
             live=Monitoring(publish, settings.override(listen=listen, connect=others), robots.observe),
             robots=robots,
             trials=RunningTrials(publish, include),
+            tests=RunningTests(publish, (folder or Path.cwd()).resolve(), include),
             checks=CheckProcess(folder=folder),
         )
 

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from typing import Concatenate, ParamSpec, TypeVar
+from typing import Concatenate, Generic, ParamSpec, TypeVar
 
 from msgspec.structs import replace
 
 from codegen.hfsm.document import Document
 from visualhfsm._editing.diff import differ
 from visualhfsm._services import RecentLines, RunPush, Source, retrieve
+from visualhfsm._test_results import TestsPush
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._events import Changed, Event
 from visualhfsm.project._version import Version
@@ -23,6 +24,7 @@ from .protocol import Outside, Problems
 
 P = ParamSpec("P")
 R = TypeVar("R")
+Report = TypeVar("Report", TestsPush, TrialsPush)
 
 
 class Threads:
@@ -59,6 +61,33 @@ class _Difference:
         return self._compared[2]
 
 
+class Dated(Generic[Report]):
+    """A report about the document as it was: outdated once the shown version differs."""
+
+    def __init__(self) -> None:
+        self.of: Document | None = None
+        """The document that it is about."""
+        self.now: Report | None = None
+        """The report as the windows have it."""
+        self._reported: Report | None = None
+        self._difference = _Difference()
+
+    def take(self, reported: Report, document: Document) -> Report:
+        """Return what the windows get of a report, while they show a document."""
+        self._reported = reported
+        differs = self.of is not None and self._difference.between(self.of, document)
+        self.now = replace(reported, outdated=reported.outdated or differs)
+        return self.now
+
+    def compare(self, document: Document) -> Report | None:
+        """Return what the windows get while they show another version, if that is new."""
+        if self._reported is None:
+            return None
+        former = self.now
+        now = self.take(self._reported, document)
+        return None if now == former else now
+
+
 class Tab:
     """An open document, on which requests work in order in threads, and its state as windows show it.
 
@@ -87,13 +116,9 @@ class Tab:
         """The document as its component was generated last."""
         self.runs: Document | None = None
         """The document as its running component has loaded it."""
-        self.trials: TrialsPush | None = None
-        """The trials as the windows have them."""
-        self.tried: Document | None = None
-        """The document as these trials ran it."""
-        self._reported: TrialsPush | None = None
+        self.trials: Dated[TrialsPush] = Dated()
+        self.tests: Dated[TestsPush] = Dated()
         self._from_run = _Difference()
-        self._from_trials = _Difference()
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
@@ -127,22 +152,6 @@ class Tab:
         if self.runs is None or not self.is_running:
             return False
         return self._from_run.between(self.runs, self.shown.document)
-
-    def take_trials(self, reported: TrialsPush) -> TrialsPush:
-        """Return what the windows get of trials: those of another version of the document are outdated."""
-        self._reported = reported
-        tried, document = self.tried, self.shown.document
-        differs = tried is not None and self._from_trials.between(tried, document)
-        self.trials = replace(reported, outdated=reported.outdated or differs)
-        return self.trials
-
-    def compare_trials(self) -> TrialsPush | None:
-        """Return what the windows get of trials if the new version of the document changes that."""
-        if self._reported is None:
-            return None
-        former = self.trials
-        now = self.take_trials(self._reported)
-        return None if now == former else now
 
     async def edit(
         self, work: Callable[Concatenate[OpenDocument, P], R], *args: P.args, **kwargs: P.kwargs

@@ -1,4 +1,4 @@
-"""Requests about the trials of a document.
+"""Requests about the trials and the tests of a document.
 
 Everything raises VisualHfsmError.
 """
@@ -17,7 +17,7 @@ async def look(workspace: Workspace, _: Window, request: p.LookAtTrials) -> None
     tab = workspace.tabs.get(request.tab)
     source = tab.source
     if await workspace.services.trials.look(source):
-        tab.tried = source.document
+        tab.trials.of = source.document
 
 
 async def run(workspace: Workspace, _: Window, request: p.RunTrials) -> None:
@@ -26,7 +26,7 @@ async def run(workspace: Workspace, _: Window, request: p.RunTrials) -> None:
     source = tab.source
     choices = Choices(runs=request.runs, state=request.state, robot=request.robot, limit=request.limit)
     await workspace.services.trials.run(source, choices, again=request.again)
-    tab.tried = source.document
+    tab.trials.of = source.document
 
 
 async def stop(workspace: Workspace, _: Window, request: p.StopTrials) -> None:
@@ -39,3 +39,21 @@ async def record(workspace: Workspace, _: Window, request: p.RecordTrial) -> Non
     workspace.tabs.get(request.tab)
     folder = await workspace.runs.recordings()
     await workspace.services.trials.record(request.tab, request.number, folder, workspace.project.root.name)
+
+
+async def look_at_tests(workspace: Workspace, _: Window, request: p.LookAtTests) -> None:
+    """Find the tests."""
+    await workspace.services.tests.look(workspace.tabs.get(request.tab).source)
+
+
+async def run_tests(workspace: Workspace, _: Window, request: p.RunTests) -> None:
+    """Begin to run the tests of the document as it was saved."""
+    tab = workspace.tabs.get(request.tab)
+    source = tab.source
+    await workspace.services.tests.run(source, request.names)
+    tab.tests.of = source.document
+
+
+async def stop_tests(workspace: Workspace, _: Window, request: p.StopTests) -> None:
+    """End the tests."""
+    await workspace.services.tests.stop(request.tab)

@@ -100,7 +100,7 @@ class Workspace:
         await asyncio.to_thread(self.project.end_processes)
         await self._checks.close()
         services = self.services
-        for service in (services.trials, services.running, services.robots, services.live):
+        for service in (services.tests, services.trials, services.running, services.robots, services.live):
             try:
                 async with asyncio.timeout(_CLOSE_LIMIT):
                     await service.close()
@@ -138,8 +138,9 @@ class Workspace:
             return
         self.publish_state()  # first: a window gets a tab before its document
         self.windows.show(tab)
-        if (trials := tab.compare_trials()) is not None:
-            self.windows.push(trials)
+        for dated in (tab.trials, tab.tests):
+            if (report := dated.compare(tab.shown.document)) is not None:
+                self.windows.push(report)
         self._checks.check(tab)
 
     def remove(self, tab: Tab) -> None:
@@ -184,7 +185,7 @@ class Workspace:
         window.push(self.realm.robot)
         for tab in self.tabs:
             window.show(tab)
-            for push in (tab.problems, tab.outside, tab.run, tab.trials):
+            for push in (tab.problems, tab.outside, tab.run, tab.trials.now, tab.tests.now):
                 if push is not None:
                     window.push(push)
             output = tab.output

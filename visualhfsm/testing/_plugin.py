@@ -32,6 +32,7 @@ def __tracebackhide__(caught: pytest.ExceptionInfo[BaseException]) -> bool:  # n
 
 _BEHAVIORS: Final = pytest.StashKey["list[Behavior]"]()
 _COVERAGE: Final = "hfsm_coverage"
+_RESULTS: Final = "hfsm_results"
 
 
 class MakeBehavior(Protocol):
@@ -75,6 +76,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="PERCENT",
         help="fail when less is covered",
     )
+    group.addoption(
+        "--hfsm-results", metavar="FILE", help="write each result as a line of JSON, for the editor"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -83,6 +87,10 @@ def pytest_configure(config: pytest.Config) -> None:
         from ._coverage import CoverageSession
 
         config.pluginmanager.register(CoverageSession(config), _COVERAGE)
+    if file := config.getoption("--hfsm-results"):
+        from ._results import Results
+
+        config.pluginmanager.register(Results(Path(file)), _RESULTS)
 
 
 @pytest.fixture
@@ -95,6 +103,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     made: list[Behavior] = []
     request.node.stash[_BEHAVIORS] = made
     coverage = request.config.pluginmanager.get_plugin(_COVERAGE)
+    results = request.config.pluginmanager.get_plugin(_RESULTS)
     places = [request.path.parent, request.config.rootpath]
 
     def make(
@@ -111,6 +120,8 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         made.append(behavior)
         if coverage is not None and behavior.document is not None:
             coverage.hits.watch(lambda: behavior.document, behavior.tree)
+        if results is not None:
+            results.watch(lambda: behavior.document, behavior.tree)
         return behavior
 
     yield make

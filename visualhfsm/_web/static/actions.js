@@ -209,6 +209,16 @@ addActions([
     run: ({app}) => app.showBottom("hfsm-output"),
   },
   {
+    id: "tests",
+    label: "Tests",
+    icon: "tests",
+    keys: ["Alt+X"],
+    scope: "typing",
+    enabled: hasDocument,
+    run: ({app}) => app.showBottom("hfsm-tests-panel"),
+    hint: "run the document's tests, and see what they pass",
+  },
+  {
     id: "trials",
     label: "Trials",
     icon: "trials",
@@ -309,7 +319,7 @@ addActions([
 
 /** The menu beside Run. */
 export const RUN_MENU = [
-  ["tryIt", "trials", "runWith", "startHere", "recordRun", "generate"],
+  ["tryIt", "tests", "trials", "runWith", "startHere", "recordRun", "generate"],
   ["stepAll", "sendEvent"],
   ["attach", "detach", "openRecording", "exportRun", "pictureRate"],
 ];
@@ -346,7 +356,7 @@ export const MENUS = [
     title: "View",
     groups: [
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["problems", "output", "trials", "undoSteps", "tree"],
+      ["problems", "output", "tests", "trials", "undoSteps", "tree"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme"],
     ],

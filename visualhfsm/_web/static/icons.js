@@ -91,6 +91,7 @@ const PATHS = {
   sun: "M12 16a4 4 0 1 0 0-8 4 4 0 0 0 0 8zM12 2v3M12 19v3M2 12h3M19 12h3M5 5l2 2M17 17l2 2M19 5l-2 2M7 17l-2 2",
   timing: "M12 21a8 8 0 1 0 0-16 8 8 0 0 0 0 16zM12 9v4l3 2M9 2h6",
   transition: "M3 17C6 7 14 5 20 9M15 5l5 4-3 5.5",
+  tests: "M4 6l2 2 3-4M4 13l2 2 3-4M4 20l2 2 3-4M13 6h7M13 13h7M13 20h7",
   trials: "M3 20.5h18M6 20V11M12 20V4M18 20v-5",
   undo: "M4 8h11a5 5 0 0 1 0 10h-4M8 4L4 8l4 4",
   up: "M12 20V5M6 11l6-6 6 6",

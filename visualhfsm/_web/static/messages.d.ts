@@ -174,6 +174,9 @@ export interface Answers {
   runTrials: null;
   stopTrials: null;
   recordTrial: null;
+  lookAtTests: null;
+  runTests: null;
+  stopTests: null;
   simulate: null;
   record: {recording: string} | null;
   connectRobot: null;

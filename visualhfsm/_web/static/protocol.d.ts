@@ -477,6 +477,15 @@ export interface Part {
   means: [string, number][];
 }
 
+/** A state or a transition that tests passed, how often, and whether one failed there. */
+export interface Passed {
+  automaton: number;
+  kind: "state" | "transition";
+  id: number;
+  count: number;
+  failed: boolean;
+}
+
 /** A place in a document. */
 export interface Place {
   kind: "automaton" | "document" | "state" | "transition";
@@ -559,6 +568,7 @@ export type Push =
   | SnapshotPush
   | StalePush
   | StructurePush
+  | TestsPush
   | TrialsPush
   | WorkspacePush;
 
@@ -632,6 +642,8 @@ export interface Requests {
   listFiles: {directory?: string};
   /** Ask which line of which piece of code a line of a log, or of an error's report, refers to. */
   locate: {tab: number; text: string; automaton?: number; state?: number};
+  /** Ask for the tests of a document: the push `tests` names them. */
+  lookAtTests: {tab: number};
   /** Ask for the plan of a document's trials, and what those that were run say: the push `trials`. */
   lookAtTrials: {tab: number};
   /** Move the balls of the simulation along their routes, or leave them where they are. */
@@ -660,6 +672,8 @@ export interface Requests {
   resolve: {tab: number; choice: "merge" | "mine" | "theirs"};
   /** Generate and start the component as a process; `arguments` are those of its command line. */
   run: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string};
+  /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
+  runTests: {tab: number; names?: string[]};
   /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
   runTrials: {
     tab: number;
@@ -679,6 +693,8 @@ export interface Requests {
   simulate: {world?: string; speed?: string; balls?: boolean; body?: string};
   /** Stop the process of a component that was started here. */
   stopRun: {tab: number};
+  /** Stop the tests of a document. */
+  stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
   /** Undo the last step. */
@@ -840,6 +856,27 @@ export interface TabState {
   outside: string;
   changed: boolean;
   recording: string;
+}
+
+/** A test as the page shows it; without an outcome it was not run yet. */
+export interface TestView {
+  name: string;
+  file: string;
+  outcome: "" | "failed" | "passed" | "skipped";
+  seconds: number;
+  reason: string;
+  timeline: string;
+}
+
+/** The tests of a tab's document, how they went, and what they passed. */
+export interface TestsPush {
+  push: "tests";
+  tab: number;
+  status: "idle" | "running" | "stopping";
+  tests: TestView[];
+  passed: Passed[];
+  outdated: boolean;
+  error: string;
 }
 
 /** Everything that is kept: its time span, and the changes of state. */

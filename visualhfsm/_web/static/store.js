@@ -13,7 +13,7 @@ import {updated, withContent} from "./updates.js";
  * @import {Target} from "./events.js"
  * @import {Answer, Answers, Fields, FieldsOf, Greeting, Push, Workspace} from "./messages.js"
  * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, Requests, RobotPush, RunPush,
- *   SnapshotPush, StalePush, StructurePush, TrialsPush, UndoStep} from "./protocol.js"
+ *   SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
@@ -24,7 +24,7 @@ import {updated, withContent} from "./updates.js";
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
  *   problems: ProblemsPush, output: OutputPush, run: RunPush, robot: RobotPush, snapshot: SnapshotPush,
  *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
- *   trials: TrialsPush}} StoreEvents
+ *   tests: TestsPush, trials: TrialsPush}} StoreEvents
  */
 
 /** The robot of a realm without one; what a push leaves out is as here. @type {Robot} */
@@ -63,7 +63,7 @@ export class RequestError extends Error {
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
  * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
- * `robot`, `snapshot`, `structure`, `stale`, `outside`, `trials`, `closed`).
+ * `robot`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
  */
 class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
@@ -73,6 +73,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   robot = NO_ROBOT;
   /** The trials of each tab, as far as any were asked for. @type {Map<number, TrialsPush>} */
   trials = new Map();
+  /** The tests of each tab, in the same way. @type {Map<number, TestsPush>} */
+  tests = new Map();
   online = false;
   /** When the connection was lost, ms since 1970; 0 while connected. */
   offlineSince = 0;
@@ -294,9 +296,13 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
       case "trials":
         this.trials.set(message.tab, message);
         break;
+      case "tests":
+        this.tests.set(message.tab, message);
+        break;
       case "closed":
         this.documents.delete(message.tab);
         this.trials.delete(message.tab);
+        this.tests.delete(message.tab);
         break;
     }
     this.#emit(message.push, message);

@@ -6,9 +6,10 @@ import {make, set} from "./svg.js";
 /**
  * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?:
  *   boolean, finished?: boolean, hanging?: boolean,
- *   breakpoint?: "set" | "conditional" | "hit", note?: string}} Live
+ *   breakpoint?: "set" | "conditional" | "hit", note?: string, passed?: number, failed?: boolean}} Live
  *   of a state `status`, `finished`, `hanging` (its code does not end) and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains),
- *   `remaining` (s), `guard` (its last value) and `fired` (0..1, 1 just now)
+ *   `remaining` (s), `guard` (its last value) and `fired` (0..1, 1 just now); of both how often tests `passed` them, and
+ *   whether one `failed` there
  */
 
 const DIAGONAL = RADIUS * Math.SQRT1_2;
@@ -17,7 +18,10 @@ const FINISHED = `M-8 ${14 - RADIUS}l5 5L7 ${9 - RADIUS}`;
 const BREAKPOINTS = {set: "breakpoint", conditional: "breakpoint with a condition", hit: "paused at this breakpoint"};
 
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
-export function markState(view, {status, trail = 0, finished = false, hanging = false, breakpoint, note} = {}) {
+export function markState(
+  view,
+  {status, trail = 0, finished = false, hanging = false, breakpoint, note, passed, failed} = {},
+) {
   const {group} = view;
   const {classList} = group;
   classList.toggle("active", status === "active");
@@ -28,11 +32,13 @@ export function markState(view, {status, trail = 0, finished = false, hanging = 
   set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
   markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));
   markBreakpoint(group, breakpoint, -DIAGONAL, -DIAGONAL, 7);
-  say(group, [view.words, status, note, breakpoint && BREAKPOINTS[breakpoint]]);
+  classList.toggle("tested", Boolean(passed));
+  classList.toggle("test-failed", Boolean(failed));
+  say(group, [view.words, status, note, ...tested(passed, failed), breakpoint && BREAKPOINTS[breakpoint]]);
 }
 
 /** @param {import("./transition-view.js").TransitionView} view @param {Live} [live] */
-export function markTransition(view, {timer = 0, remaining, fired = 0, guard, breakpoint} = {}) {
+export function markTransition(view, {timer = 0, remaining, fired = 0, guard, breakpoint, passed, failed} = {}) {
   const {group} = view;
   const {classList} = group;
   if (view.timer) set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
@@ -41,15 +47,23 @@ export function markTransition(view, {timer = 0, remaining, fired = 0, guard, br
   classList.toggle("fired", fired > 0);
   classList.toggle("guard-true", guard === true);
   classList.toggle("guard-false", guard === false);
+  classList.toggle("tested", Boolean(passed));
   if (view.handle) markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
   say(group, [
     view.words,
     timer > 0 && remaining !== undefined && `in ${Math.ceil(remaining)} s`,
     fired > 0 && "fired last",
+    ...tested(passed, failed),
     guard !== undefined && `condition ${guard ? "true" : "false"}`,
     breakpoint && BREAKPOINTS[breakpoint],
   ]);
 }
+
+/** What tests did there, in words. @param {number} [passed] @param {boolean} [failed] */
+const tested = (passed, failed) => [
+  passed && `passed ${passed === 1 ? "once" : `${passed} times`} by tests`,
+  failed && "a test failed here",
+];
 
 /** @param {SVGElement} group @param {Live["breakpoint"]} kind @param {number} x @param {number} y @param {number} r */
 function markBreakpoint(group, kind, x, y, r) {
@@ -81,7 +95,7 @@ function markWith(group, name, wanted, build) {
   return wanted ? found : undefined;
 }
 
-/** @param {SVGElement} group @param {(string | false | undefined)[]} parts */
+/** @param {SVGElement} group @param {(string | false | 0 | undefined)[]} parts */
 function say(group, parts) {
   const words = parts.filter(Boolean).join(", ");
   if (group.getAttribute("aria-label") !== words) group.setAttribute("aria-label", words);

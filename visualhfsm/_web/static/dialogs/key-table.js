@@ -77,6 +77,7 @@ export function keyTable() {
       "generate",
       "run",
       "stopRun",
+      "tests",
       "trials",
     ],
     "Follow and steer": MONITOR_KEYS,

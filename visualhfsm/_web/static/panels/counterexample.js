@@ -9,6 +9,7 @@
 import {html, nothing} from "lit";
 import {iconButton} from "../icons.js";
 import {page} from "../page.js";
+import {showMarks} from "./marks.js";
 
 /**
  * Buttons and the list of steps.
@@ -100,14 +101,6 @@ export function showStep(document, steps, index) {
     highlight.get(automaton)?.set(`t${transition}`, {fired: 1});
     if (origin && origin !== current.get(automaton)) highlight.get(automaton)?.set(`s${origin}`, {trail: 1});
   }
-  page.highlight = highlight;
+  showMarks(highlight);
   if (document.automata.has(automaton) && page.automaton?.id !== automaton) page.open(automaton);
-  page.dispatchEvent(new Event("highlight"));
-}
-
-/** Remove the marks from the canvas. */
-export function showNoStep() {
-  if (!page.highlight) return;
-  page.highlight = undefined;
-  page.dispatchEvent(new Event("highlight"));
 }

@@ -10,7 +10,8 @@ import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
 import {countOf} from "../problems.js";
-import {counterexamplePlayer, showNoStep, showStep} from "./counterexample.js";
+import {counterexamplePlayer, showStep} from "./counterexample.js";
+import {showNoMarks} from "./marks.js";
 import {placeOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
@@ -151,7 +152,7 @@ class Problems extends PageElement {
   #play(played, steps = []) {
     this.played = played;
     if (played) showStep(page.shownDocument, steps, played.step);
-    else showNoStep();
+    else showNoMarks();
   }
 }
 

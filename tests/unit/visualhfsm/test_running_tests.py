@@ -1,0 +1,208 @@
+"""Tests of a document, run by pytest below the editor, and what they pass."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable, Coroutine
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from tests.support.processes import assert_gone, children
+from tests.support.pushes import Pushes
+from visualhfsm._editing.serialization import parse
+from visualhfsm._errors import VisualHfsmError
+from visualhfsm._running_tests import RunningTests
+from visualhfsm._services import Source
+from visualhfsm._test_results import TestsPush, TestView
+
+WAITS = document(
+    sub(
+        1,
+        0,
+        state(1, "waiting", initial=True),
+        state(2, "done"),
+        state(3, "never"),
+        transition(4, 1, 2, "500", type="time", name="enough"),
+        transition(5, 2, 3, "False", name="wrong"),
+    ),
+)
+GOOD = """
+def test_it_waits(behavior):
+    b = behavior("waits.xml")
+    b.advance(0.2)
+    assert b.active == "waiting"
+
+
+def test_it_is_done_soon(behavior):
+    b = behavior("waits.xml")
+    b.run_until("done", limit=1.0)
+"""
+BAD = """
+import pytest
+
+@pytest.mark.parametrize("limit", [0.1, 0.2])
+def test_it_is_done_at_once(behavior, limit):
+    behavior("waits.xml").run_until("done", limit=limit)
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    (tmp_path / "behaviors").mkdir()
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n")
+    (tmp_path / "tests" / "test_waits.py").write_text(GOOD.replace("waits.xml", "behaviors/waits.xml"))
+    (tmp_path / "tests" / "test_other.py").write_text("def test_other(): pass\n")
+    (tmp_path / "behaviors" / "waits.xml").write_text(WAITS)
+    return tmp_path / "behaviors" / "waits.xml"
+
+
+class Tests:
+    """A service, and what it has published."""
+
+    __test__ = False
+
+    def __init__(self, path: Path) -> None:
+        self.pushes = Pushes()
+        self.service = RunningTests(self.pushes, path.parents[1])
+        self.source = Source(1, 0, parse(path.read_text(), "Cannot read"), path, False, path.stem)
+
+    @property
+    def now(self) -> TestsPush:
+        return self.pushes.of(TestsPush)[-1]
+
+    async def run(self, *names: str) -> TestsPush:
+        await self.service.run(self.source, names)
+        return await self.pushes.until(lambda: self.now if self.now.status == "idle" else None)
+
+
+def go(path: Path, work: Callable[[Tests], Coroutine[object, object, None]]) -> None:
+    async def all_of_it() -> None:
+        tests = Tests(path)
+        try:
+            await work(tests)
+        finally:
+            await tests.service.close()
+
+    asyncio.run(all_of_it())
+
+
+def outcomes(push: TestsPush) -> dict[str, str]:
+    return {each.name: each.outcome for each in push.tests}
+
+
+def test_the_tests_of_a_document_are_those_in_files_that_name_it(path: Path) -> None:
+    path.with_name("test_bad.py").write_text(BAD)
+
+    async def work(tests: Tests) -> None:
+        await tests.service.look(tests.source)
+        assert [(each.file, each.name, each.outcome) for each in tests.now.tests] == [
+            ("behaviors/test_bad.py", "test_it_is_done_at_once", ""),
+            ("tests/test_waits.py", "test_it_waits", ""),
+            ("tests/test_waits.py", "test_it_is_done_soon", ""),
+        ]
+        with pytest.raises(VisualHfsmError, match="save the document first"):
+            await tests.service.look(replace(tests.source, path=None))
+
+    go(path, work)
+
+
+def test_what_they_pass_is_counted(path: Path) -> None:
+    async def work(tests: Tests) -> None:
+        found = await tests.run()
+        assert found.error == ""
+        assert outcomes(found) == {"test_it_waits": "passed", "test_it_is_done_soon": "passed"}
+        assert {(each.kind, each.id): each.count for each in found.passed} == {
+            ("state", 1): 2,
+            ("state", 2): 1,
+            ("transition", 4): 1,
+        }
+        assert not any(each.failed for each in found.passed)
+
+    go(path, work)
+
+
+def test_a_failure_has_its_reason_and_timeline_and_the_state_where_it_failed(path: Path) -> None:
+    path.with_name("test_bad.py").write_text(BAD)
+
+    async def work(tests: Tests) -> None:
+        found = await tests.run("behaviors/test_bad.py::test_it_is_done_at_once")
+        names = [each.name for each in found.tests if each.outcome == "failed"]
+        assert names == ["test_it_is_done_at_once[0.1]", "test_it_is_done_at_once[0.2]"]
+        failed: TestView = found.tests[0]
+        assert failed.reason.startswith("test_bad.py:6: BehaviorFailed: done did not happen")
+        assert "enters waiting" in failed.timeline
+        assert [each.id for each in found.passed if each.failed] == [1]
+        assert outcomes(found)["test_it_waits"] == ""
+        again = await tests.run("behaviors/test_bad.py::test_it_is_done_at_once[0.1]")
+        assert [each.name for each in again.tests if each.outcome == "failed"] == names[:1] + names[1:]
+
+    go(path, work)
+
+
+def test_a_file_that_cannot_be_imported_says_why(path: Path) -> None:
+    path.with_name("test_bad.py").write_text("import nowhere_at_all\n" + BAD)
+
+    async def work(tests: Tests) -> None:
+        found = await tests.run()
+        assert "nowhere_at_all" in found.error + "".join(each.reason for each in found.tests)
+
+    go(path, work)
+
+
+def test_what_a_test_writes_among_the_results_is_no_result(path: Path) -> None:
+    writes = 'import sys\n(file,) = [each[15:] for each in sys.argv if each.startswith("--hfsm-results")]\n'
+    path.with_name("test_bad.py").write_text(
+        f"# waits.xml\n{writes}open(file, 'a').write('{{\"name\": 3}}\\nwhatever\\n' + '[' * 10000 + '\\n')\n"
+        "def test_it(): pass\n"
+    )
+
+    async def work(tests: Tests) -> None:
+        found = await tests.run()
+        assert outcomes(found)["test_it"] == "passed"
+
+    go(path, work)
+
+
+def test_tests_are_stopped_and_what_is_done_is_kept(path: Path) -> None:
+    path.with_name("test_last.py").write_text("# waits.xml\ndef test_it():\n    while True: pass\n")
+
+    async def work(tests: Tests) -> None:
+        names = ["tests/test_waits.py::test_it_waits", "behaviors/test_last.py::test_it"]
+        await tests.service.run(tests.source, names)
+        await tests.pushes.until(lambda: outcomes(tests.now)["test_it_waits"] == "passed")
+        below = children("pytest")
+        assert below
+        with pytest.raises(VisualHfsmError, match="run already"):
+            await tests.service.run(tests.source)
+        await tests.service.stop(1)
+        assert_gone(below)
+        assert tests.now.status == "idle"
+        assert tests.now.error == ""
+        assert outcomes(tests.now)["test_it_waits"] == "passed"
+
+    go(path, work)
+
+
+def test_a_document_without_tests_says_where_they_would_be(path: Path) -> None:
+    (path.parents[1] / "tests" / "test_waits.py").unlink()
+
+    async def work(tests: Tests) -> None:
+        with pytest.raises(VisualHfsmError, match=r"test_\*.py"):
+            await tests.service.run(tests.source)
+
+    go(path, work)
+
+
+def test_without_pytest_it_says_what_to_install(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pytest", None)
+
+    async def work(tests: Tests) -> None:
+        with pytest.raises(VisualHfsmError, match="visualhfsm\\[test\\]"):
+            await tests.service.run(tests.source)
+
+    go(path, work)

@@ -1,0 +1,293 @@
+"""Run the tests of the editor's documents by pytest, in a process that ends with the editor.
+
+The tests of a document are those in files that name it, beside it or in a folder `tests`. What they report is
+data of users' code: its size is limited, and it is checked.
+"""
+
+from __future__ import annotations
+
+import ast
+import asyncio
+import contextlib
+import importlib.util
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import msgspec
+
+from visualhfsm._environment import child_environment
+from visualhfsm._errors import MissingPackageError, VisualHfsmError
+from visualhfsm._services import Source, complete
+from visualhfsm._test_results import Passed, TestResult, TestsPush, TestView
+from zenoh_ice.application.child import ChildProcess
+
+Publish = Callable[[TestsPush], None]
+
+_FOLDER: Final = "tests"
+_PATTERN: Final = "test_*.py"
+_CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg")
+_MOST_FILES: Final = 200
+_LARGEST_FILE: Final = 1 << 20  # bytes
+_MOST_TESTS: Final = 300
+_MOST_RESULTS: Final = 8 << 20  # bytes
+_LONGEST_REASON: Final = 800
+_LONGEST_TIMELINE: Final = 2000
+_LONGEST_WORDS: Final = 2000  # characters of what pytest says
+_LOOK_PERIOD: Final = 0.3  # s
+_STOP_LIMITS: Final = (3.0, 2.0)
+"""Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""
+
+
+class RunningTests:
+    """At most one run of tests for each tab, used on the event loop. All methods raise VisualHfsmError."""
+
+    def __init__(self, publish: Publish, root: Path, include: Sequence[Path] = ()) -> None:
+        self._publish = publish
+        self._root = root
+        self._include = tuple(include)
+        self._tabs: dict[int, _TabTests] = {}
+
+    async def look(self, source: Source) -> None:
+        """Find the tests of a document, unless they run."""
+        await complete(self._of(source.tab).look(source))
+
+    async def run(self, source: Source, names: Sequence[str] = ()) -> None:
+        """Begin to run all tests of a document, or those of some names."""
+        await complete(self._of(source.tab).run(source, names))
+
+    async def stop(self, tab: int) -> None:
+        """End the tests of a tab."""
+        if tab in self._tabs:
+            await complete(self._tabs[tab].stop())
+
+    async def forget(self, tab: int) -> None:
+        """End the tests of a tab that is closed."""
+        if (tests := self._tabs.pop(tab, None)) is not None:
+            await complete(tests.stop())
+
+    async def close(self) -> None:
+        """End all tests."""
+        tabs, self._tabs = [*self._tabs.values()], {}
+        await asyncio.gather(*(tests.stop() for tests in tabs))
+
+    def _of(self, tab: int) -> _TabTests:
+        if tab not in self._tabs:
+            self._tabs[tab] = _TabTests(tab, self._publish, self._root, self._include)
+        return self._tabs[tab]
+
+
+class _TabTests:
+    """The tests of the document of a tab, and how they went."""
+
+    def __init__(self, tab: int, publish: Publish, root: Path, include: tuple[Path, ...]) -> None:
+        self._state = TestsPush(tab=tab)
+        self._publish = publish
+        self._root = root
+        self._include = include
+        self._busy = asyncio.Lock()
+        self._child: ChildProcess | None = None
+        self._following: asyncio.Task[None] | None = None
+        self._words = ""
+        self._stopped = False
+        self._results: dict[str, TestResult] = {}
+
+    async def look(self, source: Source) -> None:
+        """Find the tests."""
+        async with self._busy:
+            if self._child is None:
+                path = _saved(source)
+                found = await asyncio.to_thread(_find, path, self._root)
+                self._results = {name: each for name, each in self._results.items() if _plain(name) in found}
+                self._show(path, found)
+
+    async def run(self, source: Source, names: Sequence[str]) -> None:
+        """Begin to run them."""
+        async with self._busy:
+            if self._child is not None:
+                raise VisualHfsmError("the tests run already")
+            if importlib.util.find_spec("pytest") is None:
+                raise MissingPackageError("pytest", "test")
+            path = _saved(source)
+            found = await asyncio.to_thread(_find, path, self._root)
+            chosen = [name for name in names if _plain(name) in found] if names else found
+            if not chosen:
+                raise VisualHfsmError(f"no file {_PATTERN} beside {path.name} or in {_FOLDER} names it")
+            files = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
+            results = Path(files.name, "results")
+            results.touch()
+            top = _top(path, self._root)
+            places = (names and chosen) or dict.fromkeys(name.partition("::")[0] for name in chosen)
+            command = [
+                *(sys.executable, "-P", "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"),
+                *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
+            ]
+            self._words, self._stopped = "", False
+            again = {_plain(name) for name in chosen} if not names else set(names)
+            self._results = {
+                name: each for name, each in self._results.items() if not {name, _plain(name)} & again
+            }
+            child = ChildProcess(self._hear)
+            try:
+                await child.start(command, {**child_environment(self._include), "TMPDIR": files.name})
+            except OSError as error:
+                files.cleanup()
+                raise VisualHfsmError(f"pytest cannot be started: {error.strerror or error}") from error
+            self._child = child
+            self._report(status="running", error="")
+            self._show(path, found)
+            self._following = asyncio.create_task(self._follow(child, path, found, files), name="tests")
+
+    async def stop(self) -> None:
+        """End them."""
+        if self._child is not None and self._following is not None:
+            self._stopped = True
+            self._report(status="stopping")
+            await self._child.stop(_STOP_LIMITS)
+            await self._following
+
+    async def _follow(
+        self, child: ChildProcess, path: Path, found: Sequence[str], files: TemporaryDirectory[str]
+    ) -> None:
+        """Show results as they come, until the process has ended."""
+        results = Path(files.name, "results")
+        ended = asyncio.create_task(child.wait())
+        read = 0
+        while not ended.done():
+            await asyncio.wait({ended}, timeout=_LOOK_PERIOD)
+            data = await asyncio.to_thread(_new_lines, results, read)
+            if data:
+                read += len(data)
+                self._take(data)
+                self._show(path, found)
+            if read > _MOST_RESULTS:
+                child.kill()
+        code = ended.result()
+        await asyncio.to_thread(files.cleanup)
+        self._child = None
+        error = ""
+        if code not in (0, 1) and not self._stopped:  # 1: some tests have failed
+            error = f"pytest ended with {code}:\n{self._words.strip()}"
+        self._report(status="idle", error=error)
+
+    def _hear(self, _: int, data: bytes) -> None:
+        self._words = (self._words + data.decode(errors="replace"))[-_LONGEST_WORDS:]
+
+    def _take(self, data: bytes) -> None:
+        for line in data.splitlines():
+            with contextlib.suppress(msgspec.DecodeError, RecursionError):  # a test wrote it
+                result = msgspec.json.decode(line, type=TestResult)
+                former = self._results.get(result.name)
+                if former is None or former.outcome != "failed":  # a failed call, not its clean end
+                    self._results[result.name] = result
+
+    def _show(self, path: Path, found: Sequence[str]) -> None:
+        ran: dict[str, list[str]] = {}
+        for name in self._results:
+            ran.setdefault(_plain(name), []).append(name)  # one for each set of parameters
+        names = dict.fromkeys(name for each in (*found, *ran) for name in ran.get(each, [each]))
+        self._report(
+            tests=tuple(self._view(name) for name in islice(names, _MOST_TESTS)),
+            passed=tuple(_passed(path, self._results.values())),
+        )
+
+    def _view(self, name: str) -> TestView:
+        file, _, function = name.partition("::")
+        result = self._results.get(name)
+        if result is None:
+            return TestView(name=function or file, file=file)
+        return TestView(
+            name=function or file,
+            file=file,
+            outcome=result.outcome,
+            seconds=result.seconds,
+            reason=result.reason[:_LONGEST_REASON],
+            timeline=result.timeline[-_LONGEST_TIMELINE:],
+        )
+
+    def _report(self, **changes: object) -> None:
+        self._state = msgspec.structs.replace(self._state, **changes)
+        self._publish(self._state)
+
+
+def _plain(name: str) -> str:
+    return name.partition("[")[0]
+
+
+def _saved(source: Source) -> Path:
+    if source.path is None:
+        raise VisualHfsmError("save the document first: tests run its file")
+    return source.path
+
+
+def _find(path: Path, root: Path) -> list[str]:
+    """Return the names of the tests of a document: their file below the top of the project, and function."""
+    top = _top(path, root)
+    folders = dict.fromkeys((path.parent, path.parent / _FOLDER, path.parent.parent / _FOLDER, top / _FOLDER))
+    inside = [folder for folder in folders if folder.is_relative_to(top)]
+    files = (file for folder in inside for file in sorted(folder.glob(_PATTERN)))
+    found: list[str] = []
+    for file in islice(dict.fromkeys(files), _MOST_FILES):
+        found += (f"{file.relative_to(top).as_posix()}::{name}" for name in _functions(file, path.name))
+    return found[:_MOST_TESTS]
+
+
+def _functions(file: Path, document: str) -> Iterator[str]:
+    """Yield the tests of a file that names a document."""
+    try:
+        if not file.is_file() or file.stat().st_size > _LARGEST_FILE:
+            return
+        text = file.read_text("utf-8")
+        if document not in text:
+            return
+        tree = ast.parse(text)
+    except (OSError, SyntaxError, ValueError, RecursionError):  # pytest says what is wrong with it
+        return
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test"):
+            yield node.name
+        elif isinstance(node, ast.ClassDef) and node.name.startswith("Test"):
+            methods = [each for each in node.body if isinstance(each, ast.FunctionDef)]
+            yield from (f"{node.name}::{each.name}" for each in methods if each.name.startswith("test"))
+
+
+def _top(path: Path, root: Path) -> Path:
+    """Return the folder of a project: the nearest one with a configuration of pytest, or the root."""
+    for folder in path.parents:
+        if not folder.is_relative_to(root):
+            break
+        if any((folder / name).is_file() for name in _CONFIGURATIONS):
+            return folder
+    return root if path.is_relative_to(root) else path.parent
+
+
+def _new_lines(file: Path, begin: int) -> bytes:
+    """Return the whole lines from a place of a file."""
+    with file.open("rb") as opened:
+        opened.seek(begin)
+        data = opened.read(_MOST_RESULTS + 1)
+    return data[: data.rfind(b"\n") + 1]
+
+
+def _passed(path: Path, results: Iterable[TestResult]) -> Iterator[Passed]:
+    """Yield what tests passed in a document."""
+    document = str(path.resolve())
+    counts: Counter[tuple[int, str, int]] = Counter()
+    failed = set()
+    for result in results:
+        for hit in result.hits:
+            if hit.document == document:
+                counts[hit.automaton, hit.kind, hit.id] += hit.count
+        failed |= {(hit.automaton, hit.kind, hit.id) for hit in result.ended if hit.document == document}
+    for automaton, kind, id_ in dict.fromkeys((*counts, *failed)):
+        yield Passed(
+            automaton=automaton,
+            kind="state" if kind == "entered" else "transition",
+            id=id_,
+            count=counts[automaton, kind, id_],
+            failed=(automaton, kind, id_) in failed,
+        )

@@ -1,0 +1,179 @@
+/**
+ * The tests of the shown document, beside it: run by pytest, with what they passed on the canvas.
+ *
+ * @import {Live} from "../canvas/live-marks.js"
+ * @import {TestView, TestsPush} from "../protocol.js"
+ */
+
+import {html, nothing} from "lit";
+
+import {ask} from "../commands.js";
+import {PageElement} from "../element.js";
+import {icon} from "../icons.js";
+import {messageOf} from "../notices.js";
+import {page} from "../page.js";
+import {store} from "../store.js";
+import {covered, highlightOf, summary} from "../trials/covered.js";
+import {showMarks, showNoMarks} from "./marks.js";
+
+class TestsPanel extends PageElement {
+  static properties = {refusal: {state: true}, marks: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: ["tab"], store: ["document", "tests", "connection", "workspace"]};
+
+  constructor() {
+    super();
+    /** Why there are no tests of this document. */
+    this.refusal = "";
+    /** Whether what they passed is shown on the canvas. */
+    this.marks = true;
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(page, "tab", () => this.#look());
+    this.listen(store, "connection", () => store.online && this.#look());
+    this.listen(/** @type {import("../events.js").Target<{focus: null}>} */ (window), "focus", () => this.#look());
+    this.#look();
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    showNoMarks();
+  }
+
+  focusFirst() {
+    /** @type {HTMLElement | null} */ (this.querySelector("button"))?.focus();
+  }
+
+  updated() {
+    const tests = store.tests.get(page.tab);
+    if (this.marks && tests?.passed.length) showMarks(highlightOf(tests.passed));
+    else showNoMarks();
+  }
+
+  render() {
+    const {document, tabState} = page;
+    if (!document || !tabState) return html`<p class="empty">No document is open.</p>`;
+    if (tabState.recording) return html`<p class="empty">A recording contains this document.</p>`;
+    if (this.refusal) return html`<p class="empty">${this.refusal}.</p>`;
+    const tests = store.tests.get(page.tab);
+    if (!tests) return html`<p class="empty" role="status">The tests are being looked for…</p>`;
+    const running = tests.status !== "idle";
+    return html`<div class="list-panel">
+      <div class="list-tools">
+        ${
+          running
+            ? html`<button
+                type="button"
+                class="tool"
+                ?disabled=${tests.status === "stopping"}
+                @click=${() => ask("stopTests", {tab: page.tab})}
+              >
+                Stop
+              </button>`
+            : html`<button
+                type="button"
+                class="tool"
+                ?disabled=${!tests.tests.length || !store.online}
+                @click=${() => this.#run([])}
+              >
+                ${tabState.dirty ? "Save and run" : "Run"} all tests
+              </button>`
+        }
+        <span role="status">${running ? "Tests run…" : summary(tests.tests)}</span>
+        <span class="room"></span>
+        ${tests.passed.length ? html`<span class="faint">${covered(document, tests.passed)}</span>` : nothing}
+        <label
+          ><input
+            type="checkbox"
+            .checked=${this.marks}
+            @change=${(/** @type {import("../element.js").From<HTMLInputElement>} */ {target}) => (this.marks = target.checked)}
+          />
+          On the canvas</label
+        >
+      </div>
+      ${
+        tests.outdated && tests.passed.length
+          ? html`<p class="trials-note">The document has changed since these tests ran.</p>`
+          : nothing
+      }
+      ${tests.error ? html`<pre class="trials-error" role="alert">${tests.error}</pre>` : nothing}
+      ${tests.tests.length ? this.#list(tests, running) : this.#none()}
+    </div>`;
+  }
+
+  /** @param {TestsPush} tests @param {boolean} running */
+  #list(tests, running) {
+    return html`<ol class="rows tests" aria-label="Tests">
+      ${tests.tests.map((test) => this.#row(test, running))}
+    </ol>`;
+  }
+
+  /** @param {TestView} test @param {boolean} running */
+  #row({name, file, outcome, seconds, reason, timeline}, running) {
+    const waits = running && !outcome;
+    return html`<li class="test ${outcome}">
+      <div class="row">
+        <span class="test-sign ${outcome}" role="img" aria-label=${outcome || (waits ? "waits" : "not run yet")}></span>
+        <span class="message">${words(name)}</span>
+        <span class="where">${file}${outcome ? `, ${seconds.toFixed(1)} s` : ""}</span>
+        <button
+          type="button"
+          class="link"
+          ?disabled=${running || !store.online}
+          aria-label="Run ${words(name)}"
+          title="Run this test"
+          @click=${() => this.#run([`${file}::${name}`])}
+        >
+          ${icon("run")}
+        </button>
+      </div>
+      ${reason ? html`<pre class="test-reason">${reason}</pre>` : nothing}
+      ${
+        timeline
+          ? html`<details class="test-timeline">
+              <summary>What happened</summary>
+              <pre>${timeline}</pre>
+            </details>`
+          : nothing
+      }
+    </li>`;
+  }
+
+  #none() {
+    const name = page.tabState?.path.replace(/^.*\//, "") ?? "";
+    return html`<p class="empty">
+      No test names ${name} yet. Tests are files test_….py beside it, or in a folder tests; the guide
+      <i>Test a behavior</i>
+      shows how to write them.
+    </p>`;
+  }
+
+  /** Run tests of the document as it is shown. @param {string[]} names */
+  async #run(names) {
+    const {tab} = page;
+    if (page.tabState?.dirty && !(await (await import("../files.js")).save(tab))) return;
+    await ask("runTests", {tab, names});
+  }
+
+  async #look() {
+    const {tab, tabState} = page;
+    this.refusal = "";
+    if (!tab || !tabState || tabState.recording || !store.online) return;
+    try {
+      await store.request("lookAtTests", {tab});
+    } catch (error) {
+      if (tab === page.tab && store.online) this.refusal = messageOf(error);
+    }
+  }
+}
+
+/** The name of a test as a sentence. @param {string} name */
+const words = (name) =>
+  name
+    .replace(/^test_/, "")
+    .replaceAll("::", ": ")
+    .replaceAll("_", " ");
+
+customElements.define("hfsm-tests-panel", TestsPanel);

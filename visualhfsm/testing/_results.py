@@ -1,0 +1,92 @@
+"""Results of tests for the editor, as lines of JSON: how each test went, and what it passed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import pytest
+
+from hfsm_runtime.tree import Tree
+from visualhfsm._test_results import Hit, TestResult
+
+from ._coverage import Hits
+
+_LONGEST_REASON: Final = 2000
+_LONGEST_TIMELINE: Final = 4000
+_TIMELINE: Final = "\ntimeline of "
+"""The beginning of a timeline in the message of an error."""
+_MOST_HITS: Final = 20_000
+
+
+class Results:
+    """Writes a line for each test into a file: a plugin of pytest."""
+
+    def __init__(self, path: Path) -> None:
+        self._path: Final = path
+        self._hits = Hits()
+        self._trees: list[tuple[Callable[[], Path | None], Tree]] = []
+
+    def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
+        """Count what a behavior of the present test does."""
+        self._hits.watch(document, tree)
+        self._trees.append((document, tree))
+
+    def pytest_runtest_logstart(self) -> None:
+        """Begin a test."""
+        self._hits.clear()
+        self._trees.clear()
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Write down how a test went; one that cannot begin, or not end, has failed."""
+        if report.when != "call" and report.passed:
+            return
+        reason, mark, told = _reason(report).partition(_TIMELINE)
+        timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + told)
+        self._write(
+            TestResult(
+                name=report.nodeid,
+                outcome=report.outcome,
+                seconds=round(report.duration, 3),
+                reason=reason[:_LONGEST_REASON],
+                timeline=timeline[-_LONGEST_TIMELINE:],
+                hits=tuple(self._counted()),
+                ended=tuple(self._current()) if report.failed else (),
+            )
+        )
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Write down that a file of tests cannot be read."""
+        if report.failed:
+            reason = str(report.longrepr)[-_LONGEST_REASON:]
+            self._write(TestResult(name=report.nodeid, outcome="failed", reason=reason))
+
+    def _counted(self) -> Iterator[Hit]:
+        for (document, automaton, kind, id_), count in self._hits.most_common(_MOST_HITS):
+            if kind in {"entered", "fired"}:
+                yield Hit(document, automaton, kind, id_, count)
+
+    def _current(self) -> Iterator[Hit]:
+        for document, tree in self._trees:
+            path = str((document() or Path()).resolve())
+            for run in tree.runs:
+                if run.active:
+                    yield Hit(path, run.automaton.id, "entered", run.current.id, 1)
+
+    def _write(self, result: TestResult) -> None:
+        with self._path.open("ab") as file:
+            file.write(msgspec.json.encode(result) + b"\n")
+
+
+def _reason(report: pytest.TestReport) -> str:
+    if report.passed:
+        return ""
+    if isinstance(report.longrepr, tuple):
+        return str(report.longrepr[-1])
+    crash = getattr(report.longrepr, "reprcrash", None)
+    if crash is None:
+        return str(report.longrepr)
+    message = crash.message.removeprefix("hfsm_runtime.virtual.errors.")
+    return f"{Path(crash.path).name}:{crash.lineno}: {message}"
