@@ -94,7 +94,8 @@ class _TabTests:
         self._following: asyncio.Task[None] | None = None
         self._words = ""
         self._stopped = False
-        self._results: dict[str, TestResult] = {}
+        self._results: dict[str, TestResult | None] = {}
+        """By name; None for those that run again, which keep their place."""
 
     async def look(self, source: Source) -> None:
         """Find the tests."""
@@ -127,10 +128,10 @@ class _TabTests:
                 *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
             ]
             self._words, self._stopped = "", False
-            again = {_plain(name) for name in chosen} if not names else set(names)
-            self._results = {
-                name: each for name, each in self._results.items() if not {name, _plain(name)} & again
-            }
+            again = set(names) if names else {_plain(name) for name in chosen}
+            for name in self._results:
+                if {name, _plain(name)} & again:
+                    self._results[name] = None
             child = ChildProcess(self._hear)
             try:
                 await child.start(command, {**child_environment(self._include), "TMPDIR": files.name})
@@ -169,6 +170,8 @@ class _TabTests:
         code = ended.result()
         await asyncio.to_thread(files.cleanup)
         self._child = None
+        self._results = {name: each for name, each in self._results.items() if each is not None}
+        self._show(path, found)
         error = ""
         if code not in (0, 1) and not self._stopped:  # 1: some tests have failed
             error = f"pytest ended with {code}:\n{self._words.strip()}"
@@ -192,7 +195,7 @@ class _TabTests:
         names = dict.fromkeys(name for each in (*found, *ran) for name in ran.get(each, [each]))
         self._report(
             tests=tuple(self._view(name) for name in islice(names, _MOST_TESTS)),
-            passed=tuple(_passed(path, self._results.values())),
+            passed=tuple(_passed(path, filter(None, self._results.values()))),
         )
 
     def _view(self, name: str) -> TestView:

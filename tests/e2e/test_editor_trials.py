@@ -123,3 +123,35 @@ def test_it_stops_and_says_what_is_wrong(browser: Browser, edited: Editor, path:
         expect(panel).to_contain_text("are still to come", timeout=ENDED)
         panel.get_by_role("button", name="Stop").click()
         panel.get_by_role("button", name="Go on").wait_for(timeout=ENDED)
+
+
+def test_tests_run_beside_the_document_and_mark_what_they_pass(browser: Browser, path: Path) -> None:
+    path.with_name("test_waits.py").write_text(
+        'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n\n\n'
+        'def test_it_is_done_at_once(behavior):\n    behavior("waits.xml").run_until("done", limit=0.2)\n'
+    )
+    settings = Settings(realm="test-tests", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    services = make_services(settings, folder=path.parent)
+    with (
+        patient_services(),
+        editor(path.parent, path, make_services=services) as running,
+        editor_page(browser, running) as shown,
+    ):
+        page = shown.page
+        shown.state("done").wait_for()
+        shown.press("Alt+x")
+        panel = page.get_by_role("region", name="Panel below the canvas")
+        expect(panel).to_contain_text("2 tests, not run yet")
+        panel.get_by_role("button", name="Run all tests").click()
+        expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
+        expect(panel).to_contain_text("BehaviorFailed: done did not happen")
+        expect(panel).to_contain_text("1 of 2 states, 0 of 1 transitions passed")
+        state_ = page.locator("hfsm-canvas .state").first
+        expect(state_).to_have_attribute("aria-label", re.compile("by tests, a test failed here"))
+        assert shown.violations(".bottom") == []
+        panel.get_by_label("On the canvas").uncheck()
+        expect(state_).not_to_have_attribute("aria-label", re.compile("tests"))
+        path.write_text(WAITS.replace("+= 0.5", "+= 5"))  # by another program: the page follows
+        expect(panel).to_contain_text("The document has changed since these tests ran")
+        panel.get_by_role("button", name="Run it is done at once").click()
+        expect(panel).to_contain_text("2 passed", timeout=ENDED)

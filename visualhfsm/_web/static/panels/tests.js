@@ -170,10 +170,13 @@ class TestsPanel extends PageElement {
 }
 
 /** The name of a test as a sentence. @param {string} name */
-const words = (name) =>
-  name
+function words(name) {
+  const [plain, parameters = ""] = name.split("[", 2);
+  const text = plain
     .replace(/^test_/, "")
     .replaceAll("::", ": ")
     .replaceAll("_", " ");
+  return parameters ? `${text} (${parameters.replace(/\]$/, "")})` : text;
+}
 
 customElements.define("hfsm-tests-panel", TestsPanel);
