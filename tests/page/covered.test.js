@@ -32,8 +32,8 @@ test("how much was passed is that of the document as it is now", () => {
 
 test("how tests went is said in a line", () => {
   /** @param {string[]} outcomes */
-  const told = (...outcomes) => summary(outcomes.map((outcome) => ({outcome})));
-  assert.equal(told(""), "1 test, not run yet");
-  assert.equal(told("", ""), "2 tests, not run yet");
-  assert.equal(told("passed", "failed", "skipped", "", "passed"), "2 passed, 1 failed, 1 skipped, 1 not run");
+  const said = (...outcomes) => summary(outcomes.map((outcome) => ({outcome})));
+  assert.equal(said(""), "1 test, not run yet");
+  assert.equal(said("", ""), "2 tests, not run yet");
+  assert.equal(said("passed", "failed", "skipped", "", "passed"), "2 passed, 1 failed, 1 skipped, 1 not run");
 });

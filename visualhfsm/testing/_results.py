@@ -43,8 +43,8 @@ class Results:
         """Write down how a test went; one that cannot begin, or not end, has failed."""
         if report.when != "call" and report.passed:
             return
-        reason, mark, told = _reason(report).partition(_TIMELINE)
-        timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + told)
+        reason, mark, rest = _reason(report).partition(_TIMELINE)
+        timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + rest)
         self._write(
             TestResult(
                 name=report.nodeid,

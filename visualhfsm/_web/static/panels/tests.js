@@ -1,7 +1,6 @@
 /**
  * The tests of the shown document, beside it: run by pytest, with what they passed on the canvas.
  *
- * @import {Live} from "../canvas/live-marks.js"
  * @import {TestView, TestsPush} from "../protocol.js"
  */
 
@@ -10,6 +9,7 @@ import {html, nothing} from "lit";
 import {ask} from "../commands.js";
 import {PageElement} from "../element.js";
 import {icon} from "../icons.js";
+import {monitor} from "../monitor/monitor.js";
 import {messageOf} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
@@ -32,6 +32,7 @@ class TestsPanel extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     this.listen(page, "tab", () => this.#look());
+    this.listen(monitor, "mode", () => this.requestUpdate());
     this.listen(store, "connection", () => store.online && this.#look());
     this.listen(/** @type {import("../events.js").Target<{focus: null}>} */ (window), "focus", () => this.#look());
     this.#look();
@@ -48,7 +49,8 @@ class TestsPanel extends PageElement {
 
   updated() {
     const tests = store.tests.get(page.tab);
-    if (this.marks && tests?.passed.length) showMarks(highlightOf(tests.passed));
+    const runs = monitor.component && monitor.tab === page.tab; // what runs is shown instead
+    if (this.marks && !runs && tests?.passed.length) showMarks(highlightOf(tests.passed));
     else showNoMarks();
   }
 
