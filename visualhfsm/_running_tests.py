@@ -20,6 +20,7 @@ from typing import Final
 
 import msgspec
 
+from codegen.hfsm.code.names import component_name
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import MissingPackageError, VisualHfsmError
 from visualhfsm._services import Source, complete
@@ -59,6 +60,14 @@ class RunningTests:
     async def run(self, source: Source, names: Sequence[str] = ()) -> None:
         """Begin to run all tests of a document, or those of some names."""
         await complete(self._of(source.tab).run(source, names))
+
+    async def add(self, source: Source, text: Callable[[str], str]) -> str:
+        """Write a new file of tests for a document, and return the name of its first test.
+
+        `text` returns its content, given the path by which the test finds the document.
+        """
+        path = _saved(source)
+        return await asyncio.to_thread(_add, path, _top(path, self._root), text)
 
     async def stop(self, tab: int) -> None:
         """End the tests of a tab."""
@@ -237,6 +246,24 @@ def _find(path: Path, root: Path) -> list[str]:
     for file in islice(dict.fromkeys(files), _MOST_FILES):
         found += (f"{file.relative_to(top).as_posix()}::{name}" for name in _functions(file, path.name))
     return found[:_MOST_TESTS]
+
+
+def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
+    content = text(path.relative_to(top).as_posix())
+    folders = (path.parent / _FOLDER, path.parent.parent / _FOLDER, top / _FOLDER)
+    inside = (each for each in folders if each.is_relative_to(top) and each.is_dir())
+    folder = next(inside, path.parent)
+    for number in range(1, _MOST_FILES):
+        file = folder / f"test_{component_name(path.stem)}_run{'' if number == 1 else number}.py"
+        try:
+            with file.open("x", encoding="utf-8") as opened:
+                opened.write(content)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise VisualHfsmError(f"{file} cannot be written: {error.strerror}") from error
+        return f"{file.relative_to(top).as_posix()}::{next(_functions(file, path.name))}"
+    raise VisualHfsmError(f"{folder} has {_MOST_FILES} tests of runs: delete some")
 
 
 def _functions(file: Path, document: str) -> Iterator[str]:

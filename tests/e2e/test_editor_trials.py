@@ -13,7 +13,7 @@ from tests.support.browser import EditorPage, editor_page
 from tests.support.documents import document, state, sub, transition
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import patient_services
+from tests.support.monitor import expect_current, patient_services
 from tests.support.processes import free_endpoint
 from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
@@ -155,3 +155,22 @@ def test_tests_run_beside_the_document_and_mark_what_they_pass(browser: Browser,
         expect(panel).to_contain_text("The document has changed since these tests ran")
         panel.get_by_role("button", name="Run it is done at once").click()
         expect(panel).to_contain_text("2 passed", timeout=ENDED)
+
+
+def test_a_run_becomes_a_test_that_passes(browser: Browser, path: Path) -> None:
+    settings = Settings(realm="test-run-test", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    services = make_services(settings, folder=path.parent)
+    with (
+        patient_services(),
+        editor(path.parent, path, make_services=services) as running,
+        editor_page(browser, running) as shown,
+    ):
+        page = shown.page
+        shown.state("done").wait_for()
+        shown.press("Alt+Shift+t")
+        expect_current(shown, "done")
+        shown.press("Alt+x")
+        page.get_by_role("button", name="Record the run as a test").click()
+        panel = page.get_by_role("region", name="Panel below the canvas")
+        expect(panel).to_contain_text("1 passed", timeout=ENDED)
+        assert 'b.run_until("done"' in path.with_name("test_waits_run.py").read_text()

@@ -30,7 +30,7 @@ from visualhfsm._monitoring.realm import (
     refusals,
 )
 from visualhfsm._monitoring.robot import RobotMonitor, RobotPresence
-from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm._monitoring.run_log import LiveSnapshot, RunLog, Timeline
 from visualhfsm._run_page import MOST_PICTURES, Run, run_page
 from visualhfsm._services import Components, Publish, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
@@ -304,6 +304,10 @@ class Monitoring:
         if follower is None:
             raise VisualHfsmError(f"{printable(component)[:100]} is not followed")
         return follower
+
+    def timeline(self, component: str) -> Timeline:
+        """Return what a component that is followed, or a recording, did. Raises VisualHfsmError."""
+        return self._log(component).timeline()
 
     def _log(self, component: str) -> RunLog:
         run = self._recordings.get(component)

@@ -300,6 +300,13 @@ class RunTests(_Request):
     names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
+class SaveTest(_Request):
+    """Write what a followed component did as a new test of the document; the answer has its `name`."""
+
+    tab: TabId
+    component: Name
+
+
 class StopTests(_Request):
     """Stop the tests of a document."""
 

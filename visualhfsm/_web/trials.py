@@ -5,6 +5,7 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
+from visualhfsm._run_test import run_as_test
 from visualhfsm.trials._orders import Choices
 
 from . import protocol as p
@@ -52,6 +53,17 @@ async def run_tests(workspace: Workspace, _: Window, request: p.RunTests) -> Non
     source = tab.source
     await workspace.services.tests.run(source, request.names)
     tab.tests.of = source.document
+
+
+async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, str]:
+    """Write a test of what a component did."""
+    source = workspace.tabs.get(request.tab).source
+    timeline = workspace.services.live.timeline(request.component)
+    robot = "fake" if source.document.interfaces else None
+    name = await workspace.services.tests.add(
+        source, lambda path: run_as_test(source.document, path, timeline, robot)
+    )
+    return {"name": name}
 
 
 async def stop_tests(workspace: Workspace, _: Window, request: p.StopTests) -> None:

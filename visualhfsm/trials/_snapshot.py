@@ -109,6 +109,7 @@ def _is_component(path: Path) -> bool:
 
 
 def _left_out(path: Path) -> bool:
-    """Return whether a file is hidden, or of trials: their plans and outcomes are no part of a behavior."""
+    """Return whether a file is hidden, or of trials or tests, which are no part of a behavior."""
     hidden = any(part.startswith((".", "__pycache__")) for part in path.parts)
-    return hidden or path.name.endswith((".trials.toml", ".outcomes.csv"))
+    is_test = path.name.startswith("test_") and path.suffix == ".py"
+    return hidden or is_test or path.name.endswith((".trials.toml", ".outcomes.csv"))

@@ -177,6 +177,7 @@ export interface Answers {
   lookAtTests: null;
   runTests: null;
   stopTests: null;
+  saveTest: {name: string};
   simulate: null;
   record: {recording: string} | null;
   connectRobot: null;

@@ -42,7 +42,14 @@ def test_the_documents_folder_and_its_interfaces_are_taken_along(project: Path, 
 
 def test_what_is_hidden_foreign_or_of_trials_stays(project: Path) -> None:
     before = take_snapshot(project)
-    for name in (".secret.py", "__pycache__/ring.py", "run.mcap", "ring.trials.toml", "ring.outcomes.csv"):
+    for name in (
+        ".secret.py",
+        "__pycache__/ring.py",
+        "run.mcap",
+        "ring.trials.toml",
+        "ring.outcomes.csv",
+        "test_ring.py",
+    ):
         path = project.parent / name
         path.parent.mkdir(exist_ok=True)
         path.write_text("x", encoding="utf-8")

@@ -10,7 +10,7 @@ import {ask} from "../commands.js";
 import {PageElement} from "../element.js";
 import {icon} from "../icons.js";
 import {monitor} from "../monitor/monitor.js";
-import {messageOf} from "../notices.js";
+import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {covered, highlightOf, summary} from "../trials/covered.js";
@@ -82,6 +82,18 @@ class TestsPanel extends PageElement {
               >
                 ${tabState.dirty ? "Save and run" : "Run"} all tests
               </button>`
+        }
+        ${
+          monitor.component && monitor.tab === page.tab && !running
+            ? html`<button
+                type="button"
+                class="tool"
+                title="Write what the run did into a new file of tests, and run that"
+                @click=${() => this.#keepRun()}
+              >
+                Record the run as a test
+              </button>`
+            : nothing
         }
         <span role="status">${running ? "Tests run…" : summary(tests.tests)}</span>
         <span class="room"></span>
@@ -157,6 +169,15 @@ class TestsPanel extends PageElement {
     const {tab} = page;
     if (page.tabState?.dirty && !(await (await import("../files.js")).save(tab))) return;
     await ask("runTests", {tab, names});
+  }
+
+  /** Write what the followed run did as a test, and run it. */
+  async #keepRun() {
+    const {tab} = page;
+    const saved = await ask("saveTest", {tab, component: monitor.component});
+    if (!saved) return;
+    notify(`The run is now the test ${saved.name.replace("::", ", ")}.`);
+    await this.#run([saved.name]);
   }
 
   async #look() {
