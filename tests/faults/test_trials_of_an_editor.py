@@ -1,4 +1,4 @@
-"""Trials that run in an editor: nothing of them is left when it is killed, and a killed worker costs nothing."""
+"""Trials and tests of an editor: nothing of them is left when it is killed; a killed worker costs nothing."""
 
 from __future__ import annotations
 
@@ -32,6 +32,19 @@ from visualhfsm.trials._service import RunningTrials
 async def edit():
     trials = RunningTrials(lambda push: print(push.status, flush=True))
     await trials.run(opened(Path(sys.argv[1])), Choices(runs=1000, robot="none", limit=1.0))
+    await asyncio.Event().wait()
+
+asyncio.run(edit())
+"""
+TESTING_EDITOR = """
+import asyncio, sys
+from pathlib import Path
+from tests.faults.test_trials_of_an_editor import opened
+from visualhfsm._running_tests import RunningTests
+
+async def edit():
+    path = Path(sys.argv[1])
+    await RunningTests(lambda push: print(push.status, flush=True), path.parent).run(opened(path))
     await asyncio.Event().wait()
 
 asyncio.run(edit())
@@ -70,6 +83,21 @@ def test_a_killed_editor_leaves_no_process(tmp_path: Path, code: str) -> None:
         below = [*eventually_below(process, SERIES), *eventually_below(process, WORKER)]
         deadline = time.monotonic() + START_LIMIT
         while code == HANGS and not (tmp_path / "begun").exists():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        editor.process.kill()
+        assert_gone(below)
+
+
+def test_a_killed_editor_leaves_no_tests(tmp_path: Path) -> None:
+    path = written(tmp_path, COUNTS)
+    hangs = HANGS.replace("'begun'", repr(str(path.with_name("begun"))))
+    path.with_name("test_it.py").write_text(f"# {path.name}\n{hangs}\ndef test_it(): pass\n")
+    with ComponentProcess([sys.executable, "-c", TESTING_EDITOR, str(path)]) as editor:
+        editor.wait_for("running")
+        below = eventually_below(psutil.Process(editor.process.pid), "pytest")
+        deadline = time.monotonic() + START_LIMIT
+        while not path.with_name("begun").exists():
             assert time.monotonic() < deadline
             time.sleep(0.01)
         editor.process.kill()
