@@ -36,7 +36,7 @@ class Processes:
         self._here = threading.local()
         self._lock = threading.Lock()
         self._all: list[LineProcess] = []
-        self._files = TemporaryDirectory(prefix="visualhfsm-trials-", ignore_cleanup_errors=True)
+        self._files: TemporaryDirectory[str] | None = None
         """What they unpack and write; they are killed, and remove nothing."""
         self._closed = False
 
@@ -86,12 +86,16 @@ class Processes:
             processes = [*self._all]
         for process in processes:
             process.close()
-        self._files.cleanup()
+        if self._files is not None:
+            self._files.cleanup()
 
     def _process(self) -> LineProcess:
         process: LineProcess | None = getattr(self._here, "process", None)
         if process is None:
             with self._lock:
+                self._files = self._files or TemporaryDirectory(
+                    prefix="visualhfsm-trials-", ignore_cleanup_errors=True
+                )
                 environment = {**_ENVIRONMENT, "TMPDIR": self._files.name}
                 process = LineProcess(f"{__package__}._worker", environment)
                 self._all.append(process)

@@ -30,8 +30,7 @@ from ._record import SUFFIX as OUTCOMES
 from ._record import Record, read_header
 from ._series import LocalPool, Series, run_tasks
 from ._statistics import success_rate
-from ._summary import summarize
-from ._table import write_table
+from ._summary import summarize, write_table
 from ._view import view_of
 from ._worker import Task
 
