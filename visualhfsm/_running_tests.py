@@ -39,6 +39,8 @@ _MOST_RESULTS: Final = 8 << 20  # bytes
 _LONGEST_REASON: Final = 800
 _LONGEST_TIMELINE: Final = 2000
 _LONGEST_WORDS: Final = 2000  # characters of what pytest says
+_ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
+"""What runs all tests in one process, whatever a project prefers: it writes the results."""
 _LOOK_PERIOD: Final = 0.3  # s
 _STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""
@@ -133,7 +135,7 @@ class _TabTests:
             top = _top(path, self._root)
             places = (names and chosen) or dict.fromkeys(name.partition("::")[0] for name in chosen)
             command = [
-                *(sys.executable, "-P", "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"),
+                *(sys.executable, "-P", "-m", "pytest", "-q", *_ONE_PROCESS),
                 *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
             ]
             self._words, self._stopped = "", False

@@ -33,6 +33,7 @@ test("how much was passed is that of the document as it is now", () => {
 test("how tests went is said in a line", () => {
   /** @param {string[]} outcomes */
   const said = (...outcomes) => summary(outcomes.map((outcome) => ({outcome})));
+  assert.equal(said(), "No tests");
   assert.equal(said(""), "1 test, not run yet");
   assert.equal(said("", ""), "2 tests, not run yet");
   assert.equal(said("passed", "failed", "skipped", "", "passed"), "2 passed, 1 failed, 1 skipped, 1 not run");

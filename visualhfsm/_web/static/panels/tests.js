@@ -9,6 +9,7 @@ import {html, nothing} from "lit";
 import {ask} from "../commands.js";
 import {PageElement} from "../element.js";
 import {icon} from "../icons.js";
+import {keyOf} from "../keys.js";
 import {monitor} from "../monitor/monitor.js";
 import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
@@ -158,9 +159,8 @@ class TestsPanel extends PageElement {
   #none() {
     const name = page.tabState?.path.replace(/^.*\//, "") ?? "";
     return html`<p class="empty">
-      No test names ${name} yet. Tests are files test_….py beside it, or in a folder tests; the guide
-      <i>Test a behavior</i>
-      shows how to write them.
+      No test names ${name} yet. Try it without a robot (${keyOf("tryIt")}), and record that run as a test; or write a
+      file whose name begins with test_, beside the document or in a folder tests.
     </p>`;
   }
 

@@ -201,7 +201,16 @@ class TrialsPanel extends PageElement {
     }${
       recording === null
         ? nothing
-        : html`<p class="trials-note coming" role="status">Trial ${recording} runs again and is recorded…</p>`
+        : html`<p class="trials-note coming" role="status">
+            Trial ${recording} runs again and is recorded…
+            ${
+              status === "idle"
+                ? html`<button type="button" class="link" @click=${() => ask("stopTrials", {tab: page.tab})}>
+                    Stop
+                  </button>`
+                : nothing
+            }
+          </p>`
     }`;
   }
 
@@ -240,18 +249,16 @@ class TrialsPanel extends PageElement {
 
   /** Run a trial again, to look back at it. @param {number} number */
   async #show(number) {
-    this.wanted = number;
     this.origin = page.tab;
-    if ((await ask("recordTrial", {tab: page.tab, number})) === undefined) this.wanted = undefined;
+    if ((await ask("recordTrial", {tab: page.tab, number})) !== undefined) this.wanted = number;
   }
 
   /** @param {TrialsPush} trials */
-  async #take({tab, recorded, file, recording, error}) {
-    if (this.wanted === undefined || recording !== null || tab !== this.origin) return;
-    if (recorded === this.wanted) {
-      this.wanted = undefined;
-      await (await import("../monitor/documents.js")).play(file);
-    } else if (error) this.wanted = undefined;
+  async #take({tab, recorded, file, recording}) {
+    const {wanted} = this;
+    if (wanted === undefined || recording !== null || tab !== this.origin) return;
+    this.wanted = undefined;
+    if (recorded === wanted) await (await import("../monitor/documents.js")).play(file);
   }
 }
 

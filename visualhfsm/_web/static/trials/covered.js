@@ -43,6 +43,7 @@ export function covered(document, passed) {
 /** How tests went, in words. @param {readonly TestView[]} tests */
 export function summary(tests) {
   const ran = tests.filter(({outcome}) => outcome);
+  if (!tests.length) return "No tests";
   if (!ran.length) return `${tests.length} ${tests.length === 1 ? "test" : "tests"}, not run yet`;
   const count = (/** @type {string} */ wanted) => tests.filter(({outcome}) => outcome === wanted).length;
   const parts = [count("passed") && `${count("passed")} passed`, count("failed") && `${count("failed")} failed`];
