@@ -66,8 +66,9 @@ def _event(event: Disturbance) -> str:
     if event.push is not None:
         return f"{at}: a push of {in_words(event.push)} N{lasts}"
     if event.move is not None:
-        place = ", ".join(f"{name} {in_words(each)}" for name, each in event.to.items())
-        return f"{at}: {event.move} is put elsewhere: {place}"
+        places = event.to if isinstance(event.to, tuple) else (event.to,)
+        words = (", ".join(f"{name} {in_words(each)}" for name, each in place.items()) for place in places)
+        return f"{at}: {event.move} is put elsewhere: {'; or '.join(words)}"
     if event.offline is not None:
         return f"{at}: {', '.join(event.offline) or 'all servants'} offline{lasts}"
     return f"{at}: pictures {in_words(event.late if event.late is not None else 0.0)} s late{lasts}"

@@ -156,7 +156,7 @@ def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
 
 
 def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
-    noted = {name: value for name, value in (row.values | row.numbers).items() if name != "time"}
+    noted = {name: value for name, value in {**row.values, **row.numbers}.items() if name != "time"}
     values = [(_cut(name), _cut(_shown(value))) for name, value in islice(noted.items(), _MOST_VALUES)]
     return Trial(
         row.number, row.success, _cut(row.reason), row.time, _cut(row.states), values, timeline, page

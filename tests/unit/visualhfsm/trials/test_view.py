@@ -41,7 +41,7 @@ def test_long_and_many_texts_are_cut(tmp_path: Path) -> None:
     outcomes = [
         placed(
             number,
-            reason=f"{number}" + "r" * 50_000,
+            reason=chr(97 + number) * 50_000,
             states="s" * 50_000,
             changes=changes,
             values={f"q{each}": "v" * 5000 for each in range(300)},
