@@ -186,6 +186,10 @@ PERIOD: Final = 0.05
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
 
 
+class _Late(Exception):
+    """The robot has not reached its place in time; the text says so."""
+
+
 class WalkTo:
     """Walk to places through `guard`; `tick` is due every PERIOD of robot time while it is `busy`.
 
@@ -244,6 +248,10 @@ class WalkTo:
             try:
                 if self._commanded != STILL:
                     self._go_on(way)
+            except _Late as late:
+                self._guard.stop()  # it is on its way until it stands
+                self._commanded = STILL
+                self._state = replace(self._state, message=str(late))
             except RobotError as error:
                 self._finish(ActionStatus.Stopped, str(error))
                 with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
@@ -255,7 +263,7 @@ class WalkTo:
     def _go_on(self, way: Way) -> None:
         self._state = replace(self._state, progress=way.progress(self._guard.read()))
         if self._robot_time() > self._end:
-            raise RobotError(f"it did not get there within {way.patience:.0f} s")
+            raise _Late(f"it did not get there within {way.patience:.0f} s")
         self._drive(way, self._client, self._commanded)
 
     def _drive(self, way: Way, client: str, after: WalkVelocity | None) -> None:

@@ -17,6 +17,8 @@ _CAUTION: Final = 0.6
 """The same times the lag of the robot: with more, it would go beyond the place."""
 _PLACE_TOLERANCE: Final = 0.02
 """Distance in m, and in rad / 2, within which a place counts as reached."""
+_LEAST_TURN: Final = 0.2
+"""Velocity in rad/s below which a turn may come to nothing: the backlash of the legs swallows it."""
 _LEAVING: Final = 3.0 * _PLACE_TOLERANCE
 """Distance in m at which a robot that has reached the place, and turns there, counts as off it again."""
 _AHEAD: Final = 0.3
@@ -92,7 +94,10 @@ class StraightWay(Way):
             return STILL
         parts = list(zip((way.real, way.imag, turn), astuple(self._highest), strict=True))
         gain = min(self._gain, *(limit / abs(part) for part, limit in parts if part))
-        return WalkVelocity(*(min(max(gain * part, -limit), limit) for part, limit in parts))
+        forward, left, turning = (min(max(gain * part, -limit), limit) for part, limit in parts)
+        if abs(turn) > 2 * _PLACE_TOLERANCE:
+            turning = math.copysign(max(abs(turning), min(_LEAST_TURN, self._highest.turn)), turn)
+        return WalkVelocity(forward, left, turning)
 
     def _left(self, way: complex, turn: float) -> float:
         return abs(way) + abs(turn)

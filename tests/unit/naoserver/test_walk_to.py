@@ -201,6 +201,20 @@ def test_it_gives_up_a_place_that_it_does_not_come_to(rig):
     assert rig.walker.commanded() == STILL
 
 
+def test_it_is_moving_until_the_robot_stands_though_it_gave_up(rig):
+    begin(rig)
+    rig.walk.read = lambda: START
+    for _ in range(round(21.0 / PERIOD)):
+        rig.clock.advance(PERIOD)
+        rig.walk_to.tick()
+    assert rig.walker.commanded() == STILL
+    assert rig.walk_to.state().status is ActionStatus.Moving  # its joints are not free yet
+    rig.walker.ending = False
+    rig.walk_to.tick()
+    assert rig.walk_to.state().status is ActionStatus.Stopped
+    assert "within 20 s" in rig.walk_to.state().message
+
+
 def test_it_is_refused_while_another_holds_the_robot(rig):
     rig.gate.acquire("berta", "Berta", 10.0)
     with pytest.raises(CommandRefused):

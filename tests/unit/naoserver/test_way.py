@@ -54,6 +54,16 @@ def test_its_velocity_is_within_the_limits_on_a_straight_line():
     assert (velocity.forward, velocity.left) == pytest.approx((0.2, 0.1))
 
 
+@pytest.mark.parametrize("turn", [0.06, -0.06])
+def test_a_turn_that_is_left_is_fast_enough_to_overcome_the_backlash_of_legs(turn):
+    velocity = way_to((0.0, 0.0, turn), START, LIMITS).velocity(START)
+    assert velocity == WalkVelocity(turn=math.copysign(0.2, turn))
+    slow = WalkVelocity(0.3, 0.1, 0.15)
+    assert way_to((0.0, 0.0, turn), START, slow).velocity(START) == WalkVelocity(
+        turn=math.copysign(0.15, turn)
+    )
+
+
 def test_its_progress_is_the_share_of_way_and_turn():
     way = way_to((1.0, 0.0, 1.0), START, LIMITS)
     assert way.progress(START) == 0.0
