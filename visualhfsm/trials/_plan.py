@@ -194,10 +194,12 @@ def read_plan(path: Path, *, document: Path | None = None) -> Plan:
     for section in ("scene", "parameters"):
         fields[section] = read_quantities(fields[section], section, source, text, TrialsError)
     plan = Plan(**fields)
-    own = {name for name, each in plan.quantities.items() if not isinstance(each, Same)}
+    own = {name: each for name, each in plan.quantities.items() if not isinstance(each, Same)}
     for name, each in plan.quantities.items():
         if isinstance(each, Same) and each.same not in own:
             raise TrialsError(f"{path}: {name}: there is no quantity {each.same} that has its own value")
+        if isinstance(each, Same) and not each.fits(own[each.same]):
+            raise TrialsError(f"{path}: {name}: {each.same} is no number, so it has no deviation")
     if document is not None:
         return msgspec.structs.replace(plan, document=str(document))
     name = file.document or path.name.removesuffix(SUFFIX) + ".xml"

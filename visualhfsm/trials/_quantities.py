@@ -70,9 +70,19 @@ class Spread(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit
 
 
 class Same(Struct, frozen=True, forbid_unknown_fields=True):
-    """The value of another quantity, by its name."""
+    """The value of another quantity, by its name; with a normally distributed error if it has a deviation."""
 
     same: str
+    deviation: Annotated[float, Meta(gt=0, le=1e9)] | None = None
+
+    def fits(self, other: object) -> bool:
+        """Return whether the other quantity, as the plan has it, can have such an error: it has numbers."""
+        values = other if isinstance(other, tuple) else (other,)
+        return self.deviation is None or not any(isinstance(value, bool | str) for value in values)
+
+    def draw(self, value: Value, source: random.Random) -> Value:
+        """Return what it is where the other one has this value."""
+        return value if self.deviation is None else float(value) + source.gauss(0.0, self.deviation)
 
 
 Drawn = Spread | tuple[Value, ...] | bool | int | float | str
@@ -89,7 +99,11 @@ def draw_all(quantities: Mapping[str, Quantity], seed: str) -> dict[str, Value]:
         for name, each in quantities.items()
         if not isinstance(each, Same)
     }
-    copies = {name: values[each.same] for name, each in quantities.items() if isinstance(each, Same)}
+    copies = {
+        name: each.draw(values[each.same], random.Random(f"{seed}/{name}"))
+        for name, each in quantities.items()
+        if isinstance(each, Same)
+    }
     return {name: (values | copies)[name] for name in quantities}
 
 

@@ -107,6 +107,10 @@ def test_a_plan_that_accepts_nothing_is_refused() -> None:
         ('robot = "nao"', ":1: robot = 'nao'"),
         ('document = "other.xml"', "there is no document"),
         ('[parameters]\nx = { same = "y" }', "parameters.x: there is no quantity y that has its own value"),
+        (
+            '[scene]\nworld = "soccer"\n[parameters]\nx = { same = "world", deviation = 1 }',
+            "parameters.x: world is no number, so it has no deviation",
+        ),
         ('[success]\nfunction = "judge"', ":2: success.function = 'judge': write FILE.py:FUNCTION"),
         ("[disturbances.a]\nat = 1", "a disturbance has one of push, move, offline, late; here: none"),
         ("[disturbances.a]\nat = 1\npush = 3", "say how long: seconds = 1.0, for push"),

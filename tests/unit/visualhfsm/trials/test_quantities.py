@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import statistics
 import tomllib
 from typing import Any
 
@@ -63,6 +64,17 @@ def test_a_quantity_may_be_the_same_as_another() -> None:
     drawn = draw_all({"start": Same("x"), "x": Spread(lowest=0, highest=1)}, "1/1")
     assert drawn["start"] == drawn["x"]
     assert list(drawn) == ["start", "x"]
+
+
+def test_a_quantity_may_differ_from_another_by_an_error() -> None:
+    table: dict[str, Quantity] = {"x": Spread(lowest=0, highest=1), "start": Same("x", deviation=0.05)}
+    errors = []
+    for number in range(400):
+        drawn = draw_all(table, f"1/{number}")
+        errors.append(float(drawn["start"]) - float(drawn["x"]))
+    assert abs(statistics.mean(errors)) < 0.01
+    assert statistics.stdev(errors) == pytest.approx(0.05, rel=0.15)
+    assert draw_all(table, "1/7") == draw_all(table, "1/7")
 
 
 def test_names_may_be_dotted_or_nested() -> None:
