@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from abc import ABC, abstractmethod
-from dataclasses import astuple
 from typing import Final
 
 from naoserver.capabilities import STILL, Odometry, WalkVelocity
@@ -86,18 +85,21 @@ class Way(ABC):
 
 
 class StraightWay(Way):
-    """The straight way of a robot that goes in every direction, and turns meanwhile."""
+    """The straight way of a robot that goes in every direction; the more it has to turn, the slower it goes."""
 
     def velocity(self, now: Odometry) -> WalkVelocity:
         way, turn = self._rest(now)
         if abs(way) < _PLACE_TOLERANCE and abs(turn) < 2 * _PLACE_TOLERANCE:
             return STILL
-        parts = list(zip((way.real, way.imag, turn), astuple(self._highest), strict=True))
-        gain = min(self._gain, *(limit / abs(part) for part, limit in parts if part))
-        forward, left, turning = (min(max(gain * part, -limit), limit) for part, limit in parts)
+        highest = self._highest
+        turning = min(max(self._gain * turn, -highest.turn), highest.turn)
         if abs(turn) > 2 * _PLACE_TOLERANCE:
-            turning = math.copysign(max(abs(turning), min(_LEAST_TURN, self._highest.turn)), turn)
-        return WalkVelocity(forward, left, turning)
+            turning = math.copysign(max(abs(turning), min(_LEAST_TURN, highest.turn)), turn)
+        # Legs do not turn and go at full speed together. It turns first: sideways it is slow.
+        share = 1.0 - abs(turning) / highest.turn
+        parts = (way.real, highest.forward), (way.imag, highest.left)
+        gain = min((self._gain, *(share * limit / abs(part) for part, limit in parts if part)))
+        return WalkVelocity(*(min(max(gain * part, -limit), limit) for part, limit in parts), turning)
 
     def _left(self, way: complex, turn: float) -> float:
         return abs(way) + abs(turn)

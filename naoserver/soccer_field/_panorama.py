@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 
 from naoserver.soccer_field.model import Array, Field, FieldLines
 
-__all__ = ["Found", "Mask", "Panorama", "Pose", "View", "expected_lines", "turn", "wrapped"]
+__all__ = ["Found", "Mask", "Panorama", "Pose", "View", "expected_lines", "leans", "turn", "wrapped"]
 
 Mask = NDArray[np.bool_]
 
 _FARTHEST_POINT: Final = 3.0
 """Distance in m up to which points are used: the lean of the camera shifts others by more than a step."""
+_HEIGHT: Final = 0.5
+"""Approximate height of the camera in m, from which the effect of a lean is computed."""
 _CELL: Final = 0.1
 """Side in m of a square on the floor from which one point is used."""
 _STEP: Final = 0.15, math.tau / 60
@@ -153,10 +155,17 @@ class Panorama:
         return pose, float(np.mean(np.abs(off) < reach))
 
 
-def expected_lines(lines: FieldLines, pose: Pose, white: Mask, to_image: Array) -> Mask:
-    """Return, for each place where a picture should show a line, whether it does."""
+def expected_lines(
+    lines: FieldLines, pose: Pose, white: Mask, to_image: Array, lean: Array | None = None
+) -> Mask:
+    """Return, for each place where a picture should show a line, whether it does.
+
+    `lean` is that of the camera in excess of the measured one in rad, back and to the left.
+    """
     there = (lines.samples - pose[:2]) @ turn(pose.heading)
     there = there[np.hypot(there[:, 0], there[:, 1]) < _EXPECTED]
+    if lean is not None:
+        there = there - leans(there) @ lean
     u, v, front = to_image @ np.column_stack((there, np.ones(len(there)))).T
     u, v = u / np.where(front > 0, front, np.nan), v / np.where(front > 0, front, np.nan)
     height, width = white.shape
@@ -164,6 +173,14 @@ def expected_lines(lines: FieldLines, pose: Pose, white: Mask, to_image: Array) 
     near = cv2.dilate(white.astype(np.uint8), np.ones((_AROUND, _AROUND), np.uint8))
     shown: Mask = near[v[inside].astype(int), u[inside].astype(int)] > 0
     return shown
+
+
+def leans(points: Array) -> Array:
+    """Return how points on the floor move with a lean of the camera: most along their rays.
+
+    Each is a matrix in m/rad, (I h^2 + p p^T) / h.
+    """
+    return np.asarray((np.eye(2) * _HEIGHT**2 + points[:, :, None] * points[:, None, :]) / _HEIGHT)
 
 
 def turn(angle: float) -> Array:

@@ -24,7 +24,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.soccer_field._panorama import Found, Mask, Panorama, Pose, View, expected_lines, turn, wrapped
+from naoserver.soccer_field._panorama import (
+    Found,
+    Mask,
+    Panorama,
+    Pose,
+    View,
+    expected_lines,
+    leans,
+    turn,
+    wrapped,
+)
 from naoserver.soccer_field.model import POST_RADIUS, Array, Field, FieldLines
 
 __all__ = ["FloorPoint", "Image", "Localizer", "Pose"]
@@ -39,14 +49,14 @@ _WIDTHS: Final = 0.4, 2.2
 """Range of a line's width across a row or column, as shares of its true width."""
 _FARTHEST_POINT: Final = 4.0
 """Distance in m up to which points of lines are used."""
+_BEHIND: Final = 0.15
+"""Distance in m behind a goal line, up to as much beside the goal, from which what is white is its net."""
 _BAND: Final = 3, 9
 """Rows above the horizon where posts are searched: nothing else on the field is as high as the camera."""
 _CONTRAST: Final = 6.0
 """Minimum difference in brightness, of 255, between a post and its neighborhood."""
 
 # -- errors: standard deviations
-_HEIGHT: Final = 0.5
-"""Approximate height of the camera in m, from which the effect of a lean is computed."""
 _LEAN: Final = 0.02
 """Lasting error in rad of the camera's pitch and roll."""
 _SWAY: Final = 0.001
@@ -115,6 +125,7 @@ class Localizer:
     ) -> None:
         """Begin at `start`, the pose at the origin of the odometry, with standard deviations `error`."""
         self._lines = FieldLines(field)
+        self._mouth = field.length / 2 + _BEHIND, field.goal_width / 2 + _BEHIND
         self._posts = np.array(field.posts)
         self._odometry = Pose(0.0, 0.0, 0.0)
         # x, y and heading, then the lean of the camera in excess of the measured one: back, and to the left.
@@ -177,7 +188,7 @@ class Localizer:
         explained = self._fit(points, self._find_posts(pixels, to_image, to_floor))
         shares = [
             float(share.mean())
-            for share in (explained, expected_lines(self._lines, self.pose, white, to_image))
+            for share in (explained, expected_lines(self._lines, self.pose, white, to_image, self._x[3:]))
             if len(share) >= _ENOUGH
         ]
         if shares:
@@ -230,11 +241,11 @@ class Localizer:
         Each row of `points` is a point of a line in the robot's frame, each of `posts` the bearing of a post
         and its x and y on the field.
         """
+        points = points[~self._in_net(points)]
         before, mean = self._covariance + np.diag((0.0, 0.0, 0.0, _SWAY**2, _SWAY**2)), self._x.copy()
         prior, explained = np.linalg.inv(before), np.zeros(len(points), np.bool_)
         squares = np.sum(np.square(points), axis=1)
-        # How a point on the floor moves with the lean, (I h^2 + p p^T) / h: most along its ray.
-        leaning = (np.eye(2) * _HEIGHT**2 + points[:, :, None] * points[:, None, :]) / _HEIGHT
+        leaning = leans(points)
         for _ in range(_ROUNDS):
             rotation = turn(float(self._x[2]))
             there = (points + leaning @ self._x[3:]) @ rotation.T
@@ -267,6 +278,12 @@ class Localizer:
             if np.abs(step).max() < 1e-4:
                 break
         return explained
+
+    def _in_net(self, points: Array) -> Mask:
+        """Return which points, in the robot's frame, are seen behind a goal line, between the posts."""
+        there = np.abs(points @ turn(float(self._x[2])).T + self._x[:2])
+        behind, beside = self._mouth
+        return np.asarray((there[:, 0] > behind) & (there[:, 1] < beside))
 
     def _find_posts(self, pixels: NDArray[np.uint8], to_image: Array, to_floor: Array) -> Array:
         """Return the bearing in the robot's frame, and x and y, of each post seen at a plausible place."""

@@ -44,10 +44,20 @@ def drawn() -> NDArray[np.uint8]:
     return floor
 
 
+@cache
+def drawn_with_net() -> NDArray[np.uint8]:
+    """Return it with the net of a goal, as it looks from before the goal."""
+    floor = drawn().copy()
+    x, y = (np.array(floor.shape[:2]) / 2).astype(int)
+    for row in range(x + 468, x + 510, 12):
+        floor[row : row + 5, y - 75 : y + 75] = WHITE
+    return floor
+
+
 class Camera:
     """A camera at a pose of the robot; `lean` is by how much it looks down more than the robot knows."""
 
-    def __init__(self, pose, *, yaw=0.0, pitch=0.25, lean=0.0, lines=True, posts=True):
+    def __init__(self, pose, *, yaw=0.0, pitch=0.25, lean=0.0, lines=True, posts=True, net=False):
         self._known = turned(yaw, pitch)
         v, u = np.mgrid[:HEIGHT, :WIDTH]
         rays = self._rays(u.ravel(), v.ravel()) @ turned(yaw, pitch + lean).T
@@ -56,7 +66,7 @@ class Camera:
         pixels = np.full((len(rays), 3), SKY, np.uint8)
         below = np.flatnonzero(rays[:, 2] < -0.01)
         there = EYE[:2] + rays[below, :2] * (EYE[2] / -rays[below, 2])[:, None]
-        floor = drawn()
+        floor = drawn_with_net() if net else drawn()
         cell = np.floor(100 * (there @ to_field.T + (x, y)) + np.array(floor.shape[:2]) / 2).astype(int)
         inside = ((cell >= 0) & (cell < floor.shape[:2])).all(axis=1)
         pixels[below[inside]] = floor[cell[inside, 0], cell[inside, 1]] if lines else GRASS
@@ -116,6 +126,21 @@ def test_it_learns_how_far_the_camera_leans():
     localizer = Localizer(FIELD, PLACES[0])
     look(localizer, PLACES[0], times=12, lean=0.025)
     assert error(localizer.pose, PLACES[0])[0] < 0.03
+    assert localizer.confidence > 0.9
+
+
+def test_a_lean_that_it_has_learned_makes_it_no_less_sure():
+    truth = (0.9, 2.1, math.pi / 2)
+    localizer = Localizer(FIELD, truth)
+    look(localizer, truth, times=12, lean=0.05, pitch=0.5)
+    assert localizer.confidence > 0.9
+
+
+def test_the_net_of_a_goal_makes_it_no_less_sure():
+    truth = (3.7, 0.2, 0.0)
+    localizer = Localizer(FIELD, truth)
+    look(localizer, truth, times=12, net=True)
+    assert error(localizer.pose, truth)[0] < 0.05
     assert localizer.confidence > 0.9
 
 
