@@ -85,7 +85,7 @@ class Way(ABC):
 
 
 class StraightWay(Way):
-    """The straight way of a robot that goes in every direction; the more it has to turn, the slower it goes."""
+    """The straight way of a robot that goes in every direction; it turns to the heading first."""
 
     def velocity(self, now: Odometry) -> WalkVelocity:
         way, turn = self._rest(now)
