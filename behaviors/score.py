@@ -61,10 +61,13 @@ class Score(Component, document="score.xml", on_error="stop"):
     RADIUS = 0.05  # of the ball in m
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
+    LATE = 0.15  # s by which a picture may be late: one from a turn would show lines elsewhere
+    DOUBT = 2.0  # s for which it walks on though it is unsure: a few lines may tell
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
     oriented = -SURE
+    faced, turned = 0j, -SURE  # where the robot faced when it looked for the ball before, and when it turned
 
     @cached_property
     def localizer(self):
@@ -90,10 +93,13 @@ class Score(Component, document="score.xml", on_error="stop"):
     def find_ball(self):
         """Return where the ball is, or None when it is out of sight; look where the robot is, too."""
         ball = None
+        before, (_, self.faced) = self.faced, self.place()
+        self.turned = self.clock.now() if abs(self.faced - before) > 0.04 else self.turned
         for name, camera in self.cameras.items():
             image = camera.getImageData("RGB8")
             self.place()
-            self.localizer.see(image, camera.getFloorPoint)
+            if self.clock.now() - self.turned > self.LATE:
+                self.localizer.see(image, camera.getFloorPoint)
             ball = ball or self.ball_in(image, name, camera)
         return ball
 
@@ -102,7 +108,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         width, height = image.description.width, image.description.height
         pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
-        orange = cv2.inRange(hsv, (4, 150, 60), (22, 255, 255))
+        orange = cv2.inRange(hsv, (4, 150, 60), (32, 255, 255))  # overexposed it is yellow
         regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for region in regions:
             (u, v), radius = cv2.minEnclosingCircle(region)
@@ -163,11 +169,14 @@ class Score(Component, document="score.xml", on_error="stop"):
         return abs(pose.panSpeed) + abs(pose.tiltSpeed) < 0.3
 
     def to_goal(self, ball):
-        """Return the direction from the ball into the goal: to its middle, or straight on where that is near enough."""
-        end = self.FIELD.length / 2 + 0.3
+        """Return where to kick the ball: to the middle of the goal, straight on where that is near enough, or before it."""
+        line = self.FIELD.length / 2
+        end = line + 0.3
         free = max(0.0, 0.4 - 0.15 * abs(end - ball))  # m beside the middle
-        way = complex(end, max(self.goal_y - free, min(self.goal_y + free, ball.imag))) - ball
-        return way / abs(way)
+        aim = complex(end, max(self.goal_y - free, min(self.goal_y + free, ball.imag)))
+        if abs(aim.imag - ball.imag) > max(0.45, 1.5 * (line - ball.real)):
+            aim = complex(line - self.FIELD.penalty_mark, 0.0)  # from here the goal is too narrow
+        return (aim - ball) / abs(aim - ball)
 
     def look_at(self, place):
         """Turn the head to a place in the robot's frame, as far as it turns; return whether it is there."""
@@ -204,7 +213,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Look around, then turn; return which corner is next."""
         if not self.is_standing():
             return corner
-        corners = [cmath.rect(self.far, pan) for pan in (0.0, 0.9, -0.9)] + [0.3, self.far]
+        corners = [cmath.rect(self.far, pan) for pan in self.sides] + [0.3, self.far]
         if not self.look_at(corners[corner % len(corners)]):
             return corner
         if corner + 1 == len(corners) and self.is_blind_before_its_feet():
@@ -230,8 +239,10 @@ class Score(Component, document="score.xml", on_error="stop"):
         goal = self.to_goal(ball)
         behind = (here - ball) / goal  # where the robot is as the ball sees it, which looks to the goal
         near = foot.real  # for a robot of this size
-        if behind.real < -0.6 * near and abs(behind.imag + foot.imag) < 0.5 * near and abs(behind) < 3.5 * near:
-            wanted = -foot
+        straight = behind.real < -0.6 * near and abs(behind.imag + foot.imag) < max(0.5 * near, -0.4 * behind.real)
+        if straight:
+            # First to a place before it: fast feet would push the ball. And in `stand` it leans forward.
+            wanted = -foot - (0.5 if behind.real < -1.8 * near else 0.12) * near
         elif behind.real < -1.2 * near:
             wanted = -foot - near
         else:
@@ -240,7 +251,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         if spot is not None and abs(wanted - spot) < 0.18 * near:
             return spot
         way = (wanted - here) / facing
-        self.Walk.walkTo(way.real, way.imag, cmath.phase(way if abs(way) > 3.5 * near else goal / facing))
+        self.Walk.walkTo(way.real, way.imag, cmath.phase(goal / facing if straight or abs(way) < 3.5 * near else way))
         return wanted
 
     def can_kick(self, ball):
@@ -256,7 +267,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Return the automaton of the component."""
         # <variables 1>
         ball = seen = None  # x + iy on the field, in m
-        seen_at = 0.0
+        seen_at = sure_at = 0.0
         corner = 0
         sights = 0  # of the ball in the goal, one after the other: a wrong place of the robot's shows by then
         tries = 0  # looks at the ball since the last kick
@@ -288,21 +299,22 @@ class Score(Component, document="score.xml", on_error="stop"):
         state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search)
 
         def entry_approach():
-            nonlocal foot, seen_at, sights, spot
+            nonlocal foot, seen_at, sights, spot, sure_at
             # <entry 1.2>
             foot = spot = None
             sights = 0
-            seen_at = self.clock.now()
+            seen_at = sure_at = self.clock.now()
             # </entry 1.2>
 
         def state_approach():
-            nonlocal ball, before, foot, known, seen, seen_at, sights, spot, spot_at
+            nonlocal ball, before, foot, known, seen, seen_at, sights, spot, spot_at, sure_at
             # <code 1.2>
             seen = self.find_ball()
             if seen is not None:
                 ball = seen if abs(seen - ball) > 0.1 else 0.7 * ball + 0.3 * seen  # a walk shakes the picture
                 seen_at = self.clock.now()
                 known = ball if self.localizer.confidence > 0.85 else known
+            sure_at = self.clock.now() if self.is_sure() else sure_at
             sights = sights + 1 if seen is not None and self.in_goal(seen) else 0
             self.look_at(self.beside(ball))
             foot = foot or self.choose_foot(ball)
@@ -346,7 +358,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         def exit_look():
             nonlocal tries
             # <exit 1.4>
-            tries += 1
+            tries += 1 if seen is not None or not self.in_sight(ball) else 2  # it may lie nearer than it can see
             # </exit 1.4>
 
         state_4 = State("look", id=4, code=state_look, exit=exit_look)
@@ -452,7 +464,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         transition_9 = Transition("goal", state_2, state_6, id=9, priority=1, guard=guard_goal)
 
         def guard_unsure():
-            return not self.is_sure()  # <trigger 1.10/>
+            return self.clock.now() - sure_at > self.DOUBT  # <trigger 1.10/>
 
         transition_10 = Transition("unsure", state_2, state_7, id=10, guard=guard_unsure)
 
