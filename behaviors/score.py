@@ -61,13 +61,14 @@ class Score(Component, document="score.xml", on_error="stop"):
     RADIUS = 0.05  # of the ball in m
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
-    LATE = 0.15  # s by which a picture may be late: one from a turn would show lines elsewhere
+    LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
     DOUBT = 2.0  # s for which it walks on though it is unsure: a few lines may tell
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
     oriented = -SURE
-    faced, turned = 0j, -SURE  # where the robot faced when it looked for the ball before, and when it turned
+    faced = 0j  # where the robot faced when it looked for the ball before
+    turned = looked = -SURE  # when it turned, and when its head did
 
     @cached_property
     def localizer(self):
@@ -95,10 +96,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         ball = None
         before, (_, self.faced) = self.faced, self.place()
         self.turned = self.clock.now() if abs(self.faced - before) > 0.04 else self.turned
+        still = self.is_still() and self.clock.now() - self.turned > self.LATE
         for name, camera in self.cameras.items():
             image = camera.getImageData("RGB8")
             self.place()
-            if self.clock.now() - self.turned > self.LATE:
+            if still:
                 self.localizer.see(image, camera.getFloorPoint)
             ball = ball or self.ball_in(image, name, camera)
         return ball
@@ -164,9 +166,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         return self.Walk.getWalkState().status is not ActionStatus.Moving
 
     def is_still(self):
-        """Return whether the head is still: a picture from a head that turns shows less."""
+        """Return whether the newest picture is from a head that was still: from one that turns it shows less."""
         pose = self.Head.getPose()
-        return abs(pose.panSpeed) + abs(pose.tiltSpeed) < 0.3
+        if abs(pose.panSpeed) + abs(pose.tiltSpeed) > 0.3:
+            self.looked = self.clock.now()
+        return self.clock.now() - self.looked > self.LATE
 
     def to_goal(self, ball):
         """Return where to kick the ball: to the middle of the goal, straight on where that is near enough, or before it."""
@@ -214,7 +218,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         if not self.is_standing():
             return corner
         corners = [cmath.rect(self.far, pan) for pan in self.sides] + [0.3, self.far]
-        if not self.look_at(corners[corner % len(corners)]):
+        if not self.look_at(corners[corner % len(corners)]) or not self.is_still():
             return corner
         if corner + 1 == len(corners) and self.is_blind_before_its_feet():
             self.Walk.walkTo(-0.4, 0.0, 0.0)
@@ -250,9 +254,19 @@ class Score(Component, document="score.xml", on_error="stop"):
         wanted = ball + goal * wanted
         if spot is not None and abs(wanted - spot) < 0.18 * near:
             return spot
-        way = (wanted - here) / facing
+        first = self.round_posts(here, wanted, near)
+        way = ((first or wanted) - here) / facing
         self.Walk.walkTo(way.real, way.imag, cmath.phase(goal / facing if straight or abs(way) < 3.5 * near else way))
-        return wanted
+        return first or wanted
+
+    def round_posts(self, here, there, near):
+        """Return where to walk first when a post of the opponents' goal is in the way, or None."""
+        way = there - here
+        for post in (complex(*each) for each in self.FIELD.posts if each[0] > 0.0):
+            along = (post - here) / way
+            if 0.0 < along.real < 1.0 and abs(along.imag * way) < 2.0 * near:
+                return post + 3.0 * near * complex(-1.0, math.copysign(1.0, post.imag))
+        return None
 
     def can_kick(self, ball):
         """Return whether the ball lies before a foot, and that looks to the goal, as far as the robot knows."""
