@@ -62,7 +62,6 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
-    DOUBT = 2.0  # s for which it walks on though it is unsure: a few lines may tell
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -281,9 +280,10 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Return the automaton of the component."""
         # <variables 1>
         ball = seen = None  # x + iy on the field, in m
-        seen_at = sure_at = 0.0
+        seen_at = 0.0
         corner = 0
         sights = 0  # of the ball in the goal, one after the other: a wrong place of the robot's shows by then
+        doubts = 0  # cycles in which it was unsure of its place, one after the other: a few lines may tell
         tries = 0  # looks at the ball since the last kick
         knows = looks = lost = moves = stands = False
         known = None  # where the ball was when the robot knew its own place
@@ -313,22 +313,22 @@ class Score(Component, document="score.xml", on_error="stop"):
         state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search)
 
         def entry_approach():
-            nonlocal foot, seen_at, sights, spot, sure_at
+            nonlocal foot, seen_at, sights, spot
             # <entry 1.2>
             foot = spot = None
             sights = 0
-            seen_at = sure_at = self.clock.now()
+            seen_at = self.clock.now()
             # </entry 1.2>
 
         def state_approach():
-            nonlocal ball, before, foot, known, seen, seen_at, sights, spot, spot_at, sure_at
+            nonlocal ball, before, doubts, foot, known, seen, seen_at, sights, spot, spot_at
             # <code 1.2>
             seen = self.find_ball()
             if seen is not None:
                 ball = seen if abs(seen - ball) > 0.1 else 0.7 * ball + 0.3 * seen  # a walk shakes the picture
                 seen_at = self.clock.now()
                 known = ball if self.localizer.confidence > 0.85 else known
-            sure_at = self.clock.now() if self.is_sure() else sure_at
+            doubts = 0 if self.is_sure() else doubts + 1
             sights = sights + 1 if seen is not None and self.in_goal(seen) else 0
             self.look_at(self.beside(ball))
             foot = foot or self.choose_foot(ball)
@@ -362,10 +362,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         state_3 = State("stand", id=3, code=state_stand, exit=exit_stand)
 
         def state_look():
-            nonlocal ball, looks, seen
+            nonlocal ball, doubts, looks, seen
             # <code 1.4>
             looks = self.look_at(self.beside(ball))
             seen = self.find_ball()
+            doubts = 0 if self.is_sure() else doubts + 1
             ball = seen or ball
             # </code 1.4>
 
@@ -378,9 +379,9 @@ class Score(Component, document="score.xml", on_error="stop"):
         state_4 = State("look", id=4, code=state_look, exit=exit_look)
 
         def entry_kick():
-            nonlocal known, tries
+            nonlocal doubts, known, tries
             # <entry 1.5>
-            tries = 0
+            tries = doubts = 0
             known = ball + self.to_goal(ball)
             self.Motions.play(self.kick_for(ball), 1.0)
             # </entry 1.5>
@@ -402,9 +403,9 @@ class Score(Component, document="score.xml", on_error="stop"):
         state_6 = State("scored", id=6, final=True)
 
         def entry_orient():
-            nonlocal corner, knows, lost, stands, tries
+            nonlocal corner, doubts, knows, lost, stands, tries
             # <entry 1.7>
-            corner = tries = 0
+            corner = tries = doubts = 0
             knows = False
             lost = True
             stands = False
@@ -478,7 +479,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         transition_9 = Transition("goal", state_2, state_6, id=9, priority=1, guard=guard_goal)
 
         def guard_unsure():
-            return self.clock.now() - sure_at > self.DOUBT  # <trigger 1.10/>
+            return doubts > 20  # <trigger 1.10/>
 
         transition_10 = Transition("unsure", state_2, state_7, id=10, guard=guard_unsure)
 

@@ -62,7 +62,9 @@ _LEAN: Final = 0.02
 _SWAY: Final = 0.001
 """Change in rad of the lasting error from one picture to the next."""
 _TILT: Final = 0.01
-"""Error in rad of pitch, roll and yaw in a single picture, in which the robot may walk."""
+"""Error in rad of pitch, roll and yaw in a single picture, in which the robot may walk: all points share it."""
+_RAY: Final = 0.003
+"""Error in rad of the direction to a point, in addition."""
 _POINT: Final = 0.02
 """Additional error in m of a point of a line."""
 _BEARING: Final = 0.02
@@ -71,8 +73,12 @@ _INDEPENDENT: Final = 15.0
 """Maximum weight of one picture, in points: they share the same tilt."""
 _SLIP: Final = 0.1, 0.1, 0.05
 """Errors of the odometry: m in a m, rad in a rad, rad in a m."""
+_TURNS: Final = 1.0, 0.0, 0.0, 0.0, 0.0, 1.0
+"""Change of a post's bearing, with the opposite sign, with the heading, both leans, and with pitch, roll and yaw."""
 _GATE: Final = 3.0
 """Standard deviations beyond which an observation is attributed to another object."""
+_LEAP: Final = 26.0
+"""Square of standard deviations by which a picture may move the estimate: more is chance in one of a thousand."""
 _ROUNDS: Final = 8
 
 # -- confidence
@@ -242,28 +248,31 @@ class Localizer:
         and its x and y on the field.
         """
         points = points[~self._in_net(points)]
-        before, mean = self._covariance + np.diag((0.0, 0.0, 0.0, _SWAY**2, _SWAY**2)), self._x.copy()
-        prior, explained = np.linalg.inv(before), np.zeros(len(points), np.bool_)
+        before = np.zeros((8, 8))  # of the estimate, and of pitch, roll and yaw in this picture
+        before[:5, :5] = self._covariance + np.diag((0.0, 0.0, 0.0, _SWAY**2, _SWAY**2))
+        before[5:, 5:] = _TILT**2 * np.eye(3)
+        x = np.concatenate((self._x, np.zeros(3)))
+        prior, mean = np.linalg.inv(before), x.copy()
         squares = np.sum(np.square(points), axis=1)
         leaning = leans(points)
         for _ in range(_ROUNDS):
-            rotation = turn(float(self._x[2]))
-            there = (points + leaning @ self._x[3:]) @ rotation.T
-            off, normal = self._lines.offsets(there + self._x[:2])
+            rotation = turn(float(x[2] + x[7]))
+            there = (points + leaning @ (x[3:5] + x[5:7])) @ rotation.T
+            off, normal = self._lines.offsets(there + x[:2])
             turning = normal[:, 1] * there[:, 0] - normal[:, 0] * there[:, 1]
             bent = np.einsum("ni,ij,njk->nk", normal, rotation, leaning)
-            jacobian = np.column_stack((normal, turning, bent))
-            variance = _POINT**2 + _TILT**2 * (np.sum(np.square(bent), axis=1) + squares)
-            explained[:] = np.abs(off) < _AGREES * np.sqrt(variance)
+            jacobian = np.column_stack((normal, turning, bent, bent, turning))
+            shift = np.sum(np.square(bent), axis=1) + squares  # in m/rad, of a picture that is tilted
+            variance = _POINT**2 + _RAY**2 * shift
             weight = _weights(off, variance, jacobian, before)
             weight *= min(1.0, _INDEPENDENT / max(1, int(np.count_nonzero(weight))))
 
-            to_post = posts[:, 1:] - self._x[:2]
+            to_post = posts[:, 1:] - x[:2]
             square: Array = np.sum(np.square(to_post), axis=1)
-            bearing = np.arctan2(to_post[:, 1], to_post[:, 0]) - self._x[2]
+            bearing = np.arctan2(to_post[:, 1], to_post[:, 0]) - x[2] - x[7]
             post_off = np.remainder(posts[:, 0] - bearing + math.pi, math.tau) - math.pi
             zero = np.zeros(len(posts))
-            columns = (-to_post[:, 1] / square, to_post[:, 0] / square, zero + 1.0, zero, zero)
+            columns = (-to_post[:, 1] / square, to_post[:, 0] / square, *[zero + turns for turns in _TURNS])
             post_jacobian, post_variance = np.column_stack(columns), zero + _BEARING**2
             post_weight = _weights(post_off, post_variance, post_jacobian, before)
 
@@ -271,13 +280,18 @@ class Localizer:
             jacobian = np.vstack((jacobian, post_jacobian))
             weighted = jacobian.T * weights
             information = prior + weighted @ jacobian
-            misfit = prior @ (self._x - mean) + weighted @ np.concatenate((off, post_off))
+            misfit = prior @ (x - mean) + weighted @ np.concatenate((off, post_off))
             step = np.linalg.solve(information, misfit)
-            self._x -= step
-            self._covariance = np.linalg.inv(information)
+            x -= step
             if np.abs(step).max() < 1e-4:
                 break
-        return explained
+        if (x - mean) @ prior @ (x - mean) < _LEAP:
+            self._x, self._covariance = x[:5], np.linalg.inv(information)[:5, :5]
+        else:
+            x = mean
+        there = (points + leaning @ x[3:5]) @ turn(float(x[2])).T  # as if this picture were not tilted
+        off, _ = self._lines.offsets(there + x[:2])
+        return np.asarray(np.abs(off) < _AGREES * np.sqrt(_POINT**2 + _TILT**2 * shift))
 
     def _in_net(self, points: Array) -> Mask:
         """Return which points, in the robot's frame, are seen behind a goal line, between the posts."""
