@@ -283,7 +283,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         seen_at = 0.0
         corner = 0
         sights = 0  # of the ball in the goal, one after the other: a wrong place of the robot's shows by then
-        doubts = 0  # cycles in which it was unsure of its place, one after the other: a few lines may tell
+        doubts = 0  # cycles in which it was unsure of its place, one after the other: lines may come
         tries = 0  # looks at the ball since the last kick
         knows = looks = lost = moves = stands = False
         known = None  # where the ball was when the robot knew its own place

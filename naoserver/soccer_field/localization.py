@@ -62,7 +62,7 @@ _LEAN: Final = 0.02
 _SWAY: Final = 0.001
 """Change in rad of the lasting error from one picture to the next."""
 _TILT: Final = 0.01
-"""Error in rad of pitch, roll and yaw in a single picture, in which the robot may walk: all points share it."""
+"""Error in rad of pitch, roll and yaw in a single picture, shared by all its points: the robot may walk."""
 _RAY: Final = 0.003
 """Error in rad of the direction to a point, in addition."""
 _POINT: Final = 0.02
@@ -74,11 +74,11 @@ _INDEPENDENT: Final = 15.0
 _SLIP: Final = 0.1, 0.1, 0.05
 """Errors of the odometry: m in a m, rad in a rad, rad in a m."""
 _TURNS: Final = 1.0, 0.0, 0.0, 0.0, 0.0, 1.0
-"""Change of a post's bearing, with the opposite sign, with the heading, both leans, and with pitch, roll and yaw."""
+"""By how much a post's bearing falls with the heading, both leans, and a picture's pitch, roll and yaw."""
 _GATE: Final = 3.0
 """Standard deviations beyond which an observation is attributed to another object."""
 _LEAP: Final = 26.0
-"""Square of standard deviations by which a picture may move the estimate: more is chance in one of a thousand."""
+"""Most squares of standard deviations by which a picture may move the estimate: more is no chance."""
 _ROUNDS: Final = 8
 
 # -- confidence
