@@ -99,7 +99,8 @@ class StraightWay(Way):
         share = 1.0 - abs(turning) / highest.turn
         parts = (way.real, highest.forward), (way.imag, highest.left)
         gain = min((self._gain, *(share * limit / abs(part) for part, limit in parts if part)))
-        return WalkVelocity(*(min(max(gain * part, -limit), limit) for part, limit in parts), turning)
+        forward, left = (min(max(gain * part, -limit), limit) for part, limit in parts)
+        return WalkVelocity(forward, left, turning)
 
     def _left(self, way: complex, turn: float) -> float:
         return abs(way) + abs(turn)
