@@ -79,6 +79,8 @@ def test_the_drawing_has_most_of_the_window_beside_a_panel(live: EditorPage, wid
     expect(page.locator(".side .stage canvas")).to_be_visible()
     assert Box.of(page.locator(".side .stage")).height > 100
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+    if (width, height) in {SIZES[0], SIZES[-1]}:
+        assert live.violations() == []
 
 
 def test_everything_that_is_pressed_has_24_pixels(live: EditorPage) -> None:
