@@ -20,7 +20,8 @@ const IN_3D = "3D";
 const OUTSIDE = "CameraOutside";
 const FOLDED = "visualhfsm.robotFolded";
 const SHOWS = "visualhfsm.robotShows";
-const ROOMY = 700; // px of the window's width from which it is open unless the user has folded it
+/** Whether it is open unless the user has folded it: in a window that is wide, or high as that of a phone. */
+const isRoomy = () => innerWidth >= 700 || innerHeight >= 1.5 * innerWidth;
 const SMALLEST = {width: 160, height: 120};
 const LARGEST = {width: 1000, height: 800};
 const MARGIN = 12; // px between it and the edges of the canvas, as in monitor.css
@@ -36,7 +37,7 @@ export class RobotDock extends MonitorElement {
     super();
     const folded = browserStorage.getItem(FOLDED);
     /** Whether only a button is shown. */
-    this.folded = folded ? folded === "yes" : innerWidth < ROOMY;
+    this.folded = folded ? folded === "yes" : !isRoomy();
     /** What is shown: `IN_3D`, or the name of a camera. */
     this.shows = browserStorage.getItem(SHOWS) ?? IN_3D;
     /** The robot in 3D, once it has loaded. @type {import("./robot-view.js").RobotView | undefined} */
