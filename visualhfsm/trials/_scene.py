@@ -36,10 +36,14 @@ class Scene:
             self.settings["world"] = self._world()
 
     def set_up(self, behavior: Behavior) -> None:
-        """Place the balls of the fake robot, whose world has no file."""
+        """Place carried balls: the fake robot has no world, and in the simulation the seed scatters them."""
         if self._robot == "fake":
             for thing, place in self._places.items():
                 behavior.robot.ball(thing).place(**place)
+        elif self._places:
+            for ball in self.settings["world"].carried_balls:
+                if ball.name in self._places:
+                    behavior.robot.ball(ball.name).place(*ball.start)
 
     def _take(self, name: str, value: Value) -> None:
         thing, dot, coordinate = name.rpartition(".")

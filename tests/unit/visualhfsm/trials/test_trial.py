@@ -191,6 +191,26 @@ def test_a_fall_fails_and_the_same_trial_falls_the_same_way() -> None:
     assert run_trial(lies, 2).success
 
 
+@pytest.mark.sim
+def test_a_carried_ball_of_the_simulation_is_where_the_plan_says_whatever_the_seed(waits: str) -> None:
+    Path(waits).with_name("judge.py").write_text(
+        "def pan(run):\n    return run.robot.ball('green').position[0]\n"
+        "def distance(run):\n    return run.robot.ball('green').position[1]\n",
+        encoding="utf-8",
+    )
+    placed = plan(
+        waits,
+        robot="sim",
+        camera="drawn",
+        limit=0.2,
+        scene={"BallGreen.pan": -0.7},
+        numbers={name: f"judge.py:{name}" for name in ("pan", "distance")},
+    )
+    for number in range(2):
+        noted = run_trial(placed, number).numbers
+        assert (noted["pan"], noted["distance"]) == pytest.approx((-0.7, 1.0), abs=1e-3)
+
+
 def test_a_ball_that_is_carried_away_is_lost() -> None:
     away = {"away": Disturbance(at=1.0, move="BallGreen", to={"pan": 3.1})}
     outcome = run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances=away), 0)
