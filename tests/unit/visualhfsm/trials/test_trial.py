@@ -141,8 +141,8 @@ def test_numbers_and_groups_are_noted_of_a_trial_that_ends_with_an_error_too(tmp
         "def errors(run):\n    return len(run.errors)\ndef last(run):\n    return run.active\n",
         encoding="utf-8",
     )
-    noted = {"numbers": {"errors": "judge.py:errors"}, "groups": {"last": "judge.py:last"}}
-    outcome = run_trial(plan(str(path), **noted), 0)
+    noted = plan(str(path), numbers={"errors": "judge.py:errors"}, groups={"last": "judge.py:last"})
+    outcome = run_trial(noted, 0)
     assert outcome.reason.endswith("division by zero")
     assert (outcome.numbers["errors"], outcome.groups) == (1, {"last": "only"})
 
