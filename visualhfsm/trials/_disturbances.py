@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from naoserver.capabilities import Stage
     from visualhfsm.simulation import Ball, Behavior
 
-_SHORTEST: Final = 0.01
+_SHORTEST_LEG: Final = 0.01
 """Least time in s that a ball is carried to a place: a tick, even if it is there already."""
 _PICTURES: Final = "getImageData"
 
@@ -151,7 +151,7 @@ class _Carrier:
         self._ball.move(**to, speed=self._speed)
         if len(self._places) > 1:
             seconds = max(abs(value - here[axis]) for axis, value in to.items()) / self._speed
-            self._disturbances.later(max(seconds, _SHORTEST), self)
+            self._disturbances.later(max(seconds, _SHORTEST_LEG), self)
 
 
 class _LatePictures:

@@ -34,7 +34,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
     numbers: Mapping[str, float] = {}
     """What was noted, by name."""
     groups: Mapping[str, str] = {}
-    """By what trials are told apart, by name: which group this one belongs to."""
+    """What trials are distinguished by, by name: the group that this one belongs to."""
     changes: tuple[Change, ...] = ()
     """How it came there: its changes of state."""
     left_out: int = 0

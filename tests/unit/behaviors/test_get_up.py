@@ -45,7 +45,7 @@ def test_it_gets_up_after_a_fall(b: Behavior, x: float, y: float, side: str) -> 
 
 
 @pytest.mark.parametrize(("activity", "moves"), [("walk", "Motors.setV"), ("wave", "Motions.play")])
-def test_it_does_what_it_is_told_until_it_falls(behavior: MakeBehavior, activity: str, moves: str) -> None:
+def test_it_does_its_activity_until_it_falls(behavior: MakeBehavior, activity: str, moves: str) -> None:
     b = behavior(
         DOCUMENT, robot="sim", camera="drawn", world="empty", seed=1, parameters={"activity": activity}
     )

@@ -83,7 +83,7 @@ def test_a_quantity_with_ten_values_is_shown_by_each_of_them() -> None:
     assert labels == ["0", "0.25", "0.5", "0.75", "1", "1.25", "1.5", "1.75", "2", "2.25"]
 
 
-def test_trials_are_told_apart_by_their_groups() -> None:
+def test_trials_are_distinguished_by_their_groups() -> None:
     trials = (structs.replace(outcome(n), groups={"on": "back" if n < 30 else "belly"}) for n in range(100))
     parts = Summary(trials, VARYING).dependences["on"]
     assert [(part.label, part.rate.trials) for part in parts] == [("back", 30), ("belly", 70)]
