@@ -85,8 +85,8 @@ def test_every_code_is_listed_once() -> None:
 
 def test_every_message_is_listed() -> None:
     assert first_column(hooks.requests()) == [each.__struct_config__.tag for each in get_args(Request)]
-    pushes = {each.__struct_config__.tag for each in Push.__subclasses__()}
-    assert set(first_column(hooks.pushes())) == pushes
+    pushes = set(first_column(hooks.pushes()))  # loads the modules that have some
+    assert pushes == {each.__struct_config__.tag for each in Push.__subclasses__()}
     assert first_column(hooks.edits()) == [each.__struct_config__.tag for each in COMMANDS]
 
 
