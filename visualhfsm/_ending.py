@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import signal
-from typing import Final
+from typing import Final, NamedTuple
 
+from visualhfsm._failures import Failure, Failures
 from visualhfsm._origins import Origin, Origins
 from visualhfsm._watched_process import describe_exit
 from zenoh_ice.application.last_cycle import LastCycle
@@ -24,40 +25,57 @@ class LastWords:
         """Where its last error was raised."""
         self.are_final = False
         """Whether it reported that it crashes, or that its code ends the process at once."""
+        self.failures = Failures()
+        """The errors that it reported."""
         self._in_crash = False
 
-    def hear(self, line: str, origin: Origin | None) -> None:
-        """Take a line of stderr, and the code to which it refers."""
+    def hear(self, line: str, origin: Origin | None) -> list[Failure]:
+        """Take a line of stderr, and the code to which it refers; return the failures that it completes."""
+        found = self.failures.hear(line, origin)
         if line.startswith(_CRASH):
             self.are_final = self._in_crash = True
             self.origin = None
         elif origin is not None and not _NO_ERROR.match(line):
             if self._in_crash and self.origin is not None:
-                return  # the innermost frame of a crash comes first
+                return found  # the innermost frame of a crash comes first
             self.origin = origin
             self.are_final = self.are_final or _ABRUPT in line
+        return found
+
+
+class End(NamedTuple):
+    """How a component ended, in words, and where; `state` is the name of the state, as far as it is known."""
+
+    message: str
+    origin: Origin | None = None
+    state: str = ""
 
 
 def describe_end(
     code: int, words: LastWords, cut_short: LastCycle | None, origins: Origins | None, *, stopped: bool
-) -> tuple[str, Origin | None]:
-    """Describe how a component ended, and return where; `stopped` when that was requested.
+) -> End:
+    """Describe how a component ended; `stopped` when that was requested.
 
     `cut_short` is what it executed last if it did not end in an orderly way.
     """
     message = describe_exit(code, stopped=stopped)
     if stopped or (cut_short is None and code == 0):
-        return message, None
+        return End(message)
+    state = "" if cut_short is None or origins is None else origins.state_name(*cut_short[:2])
+    failure = words.failures.last
     if cut_short is None or words.are_final:
-        return message, words.origin
+        if failure is not None and code != 0:
+            failure = failure if failure.state else failure._replace(state=state)
+            message = f"it ended: {failure.in_short}"
+        return End(message, words.origin, state)
     if code == 0:
         message = "it ended at once, with exit code 0"
     if code == -signal.SIGKILL:
         message = f"{message}, by somebody or because memory ran out"
     if origins is None:
-        return message, None
-    name = origins.state_name(cut_short.automaton, cut_short.state)
-    if name:
+        return End(message)
+    if state:
         when = "during" if cut_short.running else "after"
-        message = f"{message}, {when} a cycle in the state {name}"
-    return message, origins.element(cut_short.automaton, cut_short.state, cut_short.transition)
+        message = f"{message}, {when} a cycle in the state {state}"
+    place = origins.element(cut_short.automaton, cut_short.state, cut_short.transition)
+    return End(message, place, state)

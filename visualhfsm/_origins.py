@@ -10,7 +10,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Document
 from codegen.hfsm.source_map import SourceMap, SourceRow
-from visualhfsm._editing.places import Locator, Place, spots
+from visualhfsm._editing.places import Locator, Place, spots, texts_at
 
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
 _STATE: Final = frozenset({"entry", "code", "exit", "argument"})
@@ -74,6 +74,10 @@ class Origins:
         source = self._document.automaton(automaton)
         states = () if source is None else source.states
         return next((each.name for each in states if each.id == state), "")
+
+    def texts(self, place: Place) -> tuple[str, ...]:
+        """Return the texts at a place, as the component runs them."""
+        return texts_at(self._document, place)
 
     def _library(self, line: int) -> Origin | None:
         """Return the library in a line of the document."""

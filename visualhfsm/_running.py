@@ -9,7 +9,7 @@ import asyncio
 import contextlib
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -27,9 +27,19 @@ from visualhfsm._bodies import body_option, require_body
 from visualhfsm._ending import LastWords, describe_end
 from visualhfsm._environment import child_environment
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._failures import Failure
 from visualhfsm._generate import generate_component, summary
 from visualhfsm._origins import Origin, Origins, read_origins
-from visualhfsm._services import Output, OutputLine, Publish, RunPush, Source, complete, own_listener
+from visualhfsm._services import (
+    Failed,
+    Output,
+    OutputLine,
+    Publish,
+    RunPush,
+    Source,
+    complete,
+    own_listener,
+)
 from visualhfsm._watched_process import Lines, WatchedProcess
 from zenoh_ice import Settings
 from zenoh_ice.application import last_cycle
@@ -258,7 +268,9 @@ class _Run:
         kept = last_cycle.read(self._last_cycle) if self._last_cycle else None
         origins = self._generated.origins if self._generated else None
         stopped = stopped or self._stopping
-        self._report("ended", code, *describe_end(code, self._words, kept, origins, stopped=stopped))
+        end = describe_end(code, self._words, kept, origins, stopped=stopped)
+        self._report_failures(self._words.failures.end(*end))
+        self._report("ended", code, end.message, end.origin)
 
     def _report(
         self, status: _Status, exit_code: int | None = None, message: str = "", origin: Origin | None = None
@@ -277,6 +289,13 @@ class _Run:
         if status == "ended":
             self.component = ""
 
+    def _report_failures(self, found: Iterable[Failure]) -> None:
+        origins = self._generated.origins if self._generated else None
+        for each in found:
+            place, line = each.origin
+            texts = origins.texts(place) if origins else ()
+            self._publish(Failed(tab=self._tab, place=place, line=line, message=each.message, texts=texts))
+
     def _take(self, written: Lines) -> None:
         lines = [self._line(stream, text) for stream, text in written.lines]
         self._publish(Output(tab=self._tab, lines=lines, dropped=written.dropped))
@@ -285,7 +304,7 @@ class _Run:
         origins = self._generated.origins if self._generated else None
         origin = origins.find(text) if origins else None
         if stream == "err":
-            self._words.hear(text, origin)
+            self._report_failures(self._words.hear(text, origin))
         if origin is None:
             return OutputLine(text=text, stream=stream)
         return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)

@@ -51,6 +51,20 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
+class Failed:
+    """An error while the component of a tab ran, at a line of a place; line 0 is the element as a whole.
+
+    `texts` are those at the place as they ran: in other code the error is no longer there.
+    """
+
+    tab: int
+    place: Place
+    line: int
+    message: str
+    texts: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Components:
     """The components that run in the realm: their names."""
 
@@ -192,7 +206,7 @@ class Stale(Push):
     since: float
 
 
-Publish = Callable[[Components | Push], None]
+Publish = Callable[[Components | Failed | Push], None]
 """Send a message to the page; of two values of the same thing the older may be dropped, but never output."""
 
 

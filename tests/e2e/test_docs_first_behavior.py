@@ -133,8 +133,9 @@ def break_and_fix(shown: EditorPage) -> None:
     write(shown, "Variables", "slower = 0")
     shown.press("F9")
     status = shown.page.locator(".live-status")
-    expect(status).to_contain_text("after an error")
-    expect(shown.page.get_by_role("alert").filter(has_text="ZeroDivisionError")).to_contain_text("line 1")
+    expect(status).to_have_text("Ended: float division by zero in left")
+    shown.page.locator(".live-bar").get_by_role("button", name="line 1").click()
+    expect(shown.page.get_by_text("ZeroDivisionError: float division by zero").last).to_be_visible()
     shown.press("Control+m")  # closes the list of problems
     picture(shown.page, "error", "tutorial", notices=True)
 

@@ -202,10 +202,7 @@ def test_a_process_that_ends_at_once_leads_to_the_line_that_ended_it(
     code = "count += 1\nif count &gt; 2:\n    __import__('os')._exit(3)"
     with opened(browser, path, code, monkeypatch) as shown:
         shown.press("F5")
-        end = shown.page.get_by_role("alert").filter(
-            has_text="os._exit(3) ends the process before it stops the robot"
-        )
-        expect(end).to_contain_text("The component ended with exit code 3")
+        end = shown.page.get_by_role("alert").filter(has_text="walk ended: os._exit(3) in wait.")
         end.get_by_role("button", name="line 3").click()
         field = shown.page.get_by_role("textbox", name="Code of the state wait")
         expect(field.locator(".cm-activeLine")).to_have_text("    __import__('os')._exit(3)")
@@ -228,7 +225,7 @@ def test_a_traceback_leads_to_the_line_of_the_document(
         expect(field).to_be_focused()
         expect(field.locator(".cm-activeLine")).to_have_text("    missing()")
         shown.press("Shift+F5")
-        expect(shown.page.get_by_text(re.compile("^Ended"))).to_be_visible()
+        expect(shown.page.get_by_text("Ended: name 'missing' is not defined in wait").last).to_be_visible()
         lines = log.locator(".line").count()
         away = shown.page.get_by_role("alert").filter(has_text="No connection since")
         shown.connections.cut()

@@ -8,39 +8,15 @@ const {outputLog} = await import(new URL("panels/output-log.js", STATIC).href);
 
 const write = (tab, ...lines) => store.dispatchEvent(new CustomEvent("output", {detail: {tab, lines}}));
 
-test("the last error of a component is read off its log, without time and place", () => {
-  const place = {automaton: 1, state: 2};
-  const before = "2026-11-21 13:49:57.123 ERROR    follow_ball:";
-  write(
-    1,
-    {text: `${before} Ball: ZeroDivisionError: division by zero at ball.py:12 (ball.xml:3)`, stream: "err", place},
-    {text: "2026-11-21 13:49:57.124 WARNING  follow_ball: the robot is limp", stream: "err", place},
-    {text: "RuntimeError: of something else", stream: "err"},
-  );
-  assert.equal(outputLog.lastError(1), "Ball: ZeroDivisionError: division by zero");
-  assert.equal(outputLog.lastError(1, place), "Ball: ZeroDivisionError: division by zero");
-});
-
-test("without one in the log it is the last line of a traceback", () => {
+test("the last error of a component is the last line of a traceback", () => {
   write(2, {text: "ImportError: no module named ball", stream: "err"}, {text: "ended", stream: "err"});
   assert.equal(outputLog.lastError(2), "ImportError: no module named ball");
   assert.equal(outputLog.lastError(3), undefined);
 });
 
-test("an error elsewhere is not why a component ended", () => {
-  const place = {kind: "state", automaton: 1, id: 2, part: "code"};
-  write(6, {
-    text: "2026-11-21 13:49:57.123 ERROR    walk: walk/go: ValueError: 1 at w.py:1 (w.xml:3)",
-    stream: "err",
-    place,
-  });
-  assert.equal(outputLog.lastError(6, {...place, id: 3}), undefined);
-});
-
-test("a library that cannot be imported is an error of the component, too", () => {
-  const place = {kind: "document", part: "libraries", index: 0, name: "name"};
-  write(7, {text: "walk.py: error: walk.xml:9: the library cv3 is not installed", stream: "err", place});
-  assert.equal(outputLog.lastError(7, place), "the library cv3 is not installed");
+test("or why it could not start", () => {
+  write(7, {text: "walk.py: error: the servant Head is not there: start the robot", stream: "err"});
+  assert.equal(outputLog.lastError(7), "the servant Head is not there: start the robot");
 });
 
 test("what was left out is counted in words", () => {

@@ -130,6 +130,25 @@ def _part(place: Place, part: str) -> Place:
     return msgspec.structs.replace(place, part=part)
 
 
+def texts_at(document: Document, place: Place) -> tuple[str, ...]:
+    """Return the text at a place, or all texts of an element but its name; nothing where neither exists."""
+    owner = place.kind, place.automaton, place.id
+    return tuple(
+        spot.text
+        for spot in spots(document)
+        if spot.text is not None
+        and (
+            spot.place == place
+            if place.part
+            else _owner_of(spot.place) == owner and spot.place.part != "name"
+        )
+    )
+
+
+def _owner_of(place: Place) -> tuple[str, int, int]:
+    return place.kind, place.automaton, place.id
+
+
 class Located(NamedTuple):
     """A place, with line and column in the text there, from 1; 0 for an element as a whole."""
 

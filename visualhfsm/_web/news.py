@@ -9,12 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from visualhfsm._services import Components, Output, Push, Robot, RunPush, Snapshot, Stale, Structure
+from visualhfsm._services import Components, Failed, Output, Push, Robot, RunPush, Snapshot, Stale, Structure
 from visualhfsm._test_results import TestsPush
 from visualhfsm.project._events import Checked, Event, FileChanged
 from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems
+from .tab import Tab
 from .tabs import Tabs
 from .windows import Windows
 
@@ -44,7 +45,7 @@ class News:
         self._changed = changed
         self._loop = asyncio.get_running_loop()
 
-    def publish(self, news: Components | Push) -> None:
+    def publish(self, news: Components | Failed | Push) -> None:
         """Take a message of a service."""
         self._call_soon(self._publish, news)
 
@@ -63,15 +64,19 @@ class News:
             return
         match event:
             case Checked(version=version, findings=findings):
-                tab.problems = Problems(tab=tab.id, revision=version.revision, items=findings.problems)
-                self._windows.push(tab.problems)
+                tab.findings = Problems(tab=tab.id, revision=version.revision, items=findings.problems)
+                self._show_problems(tab)
             case FileChanged(state=state, message=message):
                 outside = Outside(tab=tab.id, state=state, message=message)
                 tab.outside = outside if state in {"changed", "deleted"} else None
                 self._windows.push(outside)
                 self._changed()
 
-    def _publish(self, news: Components | Push) -> None:
+    def _show_problems(self, tab: Tab) -> None:
+        if (problems := tab.problems) is not None:
+            self._windows.push(problems)
+
+    def _publish(self, news: Components | Failed | Push) -> None:
         match news:
             case Components():
                 self._realm.components = news
@@ -90,10 +95,16 @@ class News:
             case TestsPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 self._windows.push(tab.tests.take(news, tab.shown.document))
+            case Failed(tab=number) if number in self._tabs:
+                tab = self._tabs.get(number)
+                tab.failures.append(news)
+                self._show_problems(tab)
             case RunPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 if news.status == "generating":
                     tab.output.clear()
+                    tab.failures.clear()
+                    self._show_problems(tab)
                 tab.run = news
                 self._changed()  # first: a window follows the run by the name that the tab has now
                 self._windows.push(news)

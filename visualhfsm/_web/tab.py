@@ -7,13 +7,16 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from typing import Concatenate, Generic, ParamSpec, TypeVar
+from typing import Concatenate, Final, Generic, ParamSpec, TypeVar
 
 from msgspec.structs import replace
 
+from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
 from visualhfsm._editing.diff import differ
-from visualhfsm._services import RecentLines, RunPush, Source, retrieve
+from visualhfsm._editing.places import texts_at
+from visualhfsm._editing.problems import Problem
+from visualhfsm._services import Failed, RecentLines, RunPush, Source, retrieve
 from visualhfsm._test_results import TestsPush
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._events import Changed, Event
@@ -21,6 +24,9 @@ from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems
+
+FAILED: Final = "run"
+"""The code of a problem that a run has shown."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -109,7 +115,10 @@ class Tab:
         self.document = document
         self.recording = recording
         self.outside: Outside | None = None
-        self.problems: Problems | None = None
+        self.findings: Problems | None = None
+        """What the checks found last."""
+        self.failures: list[Failed] = []
+        """What has failed since its component was started."""
         self.run: RunPush | None = None
         self.output = output
         self.generated: Document | None = None
@@ -131,6 +140,15 @@ class Tab:
         """The document as the service that runs components gets it."""
         shown = self.shown
         return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.title)
+
+    @property
+    def problems(self) -> Problems | None:
+        """What the checks found, after the errors of the last run in code that has not changed since."""
+        findings, document = self.findings, self.shown.document
+        if findings is None:
+            return None
+        present = (each for each in self.failures if texts_at(document, each.place) == each.texts)
+        return replace(findings, items=[*map(_problem, present), *findings.items])
 
     @property
     def is_running(self) -> bool:
@@ -182,3 +200,18 @@ class Tab:
         if version.file == "same":
             self.outside = None
         self._changed(self)
+
+
+def _problem(failed: Failed) -> Problem:
+    """Return a failure as a problem, of the whole line."""
+    lines = failed.texts[0].split("\n") if failed.line and failed.texts else []
+    written = lines[failed.line - 1] if failed.line <= len(lines) and failed.line else ""
+    return Problem(
+        code=FAILED,
+        severity=Severity.ERROR,
+        message=failed.message,
+        place=failed.place,
+        line=failed.line,
+        column=len(written) - len(written.lstrip()) + 1 if failed.line else 0,
+        length=len(written.strip()),
+    )

@@ -5,10 +5,12 @@ from __future__ import annotations
 import signal
 from pathlib import Path
 
+import pytest
+
 from codegen.hfsm.source_map import SourceMap
 from tests.support.editing import tree
 from visualhfsm._editing.places import Place
-from visualhfsm._ending import LastWords, describe_end
+from visualhfsm._ending import End, LastWords, describe_end
 from visualhfsm._origins import Origin, Origins
 from zenoh_ice.application.last_cycle import LastCycle
 
@@ -45,9 +47,9 @@ def test_a_crash_leads_to_its_innermost_frame() -> None:
 
 def test_an_end_that_was_requested_or_in_order_leads_nowhere() -> None:
     error = words((f"{LOGGED} ERROR    walk: at walk.py:9 (walk.xml:4)", HERE))
-    assert describe_end(130, error, None, None, stopped=True) == ("it was stopped", None)
+    assert describe_end(130, error, None, None, stopped=True) == End("it was stopped")
     assert describe_end(KILLED, error, LastCycle(1, 1, 0, running=True), None, stopped=True)[1] is None
-    assert describe_end(0, error, None, None, stopped=False) == ("it has finished", None)
+    assert describe_end(0, error, None, None, stopped=False) == End("it has finished")
 
 
 def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
@@ -57,12 +59,38 @@ def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
     origins = Origins(document, "walk.xml", SOMEWHERE, SourceMap())
     error = words((f"{LOGGED} ERROR    walk: at walk.py:9 (walk.xml:4)", CALLED))
     cut_short = LastCycle(automaton.id, state.id, 0, running=True)
-    message, origin = describe_end(KILLED, error, cut_short, origins, stopped=False)
+    message, origin, _ = describe_end(KILLED, error, cut_short, origins, stopped=False)
     assert message.endswith(f"because memory ran out, during a cycle in the state {state.name}")
     assert origin == Origin(Place(kind="state", automaton=automaton.id, id=state.id), 0)
-    message, _ = describe_end(0, error, cut_short, origins, stopped=False)
+    message, *_ = describe_end(0, error, cut_short, origins, stopped=False)
     assert message.startswith("it ended at once, with exit code 0, during")
     # An automaton of another file is not in this document.
-    assert describe_end(KILLED, error, LastCycle(999, 1, 0, running=True), origins, stopped=False) == (
-        "it was terminated by SIGKILL, by somebody or because memory ran out", None
-    )  # fmt: skip
+    assert describe_end(KILLED, error, LastCycle(999, 1, 0, running=True), origins, stopped=False) == End(
+        "it was terminated by SIGKILL, by somebody or because memory ran out"
+    )
+
+
+@pytest.mark.parametrize(
+    ("what", "short"),
+    [
+        ("ZeroDivisionError: float division by zero", "float division by zero in left"),
+        ("KeyError: 'x'", "KeyError: 'x' in left"),
+        ("sys.exit(3) ends the component; a final state would end it", "sys.exit(3) in left"),
+        ("os._exit(3) ends the process before it stops the robot", "os._exit(3) in left"),
+    ],
+)
+def test_an_end_by_an_error_says_what_and_in_which_state(what: str, short: str) -> None:
+    error = words((f"{LOGGED} ERROR    walk: walk/left: {what} at walk.py:9 (walk.xml:4)", HERE))
+    assert describe_end(1, error, None, None, stopped=False) == End(f"it ended: {short}", HERE)
+
+
+def test_a_crash_is_in_the_state_whose_cycle_it_cut_short() -> None:
+    document = tree()
+    automaton = document.automata[0]
+    state = automaton.states[0]
+    origins = Origins(document, "walk.xml", SOMEWHERE, SourceMap())
+    crash = words(
+        ("Fatal Python error: Segmentation fault", None), ('  File "walk.py", line 9 in state_go', HERE)
+    )
+    end = describe_end(-11, crash, LastCycle(automaton.id, state.id, 0, running=True), origins, stopped=False)
+    assert end.message == f"it ended: Segmentation fault in {state.name}"

@@ -20,7 +20,7 @@ import {PageElement} from "./element.js";
 import {holdKeys} from "./holding.js";
 import {icon} from "./icons.js";
 import {listenForKeys} from "./keys.js";
-import {messageOf, notify, notifyError} from "./notices.js";
+import {messageOf, notify, notifyError, OFFLINE, clearErrors, showNoticesOf} from "./notices.js";
 import {page} from "./page.js";
 import "./monitor/bar.js";
 import {monitor} from "./monitor/monitor.js";
@@ -113,6 +113,8 @@ export class HfsmApp extends PageElement {
     this.listen(page, "edit", (event) => this.#edit(event.detail));
     this.listen(page, "data", (event) => this.#showData(event.detail));
     this.listen(page, "tab", () => this.#titleWindow());
+    this.listen(page, "tab", () => showNoticesOf(page.tab));
+    this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
     this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));

@@ -7,13 +7,20 @@
  * @import {Automaton, Command, Commands, Place, Requests, State} from "./protocol.js"
  */
 
-import {messageOf, notify, notifyError} from "./notices.js";
+import {messageOf, notify, notifyError, clearErrors} from "./notices.js";
 import {page} from "./page.js";
 import {Sequence} from "./sequence.js";
 import {store} from "./store.js";
 
 /**
- * Send a request of the user; shows why it was refused.
+ * Requests that messages are about alike: when one succeeds, what was said of another is over.
+ *
+ * @type {Record<string, string>}
+ */
+const KINDS = {do: "edit", paste: "edit", cut: "edit", copy: "edit", undo: "edit", redo: "edit", generate: "run"};
+
+/**
+ * Send a request of the user; shows why it was refused, until it succeeds.
  *
  * @template {keyof Requests} Op
  * @param {Op} op
@@ -21,10 +28,14 @@ import {store} from "./store.js";
  * @returns {Promise<Answers[Op] | null | undefined>} its value, undefined when it was refused
  */
 export async function ask(op, ...fields) {
+  const [{tab = 0} = {}] = /** @type {{tab?: number}[]} */ (fields);
+  const about = `${KINDS[op] ?? op} ${tab}`;
   try {
-    return (await store.request(op, ...fields)) ?? null;
+    const done = (await store.request(op, ...fields)) ?? null;
+    clearErrors(about);
+    return done;
   } catch (error) {
-    notifyError(error);
+    notifyError(error, {tab, about});
     return undefined;
   }
 }

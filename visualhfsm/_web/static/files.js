@@ -4,7 +4,7 @@ import {ask} from "./commands.js";
 import {chooseFile} from "./dialogs/files.js";
 import {confirm} from "./dialogs/dialog.js";
 import {keyOf} from "./keys.js";
-import {notify, notifyError} from "./notices.js";
+import {notify, notifyError, clearErrors} from "./notices.js";
 import {page} from "./page.js";
 import {browserStorage} from "./storage.js";
 import {RequestError, store} from "./store.js";
@@ -105,7 +105,8 @@ export async function save(tab = page.tab) {
   if (!state?.path) return saveAs(tab);
   const done = await saving((overwrite) => store.request("save", {tab, overwrite}), state.path, tab);
   if (done === OTHER_NAME) return saveAs(tab, state.path.replace(/(\.xml)?$/i, "_2.xml"));
-  if (done !== true && done) notifyError(new Error(done));
+  if (done === true) clearErrors(`save ${tab}`);
+  else if (done) notifyError(new Error(done), {tab, about: `save ${tab}`});
   return done === true;
 }
 

@@ -1,5 +1,10 @@
 /** Short messages in a corner of the page, which screen readers announce. */
 
+/**
+ * @typedef {{tab?: number, about?: string}} Subject what an error is about: the tab beside which alone it is shown, and
+ *   what was tried, so that it goes when that succeeds
+ */
+
 const SHOWN = 6000; // ms
 const MOST = 4; // notices at a time, without errors
 const MOST_ERRORS = 3; // shown at a time; older ones are counted
@@ -10,13 +15,14 @@ let list;
 let older;
 
 /**
- * Show a notice, which disappears by itself; an error stays until it is dismissed.
+ * Show a notice, which disappears by itself; an error stays until its cause is gone, or it is dismissed.
  *
  * @param {string} text @param {"info" | "error"} kind
  * @param {{label: string, run: () => void}} [link] leads to its subject
+ * @param {Subject} subject
  * @returns {() => void} removes it
  */
-export function notify(text, kind = "info", link = undefined) {
+export function notify(text, kind = "info", link = undefined, {tab = 0, about = ""} = {}) {
   list ??= makeList();
   const same = [...list.children].find(({firstChild}) => firstChild instanceof Text && firstChild.data === text);
   if (same && kind === "error") return () => dismiss(same); // it may be repeated in each frame; its button must stay
@@ -26,10 +32,12 @@ export function notify(text, kind = "info", link = undefined) {
   notice.setAttribute("role", kind === "info" ? "status" : "alert");
   notice.textContent = text;
   const end = () => dismiss(notice);
+  notice.setAttribute("data-tab", String(tab));
+  notice.setAttribute("data-about", about);
   if (link)
     notice.append(
       button(link.label, "link", () => {
-        end();
+        if (kind === "info") end();
         link.run();
       }),
     );
@@ -42,6 +50,22 @@ export function notify(text, kind = "info", link = undefined) {
   showNewest(list);
   list.scrollTop = list.scrollHeight;
   return end;
+}
+
+/** Remove the errors of what was tried and is possible now. @param {string} about */
+export function clearErrors(about) {
+  for (const each of list?.querySelectorAll(".error") ?? [])
+    if (each.getAttribute("data-about") === about) dismiss(each);
+}
+
+/** Show the errors that are about a document only beside it. @param {number} tab that is shown */
+export function showNoticesOf(tab) {
+  if (!list) return;
+  for (const each of list.children) {
+    const about = Number(each.getAttribute("data-tab"));
+    each.classList.toggle("elsewhere", Boolean(about) && about !== tab);
+  }
+  showNewest(list);
 }
 
 function makeList() {
@@ -70,7 +94,7 @@ function makeOlder(all) {
 }
 
 /** @param {HTMLElement} all @returns {NodeListOf<HTMLElement>} */
-const errorsOf = (all) => all.querySelectorAll(".error");
+const errorsOf = (all) => all.querySelectorAll(".error:not(.elsewhere)");
 
 /** Show the newest errors, and how many older ones there are. @param {HTMLElement} all */
 function showNewest(all) {
@@ -106,7 +130,16 @@ function button(text, kind, act) {
 /** The message of an error. @param {unknown} error as it was caught */
 export const messageOf = (error) => (error instanceof Error ? error.message : String(error));
 
-/** Show why something could not be done. @param {unknown} error */
-export function notifyError(error) {
-  notify(messageOf(error), "error");
+/** What errors are about that end when the page is connected again. */
+export const OFFLINE = "offline";
+
+/**
+ * Show why something could not be done.
+ *
+ * @param {unknown} error
+ * @param {Subject} [subject]
+ */
+export function notifyError(error, subject) {
+  const isUnsent = error instanceof Error && "wasSent" in error && !error.wasSent;
+  notify(messageOf(error), "error", undefined, isUnsent ? {about: OFFLINE} : subject);
 }

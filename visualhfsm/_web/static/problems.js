@@ -4,6 +4,9 @@
  * @import {Problem} from "./protocol.js"
  */
 
+/** The code of a problem that a run has shown. */
+export const FAILED = "run";
+
 /** @type {WeakMap<Problem[], Map<string, Problem>>} */
 const known = new WeakMap();
 const RANK = {error: 2, warning: 1, note: 0};

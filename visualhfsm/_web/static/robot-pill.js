@@ -5,8 +5,8 @@ import {html, nothing} from "lit";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {keyOf} from "./keys.js";
-import {notify, notifyError} from "./notices.js";
-import {shownOf, simulate} from "./robot.js";
+import {notify, notifyError, clearErrors} from "./notices.js";
+import {ROBOT, shownOf, simulate} from "./robot.js";
 import {store} from "./store.js";
 
 export class RobotPill extends PageElement {
@@ -25,7 +25,8 @@ export class RobotPill extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     this.listen(store, "robot", ({detail}) => {
-      if (detail.trouble && detail.trouble !== this.trouble) notify(detail.trouble, "error");
+      if (detail.status === "present") clearErrors(ROBOT);
+      if (detail.trouble && detail.trouble !== this.trouble) notify(detail.trouble, "error", undefined, {about: ROBOT});
       this.trouble = detail.trouble ?? "";
     });
   }

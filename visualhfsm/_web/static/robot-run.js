@@ -6,7 +6,7 @@ import {openNew} from "./files.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {connect} from "./robot-menu.js";
-import {chosenBody, isElsewhere, isReadyFor, needsRobot, robotComes, simulate, simulationFor} from "./robot.js";
+import {chosenBody, isElsewhere, isReadyFor, needsRobot, ROBOT, robotComes, simulate, simulationFor} from "./robot.js";
 import {store} from "./store.js";
 
 /** @import {HfsmApp} from "./app.js" */
@@ -76,7 +76,8 @@ async function begin(request) {
     return false;
   }
   const came = await robotComes();
-  if (!came && !store.robot.trouble) notify("The robot did not appear. Press Run again when it is there.", "error");
+  if (!came && !store.robot.trouble)
+    notify("The robot did not appear. Press Run again when it is there.", "error", undefined, {about: ROBOT});
   return came;
 }
 

@@ -5,12 +5,13 @@
 import {notify} from "./notices.js";
 import {page} from "./page.js";
 import {outputLog} from "./panels/output-log.js";
+import {FAILED} from "./problems.js";
 import {store} from "./store.js";
 
 /** @type {(string | undefined)[]} */
 const ALIVE = ["generating", "starting", "running", "stopping"];
 
-/** @import {Place, RunPush} from "./protocol.js" */
+/** @import {RunPush} from "./protocol.js" */
 
 class Runs {
   /** @type {Map<number, RunPush>} */
@@ -20,6 +21,7 @@ class Runs {
 
   constructor() {
     store.addEventListener("run", ({detail}) => this.#take(detail));
+    store.addEventListener("problems", ({detail}) => this.#review(detail.tab));
     store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
   }
 
@@ -54,30 +56,41 @@ class Runs {
   }
 
   /** @param {RunPush} run */
-  #tellEnd({tab, message, place, line}) {
-    const outcome = (message || "it has ended").replace(/^it /, "The component ");
-    const text = outputLog.lastError(tab, place);
-    this.#notices.set(
-      tab,
-      notify(
-        `${outcome}${text === undefined ? "." : `: ${text}`}`,
-        "error",
-        place ? {label: line ? `line ${line}` : "show it", run: () => showPlace(tab, place, line)} : undefined,
-      ),
-    );
+  #tellEnd(run) {
+    const {tab, component, message, place, line} = run;
+    const why = place ? undefined : outputLog.lastError(tab);
+    const outcome = (message || "it has ended").replace(/^it /, `${component} `);
+    const link = place && {label: line ? `line ${line}` : "show it", run: () => this.showEnd(run)};
+    this.dismiss(tab);
+    const text = `${outcome}${why === undefined ? "." : `: ${why}`}`;
+    this.#notices.set(tab, notify(text, "error", link ?? undefined, {tab}));
+  }
+
+  /** Show where a run has ended. @param {RunPush} run */
+  showEnd({tab, place, line}) {
+    if (!place) return;
+    page.show(tab);
+    page.jump(place, {line});
+  }
+
+  /** The code that failed has changed: what was said of it is over. @param {number} tab */
+  #review(tab) {
+    const {place} = this.of(tab) ?? {};
+    const {problems = [], revision, checked} = store.documents.get(tab) ?? {};
+    if (place && revision === checked && !problems.some(({code}) => code === FAILED)) this.dismiss(tab);
   }
 
   /** @param {number} tab */
   #forget(tab) {
     this.#runs.delete(tab);
-    this.#notices.delete(tab);
+    this.dismiss(tab);
   }
 }
 
-/** @param {number} tab @param {Place} place @param {number} [line] */
-function showPlace(tab, place, line) {
-  page.show(tab);
-  page.jump(place, {line});
+/** How a component ended. @param {{message?: string}} ended */
+export function spokenEnd({message = ""}) {
+  const how = message.replace(/^it (has ended:? |ended:? |was |has )?/, "");
+  return how ? `Ended${how.startsWith("with") ? " " : ": "}${how}` : "Ended";
 }
 
 export const runs = new Runs();

@@ -53,10 +53,15 @@ const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles", "outputSh
 
 /** An answer of the server with the reason why a request failed. */
 export class RequestError extends Error {
-  /** @param {string} message @param {string} kind as docs/reference/protocol.md has them */
-  constructor(message, kind) {
+  /**
+   * @param {string} message
+   * @param {string} kind as docs/reference/protocol.md has them
+   * @param {{wasSent?: boolean}} [more] whether the request was sent, so that the server may have executed it
+   */
+  constructor(message, kind, {wasSent = true} = {}) {
     super(message);
     this.kind = kind;
+    this.wasSent = wasSent;
   }
 }
 
@@ -171,7 +176,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     if (exported) return Promise.resolve().then(() => exported.answer(op, fields));
     return new Promise((resolve, reject) => {
       if (this.#socket?.readyState !== WebSocket.OPEN || (!this.online && op !== "hello")) {
-        reject(new RequestError(this.whyOffline, "offline"));
+        reject(new RequestError(this.whyOffline, "offline", {wasSent: false}));
         return;
       }
       const id = ++this.#number;

@@ -11,8 +11,10 @@ from typing import Any
 import pytest
 
 from tests.support.limits import FOREVER, RUN_LIMIT
-from visualhfsm import AddState, OpenDocument, Project
-from visualhfsm._services import RecentLines
+from visualhfsm import AddState, OpenDocument, Project, SetStateCode
+from visualhfsm._editing.places import Place, texts_at
+from visualhfsm._services import Failed, RecentLines
+from visualhfsm._web.protocol import Problems
 from visualhfsm._web.tab import Tab, Threads
 
 EMPTY = '<VisualHFSM><SubAutomata id="1"/></VisualHFSM>'
@@ -152,3 +154,29 @@ def test_changes_that_others_make_are_shown_too(run: Callable[[Test, list[str]],
 
     run(test, log)
     assert log == ["changed to 1"]
+
+
+def test_a_failure_is_a_problem_until_its_code_changes(run: Callable[[Test, list[str]], None]) -> None:
+    async def test(opened: Callable[[int], Tab], _: Threads) -> None:
+        tab = opened(1)
+        await tab.edit(add_state)
+        place = Place(kind="state", automaton=1, id=1, part="code")
+
+        def write(text: str) -> None:
+            tab.document.apply(SetStateCode(automaton=1, state=1, part="code", text=text))
+
+        await tab.edit(lambda _: write("x = 1\n  y = 1 / 0"))
+        texts = texts_at(tab.shown.document, place)
+        tab.failures.append(Failed(tab=1, place=place, line=2, message="division by zero", texts=texts))
+        assert tab.problems is None
+        tab.findings = Problems(tab=1, revision=tab.shown.revision, items=[])
+        assert tab.problems is not None
+        (problem,) = tab.problems.items
+        found = problem.code, problem.severity, problem.message, problem.line, problem.column, problem.length
+        assert found == ("run", "error", "division by zero", 2, 3, 9)
+        await tab.edit(lambda _: write("y = 1"))
+        assert tab.problems.items == []
+        await tab.edit(lambda _: write("x = 1\n  y = 1 / 0"))
+        assert tab.problems.items == [problem]
+
+    run(test, [])

@@ -6,7 +6,7 @@
  * @typedef {{problem?: Problem, imported: boolean, mark?: string}} More
  */
 
-import {sameProblem} from "../problems.js";
+import {FAILED, sameProblem} from "../problems.js";
 import {BADGES, CODES} from "./glyphs.js";
 import {RADIUS} from "./geometry.js";
 import {make, template, templates} from "./svg.js";
@@ -84,6 +84,7 @@ export class StateView {
       state.initial && "initial",
       state.final && "final",
       problem && `has-${problem.severity}`,
+      problem?.code === FAILED && "failed",
       mark && `is-${mark}`,
       this.selected && "selected",
     ];

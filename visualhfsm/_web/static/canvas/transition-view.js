@@ -7,7 +7,7 @@
  *   the transitions out of its state, 0 when it is the only one
  */
 
-import {sameProblem} from "../problems.js";
+import {FAILED, sameProblem} from "../problems.js";
 import {arc} from "./geometry.js";
 import {spokenTime} from "../times.js";
 import {TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
@@ -140,6 +140,7 @@ export class TransitionView {
       `by-${type}`,
       hasCode && "has-code",
       problem && `has-${problem.severity}`,
+      problem?.code === FAILED && "failed",
       mark && `is-${mark}`,
       this.selected && "selected",
     ];

@@ -13,7 +13,7 @@ import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
 import {isEnabled, perform} from "../registry.js";
 import {needsRobot} from "../robot.js";
-import {runs} from "../runs.js";
+import {runs, spokenEnd} from "../runs.js";
 import {actionButton, menuButton} from "../shell.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
@@ -54,7 +54,7 @@ class MonitorBar extends MonitorElement {
           ${this.#button("pauseResume", paused ? {image: "resume", words: "Resume"} : {words: "Pause"})}
           ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
         </div>
-        ${monitor.isShownBeside(page.tab) ? this.#followed() : nothing}
+        ${monitor.isShownBeside(page.tab) ? this.#followed() : this.#ended()}
       </div>
       <button
         type="button"
@@ -83,7 +83,7 @@ class MonitorBar extends MonitorElement {
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
-      ${this.#stoppedAt()}${this.#hanging()}${this.#elsewhere()}
+      ${this.#stoppedAt()}${this.#hanging()}${monitor.isOver ? failureLink(failedRun()) : nothing}${this.#elsewhere()}
       ${
         recording
           ? nothing
@@ -108,6 +108,16 @@ class MonitorBar extends MonitorElement {
           : nothing
       }
       ${actionButton("livePanel", this.context, {label: "short", kind: "values"})}`;
+  }
+
+  /** How the run of the shown document has ended if it was too short to be followed. */
+  #ended() {
+    const run = runs.of(page.tab);
+    if (run?.status !== "ended" || !run.place) return nothing;
+    return html`<span class="live-status failed" role="status"
+        ><span class="sign" aria-hidden="true"></span>${spokenEnd(run)}</span
+      >
+      <strong class="component">${run.component}</strong>${failureLink(run)}`;
   }
 
   /** The button that reloads the component; it has a label when the document has changed. */
@@ -227,7 +237,8 @@ function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
   if (!store.online) return {status: "stale", word: "The editor is offline"};
-  if (monitor.ended && monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
+  if (monitor.ended && monitor.isOver)
+    return {status: failedRun() ? "failed" : "ended", word: spokenEnd(monitor.ended)};
   if (isStopping()) return {status: "waiting", word: "Stopping…"};
   if (since)
     return {
@@ -269,10 +280,18 @@ function usesRobot() {
   return document && needsRobot(document.fields);
 }
 
-/** How a component ended. @param {{message: string}} ended */
-function spokenEnd({message}) {
-  const how = message.replace(/^it (has ended |ended |was |has )?/, "");
-  return `Ended${how.startsWith("with") ? " " : ": "}${how}`;
+/** The run that the followed component has ended with an error, as far as is known. */
+function failedRun() {
+  const run = runs.of(monitor.tab);
+  return run?.status === "ended" && run.place && run.component === monitor.component ? run : undefined;
+}
+
+/** A link to where a run has failed. @param {import("../protocol.js").RunPush | undefined} run */
+function failureLink(run) {
+  if (!run) return nothing;
+  return html`<button type="button" class="link" title="Show what failed" @click=${() => runs.showEnd(run)}>
+    ${run.line ? `line ${run.line}` : "show it"}
+  </button>`;
 }
 
 customElements.define("hfsm-monitor-bar", MonitorBar);

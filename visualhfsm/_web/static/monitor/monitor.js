@@ -9,7 +9,7 @@
  * @import {MonitorEvents} from "./shown.js"
  */
 
-import {notify, notifyError} from "../notices.js";
+import {notify, notifyError, clearErrors} from "../notices.js";
 import {store} from "../store.js";
 import {Breakpoints} from "./breakpoints.js";
 import {Followed} from "./followed.js";
@@ -191,9 +191,11 @@ class Monitor extends Shown {
   async steer(action, args = {}) {
     if (!this.steers) return undefined;
     try {
-      return (await this.control(action, args)) ?? null;
+      const done = (await this.control(action, args)) ?? null;
+      clearErrors(`control ${action}`);
+      return done;
     } catch (error) {
-      notifyError(error);
+      notifyError(error, {about: `control ${action}`});
       return undefined;
     }
   }

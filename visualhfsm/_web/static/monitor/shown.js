@@ -140,6 +140,8 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     const name = this.structure?.name ?? this.component;
     const fitting = store.workspace.tabs.filter((each) => each.component === name).map((each) => each.tab);
     const origin = this.starts.tabOf(name) ?? 0;
+    // After a run a document may be saved under another name.
+    if (this.ended && store.documents.has(origin)) return origin;
     return fitting.includes(origin) ? origin : (fitting.at(0) ?? 0);
   }
 }

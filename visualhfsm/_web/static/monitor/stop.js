@@ -1,6 +1,6 @@
 /** The operator's stop button: it asks no question, does not wait, and works in every mode. */
 
-import {messageOf, notify} from "../notices.js";
+import {messageOf, notify, clearErrors} from "../notices.js";
 import {monitor} from "./monitor.js";
 
 /** Three keys at once, among them the largest: easy to find, and not hit by accident while typing. */
@@ -8,23 +8,28 @@ export const STOP_KEY = "Ctrl+Shift+Space";
 
 const LATE = 3000; // ms: by then the components have ended, and a robot nearby has confirmed
 
+/** What the errors of a stop are about: those of an earlier one go. */
+const STOP = "stop";
+/** @param {string} text */
+const tell = (text) => notify(text, "error", undefined, {about: STOP});
+
 /** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
+  clearErrors(STOP);
   let confirmed = () => {};
   const late = setTimeout(() => {
     const what = "STOP is not confirmed yet, and repeated. If the robot moves, use its own button.";
-    confirmed = notify(what, "error");
+    confirmed = tell(what);
   }, LATE);
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
     const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
     if (stopped.includes(monitor.component)) monitor.end("it was stopped by STOP");
     if (stopped.length) notify(`Stopped: ${stopped.join(", ")}.`);
-    else if (!problems.length)
-      notify("There was nothing to stop: neither a robot nor a component is present.", "error");
-    if (problems.length) notify(`Not stopped. ${problems.join("; ")}`, "error");
+    else if (!problems.length) tell("There was nothing to stop: neither a robot nor a component is present.");
+    if (problems.length) tell(`Not stopped. ${problems.join("; ")}`);
   } catch (error) {
-    notify(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`, "error");
+    tell(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`);
   } finally {
     clearTimeout(late);
     confirmed();

@@ -10,7 +10,8 @@
  *   if both are to be merged
  */
 
-import {notify, notifyError} from "../notices.js";
+import {notify, notifyError, clearErrors} from "../notices.js";
+import {page} from "../page.js";
 import {RequestError, store} from "../store.js";
 
 const PAUSE = 250; // ms
@@ -36,6 +37,8 @@ export function isTooLong(length) {
     `That would be ${count} characters, but a text here holds at most ${most}: nothing was changed. ` +
       "Put large code or data into a Python module, and import that as a library.",
     "error",
+    undefined,
+    {tab: page.tab, about: `edit ${page.tab}`},
   );
   return true;
 }
@@ -109,6 +112,7 @@ class Piece {
     let revision = 0;
     try {
       const done = await this.send(this.tab, text, this.merges ? base : undefined);
+      clearErrors(`edit ${this.tab}`);
       this.#lost.clear();
       revision = done.revision;
       if (!this.merges && theirs !== text)
@@ -143,7 +147,7 @@ class Piece {
 
   /** @param {unknown} error */
   #refuse(error) {
-    notifyError(error);
+    notifyError(error, {tab: this.tab, about: `edit ${this.tab}`});
     if (this.#unanswered < 2) return;
     // Texts sent meanwhile are based on one that the server refused: the whole text is sent again.
     this.#base = this.known;

@@ -40,6 +40,7 @@ import {
 } from "codemirror";
 import {assistance, recheck} from "./assistance.js";
 import {isTooLong} from "./draft.js";
+import {failedLines} from "./failed-lines.js";
 
 const fromDocument = Annotation.define();
 
@@ -113,6 +114,13 @@ const theme = EditorView.theme({
   ".cm-help code": {fontFamily: "var(--code-font)", display: "block"},
   ".cm-help .now": {fontWeight: "700", textDecoration: "underline"},
   ".cm-help p": {margin: "4px 0 0"},
+  ".cm-failedLine": {backgroundColor: "var(--code-failed)"},
+  ".cm-failed": {
+    padding: "0 8px 4px 6px",
+    backgroundColor: "var(--code-failed)",
+    color: "var(--code-error)",
+    whiteSpace: "pre-wrap",
+  },
   ".cm-diagnostic": {padding: "4px 10px", borderLeftWidth: "3px"},
   ".cm-panels": {backgroundColor: "var(--code-gutter)", color: "var(--code-text)"},
   ".cm-textfield": {
@@ -288,6 +296,7 @@ export class Editor {
         shared,
         python(),
         assistance({tab, place, problems}),
+        failedLines(place, problems),
         EditorView.contentAttributes.of(() => ({
           tabindex: "0",
           "aria-label": this.#label,

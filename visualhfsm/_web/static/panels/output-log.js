@@ -1,13 +1,11 @@
 /** The last lines that the components of the open tabs wrote; they are kept while nothing shows them. */
 
 import {store} from "../store.js";
-import {keyOf} from "./places.js";
 
 const KEPT = 5000; // lines of a tab
 const LONGEST = 1_000_000; // characters of these lines
-/** The pattern of an error of a component: the text before the message, and the file and line after it. */
-const BEFORE = /^([\d-]+ [\d:.]+ ERROR +[^:]+|[^ :]+: error: [^ :]+:\d+): /;
-const BEHIND = / at \S+:\d+ \(\S+:\d+\)$/;
+/** The beginning of the line with which a component says why it cannot start. */
+const REFUSED = /^[^ :]+: error: /;
 /** The line below a traceback. */
 const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
 
@@ -35,19 +33,14 @@ class OutputLog extends /** @type {new () => import("../events.js").Target<LogEv
   }
 
   /**
-   * The message of the last error that the component of a tab reported: the one at a place in its code, if that is
-   * known, or else one without a place.
+   * The message of the last error that the component of a tab reported, wherever that is.
    *
    * @returns {string | undefined}
    * @param {number} tab
-   * @param {import("../protocol.js").Place | null} [at]
    */
-  lastError(tab, at) {
-    const lines = this.of(tab);
-    const found =
-      lines.findLast(({text, place}) => place && BEFORE.test(text) && (!at || keyOf(place) === keyOf(at))) ??
-      lines.findLast(({text}) => EXCEPTION.test(text));
-    return found?.text.replace(BEFORE, "").replace(BEHIND, "");
+  lastError(tab) {
+    const found = this.of(tab).findLast(({text}) => REFUSED.test(text) || EXCEPTION.test(text));
+    return found?.text.replace(REFUSED, "");
   }
 
   /** @param {number} tab */

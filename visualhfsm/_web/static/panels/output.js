@@ -5,7 +5,7 @@ import {PageElement} from "../element.js";
 import {monitor, STATUS as COMPONENT_STATUS} from "../monitor/monitor.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
-import {runs} from "../runs.js";
+import {runs, spokenEnd} from "../runs.js";
 import {outputLog} from "./output-log.js";
 
 const SHOWN = 2000; // lines
@@ -69,7 +69,7 @@ class Output extends PageElement {
     if (run.status === "running" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
       return COMPONENT_STATUS[monitor.newest.component.status];
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
-    return run.message ? `Ended: ${run.message}.` : "Ended.";
+    return spokenEnd(run);
   }
 
   /** @returns {HTMLElement | null} */

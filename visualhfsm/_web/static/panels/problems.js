@@ -9,7 +9,7 @@
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
-import {countOf} from "../problems.js";
+import {countOf, FAILED} from "../problems.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "./marks.js";
 import {placeOf, wordsFor} from "./places.js";
@@ -113,7 +113,8 @@ class Problems extends PageElement {
     return html`<li>
       <button type="button" class="row" @click=${() => this.#go(problem, place)}>
         <span class="severity-sign ${problem.severity}" role="img" aria-label="${problem.severity}: "></span>
-        <span class="message">${problem.message}</span><span class="code-name">${problem.code}</span>
+        <span class="message">${problem.message}</span
+        ><span class="code-name">${problem.code === FAILED ? "last run" : problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span>
       </button>
       ${

@@ -1,5 +1,6 @@
 /** The verdicts of the model checker on the properties of a document. */
 
+import {FAILED} from "../problems.js";
 import {placeOf} from "./places.js";
 
 /**
@@ -45,7 +46,7 @@ export function verdictOf(document, index) {
   if (own) return BY_CODE[own.code];
   if (!document.fields.properties?.[index]?.expression.trim()) return undefined;
   if (checked !== revision) return {kind: "unknown", words: "Checking…"};
-  if (problems.some((each) => each.severity === "error" && !isOfProperty(each)))
+  if (problems.some((each) => each.severity === "error" && each.code !== FAILED && !isOfProperty(each)))
     return {kind: "unknown", words: "Not checked: the document has errors."};
   return {kind: "holds", words: "Holds in every run."};
 }

@@ -1,0 +1,98 @@
+"""Errors of a run stay where they happened: in the code, on the canvas, among the problems and in the bar."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage
+from tests.support.monitor import DOCUMENT, monitor_page, robot_and_editor, status
+
+ZERO = DOCUMENT.replace("count += 1\n", "count += 1\nif count &gt; 3:\n    count = 0.5 / (count - 4)\n")
+GUARD = DOCUMENT.replace("count &gt; 1000000", "count &gt; 3 and missing.x &gt; 0")
+AT_ONCE = DOCUMENT.replace("count += 1\n", "count += unknown\n")
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[EditorPage]:
+    with (
+        robot_and_editor(tmp_path / "walk.xml", request.param) as (_, editor),
+        monitor_page(browser, editor) as shown,
+    ):
+        yield shown
+
+
+@pytest.mark.parametrize("shown", [ZERO], indirect=True)
+def test_an_error_stays_where_it_happened_until_the_code_changes(shown: EditorPage) -> None:
+    page = shown.page
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Ended: float division by zero in wait")
+    expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
+    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("error: ZeroDivisionError"))
+    expect(shown.button("1 error")).to_be_visible()
+    notice = page.locator(".notice.error")
+    expect(notice).to_contain_text("walk ended: float division by zero in wait.")
+
+    notice.get_by_role("button", name="line 3").click()
+    message = page.locator(".cm-failed")
+    expect(message).to_have_text(re.compile("ZeroDivisionError: float division by zero$"))
+    expect(page.locator(".cm-failedLine")).to_have_text("    count = 0.5 / (count - 4)")
+    expect(notice).to_be_visible()
+    page.locator(".live-bar").get_by_role("button", name="line 3").click()
+    assert not shown.violations(".live-bar", "hfsm-code-panel", ".notices")
+
+    shown.button("1 error").click()
+    problem = page.get_by_role("list", name="Problems").get_by_role("button").first
+    expect(problem).to_contain_text(re.compile(r"ZeroDivisionError: float division by zero.*last run"))
+    assert not shown.violations("hfsm-problems")
+
+    # It is about code that has not changed since.
+    shown.edit_code()
+    shown.press("Control+Home")
+    shown.type("# why\n")
+    expect(message).to_have_count(0)
+    expect(shown.state("wait")).not_to_have_class(re.compile(r"\bfailed\b"))
+    expect(notice).to_have_count(0)
+    shown.press("Control+z")
+    expect(message).to_be_visible()
+
+    # The next run is another one.
+    shown.press("F5")
+    expect(page.locator(".cm-failed")).to_have_count(0)
+    expect(status(shown)).to_have_text("Ended: float division by zero in wait")
+    expect(notice).to_have_count(1)
+
+
+@pytest.mark.parametrize("shown", [GUARD], indirect=True)
+def test_an_error_in_a_condition_is_on_its_arc(shown: EditorPage) -> None:
+    shown.press("F5")
+    expect(status(shown)).to_contain_text("name 'missing' is not defined in wait")
+    expect(shown.transition("many")).to_have_class(re.compile(r"\bfailed\b"))
+    expect(shown.state("wait")).not_to_have_class(re.compile(r"\bfailed\b"))
+
+
+@pytest.mark.parametrize("shown", [AT_ONCE], indirect=True)
+def test_a_run_that_fails_before_it_is_followed_says_so_in_the_bar(shown: EditorPage) -> None:
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Ended: name 'unknown' is not defined in wait")
+    shown.page.locator(".live-bar").get_by_role("button", name="line 1").click()
+    expect(shown.page.locator(".cm-failed")).to_be_visible()
+
+
+@pytest.mark.parametrize("shown", [DOCUMENT], indirect=True)
+def test_a_refusal_is_over_when_what_was_refused_succeeds(shown: EditorPage) -> None:
+    shown.state("wait").click()
+    shown.edit_code()
+    shown.press("Control+Home")
+    shown.type("(")
+    shown.press("Delete")
+    shown.press("F5")
+    refused = shown.page.locator(".notice.error").filter(has_text="not valid Python")
+    expect(refused).to_be_visible()
+    shown.press("Control+Home", "Delete", "F5")
+    expect(status(shown)).to_have_text("Running")
+    expect(refused).to_have_count(0)
