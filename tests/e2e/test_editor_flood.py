@@ -1,4 +1,4 @@
-"""Components that print without end or hang: what the page shows, and that they are stopped."""
+"""Components that print without end, hang or are late: what the page shows, and that they are stopped."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from tests.support.monitor import (
 FLOOD = DOCUMENT.replace(
     "count += 1\n", "while True:\n    count += 1\n    print('flood', count, 'x' * 200)\n"
 )
+LATE = DOCUMENT.replace("count += 1\n", "__import__('time').sleep(0.25)\n")
 HANGING = DOCUMENT.replace("count += 1\n", "count += 1\nwhile count &gt; 3:\n    pass\n")
 
 WATCH = """() => {
@@ -71,3 +72,21 @@ def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
         expect(shown.page.locator(".cm-activeLine")).to_have_text(re.compile(r"^(while count > 3:| *pass)$"))
         shown.press("Shift+F5")
         expect(status(shown)).to_have_text("Ended: stopped")
+
+
+def test_an_automaton_whose_cycles_take_longer_than_its_period_is_shown(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "late.xml", LATE) as (_, editor),
+        monitor_page(browser, editor) as shown,
+    ):
+        shown.press("F5")
+        expect(status(shown)).to_have_text("Running late")
+        expect(status(shown)).to_have_attribute(
+            "title", re.compile(r"takes \d+ ms, and its period is 100 ms")
+        )
+        expect_current(shown, "wait", "its cycles take too long")
+        shown.state("wait").dblclick()
+        shown.page.get_by_role("button", name="in wait", exact=True).click()
+        expect(shown.page.get_by_label("Name of the state")).to_have_value("wait")

@@ -5,11 +5,11 @@ import {make, set} from "./svg.js";
 
 /**
  * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?:
- *   boolean, finished?: boolean, hanging?: boolean,
+ *   boolean, finished?: boolean, hanging?: boolean, late?: boolean,
  *   breakpoint?: "set" | "conditional" | "hit", note?: string, passed?: number, failed?: boolean}} Live
- *   of a state `status`, `finished`, `hanging` (its code does not end) and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains),
- *   `remaining` (s), `guard` (its last value) and `fired` (0..1, 1 just now); of both how often tests `passed` them, and
- *   whether one `failed` there
+ *   of a state `status`, `finished`, `hanging` (its code does not end), `late` (its cycles take longer than the period)
+ *   and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains), `remaining` (s), `guard` (its
+ *   last value) and `fired` (0..1, 1 just now); of both how often tests `passed` them, and whether one `failed` there
  */
 
 const DIAGONAL = RADIUS * Math.SQRT1_2;
@@ -18,16 +18,15 @@ const FINISHED = `M-8 ${14 - RADIUS}l5 5L7 ${9 - RADIUS}`;
 const BREAKPOINTS = {set: "breakpoint", conditional: "breakpoint with a condition", hit: "paused at this breakpoint"};
 
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
-export function markState(
-  view,
-  {status, trail = 0, finished = false, hanging = false, breakpoint, note, passed, failed} = {},
-) {
+export function markState(view, live = {}) {
+  const {status, trail = 0, finished = false, hanging = false, late = false, breakpoint, note, passed, failed} = live;
   const {group} = view;
   const {classList} = group;
   classList.toggle("active", status === "active");
   classList.toggle("ghost", status === "ghost");
   classList.toggle("finished", finished);
   classList.toggle("hanging", hanging);
+  classList.toggle("late", late);
   classList.toggle("trail", trail > 0 && !status);
   set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
   markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));

@@ -2,7 +2,7 @@
  * The line below the header: run, pause, step, stop and reload, what the followed component does, and STOP.
  *
  * @import {From} from "../element.js"
- * @import {Breakpoint} from "../protocol.js"
+ * @import {AutomatonSnapshot, Breakpoint} from "../protocol.js"
  */
 
 import {html, nothing} from "lit";
@@ -83,7 +83,7 @@ class MonitorBar extends MonitorElement {
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
-      ${this.#stoppedAt()}${this.#hanging()}${monitor.isOver ? failureLink(failedRun()) : nothing}${this.#elsewhere()}
+      ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${monitor.isOver ? failureLink(failedRun()) : nothing}${this.#elsewhere()}
       ${
         recording
           ? nothing
@@ -177,6 +177,17 @@ class MonitorBar extends MonitorElement {
     </button>`;
   }
 
+  /** A link to the state whose cycles take too long. */
+  #late() {
+    const {late} = monitor;
+    if (!late) return nothing;
+    const {id: automaton, state} = late;
+    const place = {automaton, state, location: ""};
+    return html`<button type="button" class="link" title="Show its code" @click=${() => show(place)}>
+      in ${monitor.stateName(automaton, state)}
+    </button>`;
+  }
+
   /** Look up the line of code that does not end, once for each cycle that hangs. */
   async #findLine() {
     const {hanging} = monitor;
@@ -260,6 +271,8 @@ function statusOf() {
     };
   }
   const {status, stoppedAt, refusal, speed} = newest.component;
+  const {late} = monitor;
+  if (status === 0 && late) return {status: "late", word: "Running late", why: spokenDelay(late)};
   if (status === 0 && speed) return {status: "running", word: `Trying, ${speed} x`, why: "No robot moves."};
   if (status === 0 && robot !== "present" && usesRobot())
     return {status: "lost", word: "Running, no robot", why: "Start a robot in the header."};
@@ -278,6 +291,13 @@ function isStopping() {
 function usesRobot() {
   const document = store.documents.get(monitor.tab);
   return document && needsRobot(document.fields);
+}
+
+/** By how much an automaton is late. @param {AutomatonSnapshot} late */
+function spokenDelay({id, lastCycle}) {
+  const {name = `automaton ${id}`, period = 0} = monitor.automaton(id) ?? {};
+  const [takes, has] = [lastCycle, period].map((seconds) => `${Math.round(seconds * 1000)} ms`);
+  return `A cycle of ${name} takes ${takes}, and its period is ${has}: its times do not hold.`;
 }
 
 /** The run that the followed component has ended with an error, as far as is known. */

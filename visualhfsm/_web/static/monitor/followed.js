@@ -7,6 +7,7 @@
  * @import {WorldShape} from "./world-drawing.js"
  */
 
+import {Lateness} from "./lateness.js";
 import {Past} from "./past.js";
 import {Structure} from "./structure.js";
 
@@ -20,6 +21,7 @@ export class Followed {
   /** A moment of the past that is shown instead. @type {LiveSnapshot | undefined} */
   looking = undefined;
   past = new Past();
+  #lateness = new Lateness();
   /** Since when it is silent, s since 1970; 0 while it sends. */
   since = 0;
   /**
@@ -93,6 +95,17 @@ export class Followed {
     return hanging.toSorted((one, other) => other.hangsFor - one.hangsFor).at(0);
   }
 
+  /** Whether the cycles of an automaton take longer than its period now. @param {number} id */
+  isLate(id) {
+    return this.isLive && !this.ended && !this.since && this.#lateness.has(id);
+  }
+
+  /** The first automaton that is late; none while one hangs. */
+  get late() {
+    if (this.hanging) return undefined;
+    return (this.newest?.component.automata ?? []).find(({id, ghost}) => !ghost && this.isLate(id));
+  }
+
   /** An automaton as it is shown now. @returns {AutomatonSnapshot | undefined} @param {number} id */
   now(id) {
     return this.snapshot?.component.automata.find((each) => each.id === id);
@@ -103,6 +116,7 @@ export class Followed {
     this.since = since ?? 0;
     this.ended = undefined;
     this.past = new Past(timeline ?? undefined);
+    this.#lateness = new Lateness();
     this.newest = snapshot ?? undefined;
     this.looking = undefined;
   }
@@ -135,7 +149,9 @@ export class Followed {
     if (restarted) {
       this.ended = undefined;
       this.past = new Past();
+      this.#lateness = new Lateness();
     }
+    this.#lateness.take(value.component);
     const changed = this.since !== 0 || restarted || newest?.component.status !== value.component.status;
     this.since = 0;
     this.newest = value;

@@ -42,8 +42,9 @@ function liveOf(id, {component}) {
       if (trail > 0.03) put(`s${origin}`, {trail});
     }
     const hanging = hangsFor > 0;
-    const note = finished ? "finished" : hanging ? "its code does not end" : "";
-    put(`s${state}`, {status: ghost ? "ghost" : "active", finished, hanging, note});
+    const late = !ghost && !hanging && !finished && monitor.isLate(id);
+    const note = finished ? "finished" : hanging ? "its code does not end" : late ? "its cycles take too long" : "";
+    put(`s${state}`, {status: ghost ? "ghost" : "active", finished, hanging, late, note});
     if (newest?.transition) {
       const age = component.time - newest.time;
       put(`t${newest.transition}`, {fired: age < FLASH && !ghost ? Math.max(AFTERGLOW, 1 - age / FLASH) : AFTERGLOW});

@@ -67,6 +67,15 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     return this.followed.hanging;
   }
 
+  get late() {
+    return this.followed.late;
+  }
+
+  /** Whether the cycles of an automaton take longer than its period now. @param {number} id */
+  isLate(id) {
+    return this.followed.isLate(id);
+  }
+
   get isDryRun() {
     return this.followed.isDryRun;
   }
