@@ -21,12 +21,12 @@ from zenoh_ice.exceptions import (
     TimeoutException,
 )
 
-from ._automaton import Event
+from ._advice import explain
+from ._automaton import Automaton, Event
 from ._cycle import CycleEnded
 from ._timeline import Timeline
 from .component import Component, source_of
 from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
-from .loading import how_to_install
 from .observer import Observer
 from .source_map import locate
 from .tree import DropReason, Run, Tree
@@ -126,6 +126,7 @@ class Supervision(Observer):
 
     def turn_to(self, component: Component) -> None:
         """Continue with another version of the component."""
+        self._component = component
         self._log = component._hfsm_log
         on_error, on_refused = self._policies
         self._on_error = on_error or component._hfsm_on_error
@@ -147,9 +148,7 @@ class Supervision(Observer):
         if isinstance(error, CommunicatorDestroyedException):
             raise CycleEnded from error  # the component has ended without this cycle
         location = locate(error, self._file)
-        message = describe(error)[:_LONGEST_MESSAGE]
-        if isinstance(error, ModuleNotFoundError):
-            message = f"{message}: {how_to_install(error)}"
+        message = explain(error, self._component, _chain(run))[:_LONGEST_MESSAGE]
         if isinstance(error, UNAVAILABLE):
             self._wait(self._without_server, run, location, message, "waiting for the server")
             raise CycleEnded from error
@@ -253,6 +252,16 @@ class Supervision(Observer):
         again = f" ({repeated} times more since it was last logged)" if repeated else ""
         trace = error and (type(error), error, part_of_component(error, self._file))
         self._log.error("%s%s", text, again, exc_info=trace)
+
+
+def _chain(run: Run) -> list[Automaton]:
+    """Return an automaton and those above it."""
+    found = [run.automaton]
+    above = run.parent
+    while above is not None:
+        found.append(above.automaton)
+        above = above.parent
+    return found
 
 
 def _place(run: Run) -> str:

@@ -48,7 +48,7 @@ class Failure(NamedTuple):
         if ends is not None:
             what = ends["call"]
         elif found is not None and " " in (found["what"] or ""):
-            what = found["what"]
+            what = found["what"].partition("; ")[0]
         return f"{what} in {self.state}" if self.state else what
 
 

@@ -223,6 +223,14 @@ class AutomatonCode:
             yield self.variables
         yield from self.running()
 
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """The names of the automaton: its inputs and variables, and what its code shares."""
+        own = {item.name for item in self.automaton.inputs}
+        if self.variables is not None:
+            own |= self.variables.bound
+        return frozenset(own).union(*(self.shared_names(piece) for piece in self.running()))
+
     def shared_names(self, piece: Piece) -> frozenset[str]:
         """Return the names that a piece of cyclic code binds and shares with other code or cycles."""
         return piece.bound - self._local.get(piece, frozenset())

@@ -374,6 +374,15 @@ class Document(Node):
             return None
         return next((state for state in father.states if automaton.id in state.children), None)
 
+    def above(self, automaton: Automaton) -> Iterator[Automaton]:
+        """Yield the automata above one, the nearest first."""
+        seen = {automaton.id}
+        father = self.automaton(automaton.father)
+        while father is not None and father.id not in seen:
+            seen.add(father.id)
+            yield father
+            father = self.automaton(father.father)
+
     def states(self) -> Iterator[tuple[Automaton, State]]:
         """Yield every state with its automaton, in the order of the file."""
         for automaton in self.automata:

@@ -16,6 +16,7 @@ import msgspec
 
 from interfaces.jderobot import CommandRefusedException
 
+from .._advice import explain
 from .._automaton import Automaton, Event
 from .._automaton_run import make_event
 from .._cycle import hand_over
@@ -24,7 +25,7 @@ from .._recording.run import restore_random
 from .._variables import short_repr, values_of
 from ..component import Component, equip, make_automata, proxies_of, ros_of
 from ..debugger.reload import components_in
-from ..errors import ComponentError, VariablesError, describe
+from ..errors import ComponentError, VariablesError
 from ..loading import naming_libraries
 from ..source_map import locate
 from ..virtual._time_module import TimeModule
@@ -53,6 +54,9 @@ class FarComponent:
         self._time: Final = ExitStack()  # which stays open until the process ends
         self._code: dict[tuple[int, str, int], Code] = {}
         self._automata: dict[int, Automaton] = {}
+        self._above: dict[int, int] = {}
+        """The automaton above each, but the root."""
+        self._component: Component | None = None
         self._shows = False
         self._shown: dict[int, dict[str, object]] = {}
         """The variables of each automaton as they were sent last."""
@@ -74,7 +78,7 @@ class FarComponent:
         except protocol.PipeError:
             raise
         except BaseException as error:  # noqa: BLE001 - code of others may raise anything, also SystemExit
-            return self._raised(error)
+            return self._raised(error, message.automaton if isinstance(message, RunCode) else 0)
         return Done()
 
     def _run(self, message: RunCode) -> bool:
@@ -88,7 +92,7 @@ class FarComponent:
 
     def _begin(self, message: Begin) -> None:
         link = self._link
-        component = _load(message)()
+        component = self._component = _load(message)()
         self._file = type(component).automaton.__code__.co_filename
         for name, value in message.parameters.items():
             setattr(component, name, value)
@@ -106,6 +110,9 @@ class FarComponent:
         restore_random(message.random)
         root = make_automata(component)
         self._automata = {each.id: each for each in root.tree()}
+        self._above = {
+            child.id: each.id for each in root.tree() for state in each.states for child in state.children
+        }
         self._code = dict(_pieces(root))
         self._shows = message.shows
 
@@ -131,11 +138,21 @@ class FarComponent:
         self._shown[automaton] = present
         return {name: value for name, value in present.items() if name not in known or known[name] != value}
 
-    def _raised(self, error: BaseException) -> Raised:
+    def _chain(self, automaton: int) -> list[Automaton]:
+        """Return an automaton and those above it."""
+        found = []
+        number: int | None = automaton
+        while number in self._automata:
+            found.append(self._automata[number])
+            number = self._above.get(number)
+        return found
+
+    def _raised(self, error: BaseException, automaton: int) -> Raised:
         if isinstance(error, VariablesError):  # whose text has the place
             return Raised(VariablesError.__name__, str(error)[:LARGEST_TEXT])
         name = type(error).__name__[:_LONGEST_NAME]
-        text = describe(error).removeprefix(f"{type(error).__name__}: ")
+        said = explain(error, self._component, self._chain(automaton))
+        text = said.removeprefix(f"{type(error).__name__}: ")
         holder = error.holder if isinstance(error, CommandRefusedException) else ""
         place = locate(error, self._file) if self._file else ""
         return Raised(name, _sendable(text), _sendable(place), _sendable(holder)[:_LONGEST_NAME])

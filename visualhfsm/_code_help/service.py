@@ -108,9 +108,11 @@ class CodeHelp:
 
 
 def _around(document: Document, place: Place) -> Document:
-    """Return a document with the automaton of a place, and only the parts of others that it may use."""
+    """Return a document with the automaton of a place and those above, and of others only what it may use."""
+    edited = document.automaton(place.automaton)
+    kept = set() if edited is None else {edited.id, *(each.id for each in document.above(edited))}
     automata = tuple(
-        each if each.id == place.automaton else replace(each, states=(), transitions=(), variables=Text())
+        each if each.id in kept else replace(each, states=(), transitions=(), variables=Text())
         for each in document.automata
     )
     return replace(document, automata=automata, properties=())

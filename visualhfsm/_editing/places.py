@@ -205,6 +205,21 @@ class Locator:
         best = max(found, key=likeness)  # the first of those that are alike
         return Located(best.place, line - best.line + 1, 0)
 
+    def name(self, located: Located) -> str:
+        """Return a place in a few words, such as `code of look, line 2`."""
+        place, line, _ = located
+        automaton = self._document.automaton(place.automaton)
+        elements: Sequence[State | Transition] = ()
+        if automaton is not None:
+            elements = automaton.states if place.kind == "state" else automaton.transitions
+        names = [each.name.strip() for each in elements if each.id == place.id]
+        owner = f"{place.kind} {place.id or place.automaton}" if place.automaton else "the component"
+        if place.kind == "automaton":
+            state = None if automaton is None else self._document.owner(automaton)
+            owner = "the root automaton" if state is None else f"the automaton of {state.name.strip()}"
+        words = f"{place.part} of {names[0] if names and names[0] else owner}" if place.part else owner
+        return f"{words}, line {line}" if line > 1 else words
+
     def _near(self, automaton: int, state: int) -> frozenset[tuple[str, int]]:
         """Return a state and the transitions that leave or enter it, as kinds and ids of places."""
         source = self._document.automaton(automaton)

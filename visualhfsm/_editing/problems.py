@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import msgspec
 
-from codegen.diagnostics import Diagnostic, Diagnostics, Severity
+from codegen.diagnostics import Diagnostic, Diagnostics, Location, Severity
 from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
@@ -163,9 +163,7 @@ def _view(result: PropertyResult) -> CounterexampleView | None:
 def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:
     location = found.location
     notes = tuple(
-        f"{note.message} ({_where(note.location.path, note.location.line, file)})"
-        if note.location
-        else note.message
+        f"{note.message} ({_where(note.location, file, locator)})" if note.location else note.message
         for note in found.notes
     )
     problem = Problem(
@@ -197,9 +195,12 @@ def _importers(document: Document, file: Path) -> Iterator[tuple[Path, Place]]:
             yield (file.parent / name).resolve(), place
 
 
-def _where(path: Path, line: int, file: Path) -> str:
-    place = "here" if path == file else path.name
-    return f"{place}, line {line}" if line and path != file else place
+def _where(location: Location, file: Path, locator: Locator) -> str:
+    """Return the place of a note in words: in this document, or a line of another file."""
+    if location.path != file:
+        return f"{location.path.name}, line {location.line}" if location.line else location.path.name
+    located = locator.find(location.line, location.column) if location.line else None
+    return locator.name(located) if located else "in this document"
 
 
 class Question(msgspec.Struct, frozen=True):

@@ -32,6 +32,7 @@ from .names import check_names, check_reserved, check_start, check_variables
 from .old_names import check_old_names
 from .report import Report
 from .ros import check_ros, check_ros_uses
+from .scope import Above
 from .structure import check_automaton, check_tree
 
 __all__ = ["check"]
@@ -94,7 +95,7 @@ def _check_code(effects: CodeEffects, interfaces: KnownInterfaces, report: Repor
     analysis = effects.analysis
     _check_names(analysis, report)
     for code in analysis.automata:
-        check_flow(code, report)
+        check_flow(code, report, Above(analysis, code))
         check_variables(code, report)
     if analysis.is_complete:
         check_attributes(analysis, interfaces, report)
@@ -121,5 +122,6 @@ def _check_names(analysis: Analysis, report: Report) -> None:
         if not code.broken:
             bound = (piece.bound for piece in code.sharing())
             shared = known.union((item.name for item in code.automaton.inputs), *bound)
+            above = Above(analysis, code)
             for piece in code.sharing():
-                check_names(piece, shared, report, analysis.defined)
+                check_names(piece, shared, report, analysis.defined, above)

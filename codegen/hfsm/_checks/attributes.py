@@ -76,12 +76,10 @@ def _sets_attributes_by_name(piece: Piece) -> bool:
 
 
 def _check_known(found: Iterable[Access], names: set[str], known: KnownInterfaces, report: Report) -> None:
-    reported: set[str] = set()
     for access in found:
         name = access.name
-        if name in names or name in reported or name.startswith("__"):
+        if name in names or name.startswith("__"):
             continue
-        reported.add(name)
         notes = list(did_you_mean(name, names))
         if len(access.path) > 1 and (interface := _guess(name, known)):
             notes.append(Note(f"a proxy of `{interface}` has to be declared as an interface"))

@@ -22,6 +22,7 @@ from ..code.text import bound_names, evaluated_at_once
 from ..codes import Code
 from ..document import State, Transition
 from .report import Report
+from .scope import Above
 
 __all__ = ["check_flow"]
 
@@ -186,7 +187,7 @@ def _catches_missing_name(handler: ast.ExceptHandler) -> bool:
 _Names = frozenset[str]
 
 
-def check_flow(code: AutomatonCode, report: Report) -> None:
+def check_flow(code: AutomatonCode, report: Report, above: Above) -> None:
     """Check one automaton, unless its states and transitions are inconsistent."""
     automaton = code.automaton
     states = {state.id for state in automaton.states}
@@ -194,13 +195,14 @@ def check_flow(code: AutomatonCode, report: Report) -> None:
         {transition.origin, transition.destination} <= states for transition in automaton.transitions
     )
     if states and is_sound and not code.broken:
-        _Flow(code, report).check()
+        _Flow(code, report, above).check()
 
 
 class _Flow:
-    def __init__(self, code: AutomatonCode, report: Report) -> None:
+    def __init__(self, code: AutomatonCode, report: Report, above: Above) -> None:
         self._code = code
         self._report = report
+        self._above = above
         self._states = {state.id: state for state in code.automaton.states}
         self._outgoing = code.automaton.all_outgoing()
         plain = {piece: _Assignments(piece.tree.body) for piece in code.running()}
@@ -231,6 +233,8 @@ class _Flow:
                     self._report_read(piece, name, node)
 
     def _report_read(self, piece: Piece, name: str, node: ast.Name) -> None:
+        if self._above.report(name, piece.place(node, len(name)), self._report):
+            return
         stores = (
             (other, target)
             for other, found in self._pieces.items()

@@ -22,6 +22,7 @@ from ..code.names import RESERVED
 from ..code.text import all_nodes, own_nodes, parse_python
 from ..codes import Code
 from .report import Report
+from .scope import Above
 
 __all__ = ["check_names", "check_reserved", "check_start", "check_variables"]
 
@@ -44,13 +45,16 @@ _BUILTINS: Final = frozenset(dir(builtins))
 
 
 def check_names(
-    piece: Piece, known: Collection[str], report: Report, functions: Collection[str] = ()
+    piece: Piece,
+    known: Collection[str],
+    report: Report,
+    functions: Collection[str] = (),
+    above: Above | None = None,
 ) -> None:
     """Check one piece of code; `known` are the names that are defined outside it.
 
     `functions` are those of the document, which are attributes of `self`.
     """
-    reported: set[str] = set()
     for message in _messages(piece, known):
         place = piece.at(message.lineno, message.col)
         if not isinstance(message, messages.UndefinedName):
@@ -58,13 +62,13 @@ def check_names(
             report.warning(Code.DOUBTFUL_CODE, text[:1].lower() + text[1:], place)
             continue
         name = str(message.message_args[0])
-        if name not in reported:
-            reported.add(name)
-            place = piece.at(message.lineno, message.col, len(name))
-            notes = did_you_mean(name, {*known, *_BUILTINS} - {name})
-            if name in functions:
-                notes = (Note(f"the function of the document is `self.{name}`"),)
-            report.warning(Code.UNDEFINED_NAME, f"`{name}` is not defined", place, notes)
+        place = piece.at(message.lineno, message.col, len(name))
+        if above is not None and above.report(name, place, report):
+            continue
+        notes = did_you_mean(name, {*known, *_BUILTINS} - {name})
+        if name in functions:
+            notes = (Note(f"the function of the document is `self.{name}`"),)
+        report.warning(Code.UNDEFINED_NAME, f"`{name}` is not defined", place, notes)
 
 
 def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, ...]:

@@ -177,6 +177,10 @@ export interface Commands {
   setPriority: {automaton: number; transition: number; priority: string};
   /** Evaluate a transition at position `index`, from 0, among those out of its state. */
   reorderTransition: {automaton: number; transition: number; index: number};
+  /** Pass a variable of the nearest automaton above that has it down to this one, as an input. */
+  passVariable: {automaton: number; name: string};
+  /** Keep a variable of the nearest automaton above that has it in the component, as `self.name`. */
+  shareVariable: {automaton: number; name: string};
 }
 
 /** A completion; `type` is its kind in the terms of CodeMirror, `boost` moves it up in the list. */

@@ -7,6 +7,7 @@
  */
 
 import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";
+import {apply} from "../commands.js";
 import {store} from "../store.js";
 import {declare, loadIdentities, typeOf} from "./known-interfaces.js";
 import {problemsAt} from "./places.js";
@@ -18,6 +19,8 @@ import {problemsAt} from "./places.js";
 
 /** The problem of an attribute of `self` that nothing declares. */
 const UNKNOWN_ATTRIBUTE = "W524";
+/** The problem of a variable that an automaton above has. */
+const VARIABLE_ABOVE = "W535";
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
@@ -116,7 +119,8 @@ class Help {
     const marks = new Map();
     for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
     if ([...marks.values()].some(({code}) => code === UNKNOWN_ATTRIBUTE)) await loadIdentities();
-    return [...marks.values()].map((each) => asMark(doc, each)).sort((one, other) => one.from - other.from);
+    const {automaton = 0} = this.place;
+    return [...marks.values()].map((each) => asMark(doc, each, automaton)).sort((one, other) => one.from - other.from);
   }
 
   /** The last problems found, with their text. @type {{doc: Text, found: Problem[] | null} | undefined} */
@@ -142,18 +146,38 @@ class Help {
  *
  * @param {Text} doc
  * @param {Problem} problem
+ * @param {number} automaton
  * @returns {Diagnostic}
  */
-function asMark(doc, {code, line = 1, column = 1, length = 0, severity, message}) {
+function asMark(doc, problem, automaton) {
+  const {line = 1, column = 1, length = 0, severity, message} = problem;
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
   // A problem at the end of a line is marked at its last character.
   const from = Math.max(at.from, Math.min(at.from + Math.max(column - 1, 0), at.to - 1));
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
   const name = doc.sliceString(from, to);
-  const type = code === UNKNOWN_ATTRIBUTE ? typeOf(name) : undefined;
-  const actions = type ? [{name: `Declare ${name} (${type})`, apply: () => void declare(name, type)}] : [];
+  const actions = fixesFor(problem, name, automaton);
   return {from, to, severity: severity === "note" ? "info" : severity, message, actions};
+}
+
+/**
+ * What mends a problem with a name at once.
+ *
+ * @param {Problem} problem
+ * @param {string} name
+ * @param {number} automaton
+ * @returns {NonNullable<Diagnostic["actions"]>}
+ */
+function fixesFor({code, notes = []}, name, automaton) {
+  const type = code === UNKNOWN_ATTRIBUTE ? typeOf(name) : undefined;
+  if (type) return [{name: `Declare ${name} (${type})`, apply: () => void declare(name, type)}];
+  if (code !== VARIABLE_ABOVE) return [];
+  const fixes = [{name: `Write self.${name} in both`, apply: () => void apply("shareVariable", {automaton, name})}];
+  const isOnlyRead = notes.some((each) => each.includes("as an input"));
+  if (isOnlyRead)
+    fixes.unshift({name: `Pass ${name} as an input`, apply: () => void apply("passVariable", {automaton, name})});
+  return fixes;
 }
 
 /**

@@ -1,0 +1,74 @@
+"""Find out whose variable a name is that an automaton itself does not have.
+
+The code of an automaton shares its variables with no other automaton. People expect otherwise, above all of
+the automata above.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from ...diagnostics import Location, Note
+from ..analysis import Analysis, AutomatonCode, Piece
+from ..codes import Code
+from .report import Report, state_label
+
+__all__ = ["Above"]
+
+
+@dataclass(eq=False)
+class Above:
+    """The variables of the automata above one."""
+
+    analysis: Analysis
+    automaton: AutomatonCode
+
+    @cached_property
+    def _owners(self) -> Mapping[str, AutomatonCode]:
+        found: dict[str, AutomatonCode] = {}
+        by_id = {code.automaton.id: code for code in reversed(self.analysis.automata)}
+        for above in self.analysis.document.above(self.automaton.automaton):
+            for name in by_id[above.id].names:
+                found.setdefault(name, by_id[above.id])
+        return found
+
+    def report(self, name: str, place: Location, report: Report) -> bool:
+        """Report a use of a variable of an automaton above; return false if none of them has it."""
+        owner = self._owners.get(name)
+        if owner is None:
+            return False
+        message = f"`{name}` is a variable of {self._label(owner)}, and each automaton has its own"
+        own = self._label(self.automaton)
+        is_read_only = all(name not in piece.bound for piece in self.automaton.sharing())
+        advice = f"pass it to {own} as an input, or write" if is_read_only else "write"
+        notes = [Note(f"{advice} `self.{name}` in both")]
+        if (given := _first_value(owner, name)) is not None:
+            notes.insert(0, Note("it gets its value here", given))
+        report.warning(Code.VARIABLE_ABOVE, message, place, notes)
+        return True
+
+    def _label(self, code: AutomatonCode) -> str:
+        state = self.analysis.document.owner(code.automaton)
+        return "the root automaton" if state is None else f"the automaton of {_named(state_label(state))}"
+
+
+def _named(label: str) -> str:
+    return label if label.startswith("state ") else f"the state {label}"
+
+
+def _first_value(code: AutomatonCode, name: str) -> Location | None:
+    for piece in code.sharing():
+        node = _store(piece, name)
+        if node is not None:
+            return piece.place(node, len(name))
+    return None
+
+
+def _store(piece: Piece, name: str) -> ast.Name | None:
+    for node in ast.walk(piece.tree):
+        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store):
+            return node
+    return None

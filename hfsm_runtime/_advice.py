@@ -1,0 +1,70 @@
+"""Say in the words of the document what is wrong when its code fails."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from typing import Final
+
+from ._automaton import Automaton
+from ._variables import cells_of
+from .component import Component
+from .errors import describe
+from .loading import how_to_install
+
+__all__ = ["explain"]
+
+_LONGEST_NAME: Final = 100
+
+
+def explain(error: BaseException, component: Component | None, automata: Sequence[Automaton]) -> str:
+    """Return the name and the text of an exception, in words of the document where Python's do not help.
+
+    `automata` are the one whose code has raised it, and those above it. What can be done follows a semicolon.
+    """
+    text = describe(error)
+    match error:
+        case ModuleNotFoundError():
+            return f"{text}: {how_to_install(error)}"
+        case AttributeError(name=str(name), obj=Component() as obj) if obj is component:
+            # One that is declared says itself what is wrong, as an interface that is not connected.
+            return text if hasattr(type(obj), name) else f"AttributeError: {_undeclared(name, obj)}"
+        case NameError(name=str(name)):
+            return _unset(name, automata) or text
+    return text
+
+
+def _undeclared(name: str, component: Component) -> str:
+    known = {each for each in dir(component) if not each.startswith("_")}
+    close = difflib.get_close_matches(name[:_LONGEST_NAME], sorted(known), 2)
+    if close:
+        meant = " or ".join(f"`self.{each}`" for each in close)
+        return f"`self.{name}` is not declared; did you mean {meant}?"
+    return f"`self.{name}` is not declared; declare an interface, function or parameter, or assign it first"
+
+
+def _unset(name: str, automata: Sequence[Automaton]) -> str:
+    """Return why a variable has no value; empty for a name that no automaton has."""
+    if not automata:
+        return ""
+    own, *above = automata
+    owner = next((each for each in above if _has_value(each, name)), None)
+    if owner is not None:
+        return (
+            f"NameError: `{name}` is a variable of {owner.name}, and {own.name} has its own; "
+            f"pass it to {own.name} as an input, or write `self.{name}` in both"
+        )
+    if name in cells_of(own):
+        return f"NameError: `{name}` has no value yet; give it one in the variables of {own.name}"
+    return ""
+
+
+def _has_value(automaton: Automaton, name: str) -> bool:
+    cell = cells_of(automaton).get(name)
+    if cell is None:
+        return False
+    try:
+        _ = cell.cell_contents
+    except ValueError:  # nothing has been assigned
+        return False
+    return True
