@@ -49,12 +49,14 @@ def _unset(name: str, automata: Sequence[Automaton]) -> str:
         return ""
     own, *above = automata
     owner = next((each for each in above if _has_value(each, name)), None)
+    is_assigned = name in cells_of(own)
     if owner is not None:
+        advice = "write" if is_assigned else f"pass it to {own.name} as an input, or write"
         return (
             f"NameError: `{name}` is a variable of {owner.name}, and {own.name} has its own; "
-            f"pass it to {own.name} as an input, or write `self.{name}` in both"
+            f"{advice} `self.{name}` in both"
         )
-    if name in cells_of(own):
+    if is_assigned:
         return f"NameError: `{name}` has no value yet; give it one in the variables of {own.name}"
     return ""
 

@@ -49,7 +49,8 @@ class Failure(NamedTuple):
             what = ends["call"]
         elif found is not None and " " in (found["what"] or ""):
             what = found["what"].partition("; ")[0]
-        return f"{what} in {self.state}" if self.state else what
+        comma = "," if "," in what else ""
+        return f"{what}{comma} in {self.state}" if self.state else what
 
 
 class Failures:

@@ -96,3 +96,23 @@ def test_a_refusal_is_over_when_what_was_refused_succeeds(shown: EditorPage) -> 
     shown.press("Control+Home", "Delete", "F5")
     expect(status(shown)).to_have_text("Running")
     expect(refused).to_have_count(0)
+
+
+BELOW = DOCUMENT.replace("<name>look</name>", "<name>look</name><code>count += 1\nprint(f'{count}')</code>")
+
+
+@pytest.mark.parametrize("shown", [BELOW], indirect=True)
+def test_a_variable_of_the_automaton_above_is_explained_and_shared_by_a_click(shown: EditorPage) -> None:
+    page = shown.page
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Ended: `count` is a variable of walk, and wait has its own, in look")
+    page.locator(".live-bar").get_by_role("button", name="line 1").click()
+    expect(page.locator(".cm-failed")).to_contain_text("write `self.count` in both")
+    field = page.get_by_role("textbox", name="Code of the state look")
+    marked = field.locator(".cm-lintRange").first
+    marked.hover()
+    page.get_by_role("button", name="Write self.count in both").click()
+    expect(field.locator(".cm-line").first).to_have_text("self.count += 1")
+    expect(page.locator(".cm-failed")).to_have_count(0)
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Running")

@@ -36,6 +36,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from visualhfsm._errors import VisualHfsmError
@@ -776,3 +777,17 @@ def complete(file: Path) -> bool:
     recorded = RecordingFile(file)
     assert sum(1 for _ in recorded.messages()) >= 0
     return not recorded.truncated
+
+
+def test_without_a_robot_what_a_nao_serves_can_be_declared() -> None:
+    async def go() -> dict[str, list[str]]:
+        settings = Settings(realm="test-nobody", connect=(free_endpoint(),), timeout=CALL_LIMIT)
+        service = Monitoring(Pushes(), settings)
+        try:
+            return await service.control("", "identities", {})
+        finally:
+            await service.close()
+
+    found = asyncio.run(go())
+    assert found["Head"] == ["::nao::PoseHead"]
+    assert found["Camera"] == ["::jderobot::Camera"]

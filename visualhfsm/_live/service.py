@@ -8,6 +8,7 @@ import logging
 import math
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -54,6 +55,8 @@ _STOP_LIMIT: Final = 2.0
 _SCENE: Final = "Scene"
 _MOST_CAMERAS: Final = 8
 """Cameras of which pictures are kept."""
+_BODY: Final = "Body"
+"""The servant that every robot has."""
 
 _logger = logging.getLogger(__name__)
 
@@ -78,6 +81,13 @@ class _Body(msgspec.Struct, forbid_unknown_fields=True):
 class _Picture(msgspec.Struct, forbid_unknown_fields=True):
     camera: Annotated[str, Meta(max_length=200)]
     at: Number
+
+
+@cache
+def _interfaces_of_nao() -> dict[str, list[str]]:
+    from visualhfsm.simulation import served_interfaces  # its libraries are needed only without a robot
+
+    return served_interfaces()
 
 
 class Monitoring:
@@ -149,7 +159,7 @@ class Monitoring:
                 case "standRobot":
                     return await stand_robot(self._communicator)
                 case "identities":
-                    return self._identities()
+                    return await asyncio.to_thread(self._identities)
                 case "ros":
                     return await asyncio.to_thread(read_ros_graph, self._communicator.settings)
                 case "facts":
@@ -314,12 +324,16 @@ class Monitoring:
         return run.log if run is not None else self._follower(component).log
 
     def _identities(self) -> dict[str, list[str]]:
-        """Return what is served in the realm: identities, each with the type ids of its interfaces."""
+        """Return what is served in the realm: identities, each with the type ids of its interfaces.
+
+        Without a robot there, what a Nao serves is among them: documents are written before robots are there.
+        """
         communicator = self._communicator
-        return {
+        found = {
             identity: sorted(communicator.presence.interfaces(Target(communicator.realm, identity)))
             for identity in communicator.identities()
         }
+        return found if _BODY in found else {**_interfaces_of_nao(), **found}
 
     async def _picture(self, component: str, camera: str, at: float) -> bytes | None:
         """Return the picture of a camera at a wall time as JPEG; None when it was not kept or recorded."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ._loading import load_component as load_component
     from ._robot import Ball as Ball
     from ._robot import RobotUnderTest as RobotUnderTest
+    from ._robot import served_interfaces as served_interfaces
 
 RobotKind = Literal["fake", "sim"]
 """The fake robot, without physics, or the simulated one."""
@@ -28,6 +29,7 @@ _MODULES: Final = {
     "DocumentInvalid": "._loading",
     "RobotUnderTest": "._robot",
     "load_component": "._loading",
+    "served_interfaces": "._robot",
     "simulate": "._behavior",
 }
 

@@ -22,7 +22,7 @@ from naoserver.jobs import Job, is_due
 from naoserver.options import ServerOptions
 from naoserver.parts import Axis
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
-from zenoh_ice import Object
+from zenoh_ice import Object, WallClock
 
 from . import CameraKind, RobotKind
 
@@ -195,6 +195,16 @@ class _VirtualJobs:
         if is_due(job, self._clock.now()):
             job.run()
         self._schedule(job)
+
+
+def served_interfaces(body: str | Path = DEFAULT_BODY) -> dict[str, list[str]]:
+    """Return what a robot with a body serves: identities, each with the type id of its interface.
+
+    Raises RobotError when the body cannot be read.
+    """
+    clock = WallClock()
+    assembly = Assembly(FakeRobot(clock, body=read_body(body)), ServerOptions(), clock)
+    return {name: [servant.ice_interface.type_id] for name, servant in assembly.servants.items()}
 
 
 def read_body(name: str | Path) -> Body:

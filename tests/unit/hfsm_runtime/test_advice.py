@@ -27,12 +27,19 @@ def nested(code: str, variables: str = "hits = 0") -> tuple[str, str]:
     )
 
 
-@pytest.mark.parametrize("code", ["hits += 1", "if hits > 2:\n    hits = 0"])
-def test_a_variable_of_the_automaton_above_is_said_to_be_its_own(tmp_path: Path, code: str) -> None:
-    assert said(tmp_path, *nested(code)) == (
-        "NameError: `hits` is a variable of walk, and watch has its own; "
-        "pass it to watch as an input, or write `self.hits` in both"
-    )
+@pytest.mark.parametrize(
+    ("code", "advice"),
+    [
+        ("hits += 1", "write `self.hits` in both"),
+        ("if hits > 2:\n    hits = 0", "write `self.hits` in both"),
+        ("print(hits)", "pass it to watch as an input, or write `self.hits` in both"),
+    ],
+)
+def test_a_variable_of_the_automaton_above_is_said_to_be_its_own(
+    tmp_path: Path, code: str, advice: str
+) -> None:
+    expected = f"NameError: `hits` is a variable of walk, and watch has its own; {advice}"
+    assert said(tmp_path, *nested(code)) == expected
 
 
 def test_it_is_not_of_the_one_above_before_that_has_a_value(tmp_path: Path) -> None:

@@ -75,6 +75,10 @@ def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
     [
         ("ZeroDivisionError: float division by zero", "float division by zero in left"),
         ("KeyError: 'x'", "KeyError: 'x' in left"),
+        (
+            "NameError: `x` is one of a, and b has its own; write it",
+            "`x` is one of a, and b has its own, in left",
+        ),
         ("sys.exit(3) ends the component; a final state would end it", "sys.exit(3) in left"),
         ("os._exit(3) ends the process before it stops the robot", "os._exit(3) in left"),
     ],

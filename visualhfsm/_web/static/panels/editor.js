@@ -115,11 +115,16 @@ const theme = EditorView.theme({
   ".cm-help .now": {fontWeight: "700", textDecoration: "underline"},
   ".cm-help p": {margin: "4px 0 0"},
   ".cm-failedLine": {backgroundColor: "var(--code-failed)"},
+  // It takes the width that there is, and no more.
   ".cm-failed": {
+    width: "0",
+    minWidth: "100%",
+    boxSizing: "border-box",
     padding: "0 8px 4px 6px",
     backgroundColor: "var(--code-failed)",
     color: "var(--code-error)",
     whiteSpace: "pre-wrap",
+    overflowWrap: "anywhere",
   },
   ".cm-diagnostic": {padding: "4px 10px", borderLeftWidth: "3px"},
   ".cm-panels": {backgroundColor: "var(--code-gutter)", color: "var(--code-text)"},

@@ -28,7 +28,7 @@ export function loadInterfaces() {
 /** Identities in the realm with the types of their interfaces. @type {Record<string, string[]>} */
 let identities = {};
 
-/** Request the servants of the realm; there are none where components cannot be followed. */
+/** Request the servants of the realm, and without a robot there those of a Nao; none where nothing can be followed. */
 export async function loadIdentities() {
   const asked = store.request("control", {component: "", action: "identities"});
   identities = /** @type {Record<string, string[]>} */ (await asked.catch(() => ({})));
@@ -71,7 +71,7 @@ export function servedList(declared) {
   if (!all.length) return nothing;
   const taken = new Set(declared.map(({name, proxy}) => proxy.trim() || name));
   return html`<details class="operations served">
-    <summary>What this robot has: ${all.length}</summary>
+    <summary>${store.robot.status === "present" ? "What this robot has" : "What a Nao has"}: ${all.length}</summary>
     <ul>
       ${all.map(
         ({name, type = ""}) =>
