@@ -26,9 +26,9 @@ _EXCEPTION: Final = re.compile(
 )
 _ENDS: Final = re.compile(r"(?P<call>[\w.]+\(.*?\)) ends the ")
 """The beginning of what the runtime says of code that ends the process."""
-_LONGEST: Final = 4000
+_LONGEST_TEXT: Final = 4000
 """Characters of a message that is collected from several lines."""
-_MOST: Final = 50
+_MOST_FAILURES: Final = 50
 """Failures of a run that are kept; each place and message counts once."""
 
 
@@ -81,7 +81,7 @@ class Failures:
         if record is not None or _REFUSED.match(line):
             self._text, self._reported = line, None
         elif self._text:
-            self._text = f"{self._text}\n{line}"[:_LONGEST]
+            self._text = f"{self._text}\n{line}"[:_LONGEST_TEXT]
         if (
             not self._text
             or origin is None
@@ -128,7 +128,7 @@ class Failures:
         if is_last:
             self.last = failure
         key = failure.origin, failure.message
-        if key in self._known or len(self._known) >= _MOST:
+        if key in self._known or len(self._known) >= _MOST_FAILURES:
             return []
         self._known.add(key)
         return [failure]

@@ -456,7 +456,7 @@ def test_what_the_robot_and_the_graph_of_ros_have_is_declared_by_a_click(
         shown.page.get_by_role("button", name="Declare Head (PoseHead)").click()
         expect(squiggle).to_have_count(0)
         shown.press("Alt+i")
-        shown.page.get_by_text("What this robot has: 2").click()
+        shown.page.get_by_text("What a Nao has: 2").click()
         shown.page.get_by_text("What the graph of ROS has").click()
         shown.button("subscribe /scan").click()
         expect(shown.button("subscribe /scan")).to_have_count(0)

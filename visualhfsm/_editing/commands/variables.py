@@ -109,7 +109,7 @@ class ShareVariable(Command, frozen=True, kw_only=True):
         raise EditError(f"Cannot share “{self.name}”", why, hint)
 
     def _users(self, analysis: Analysis, owner: Automaton) -> Iterator[Automaton]:
-        """Yield an automaton and those below it that have no such variable of their own."""
+        """Yield an automaton and those below it that have no such variable."""
         yield owner
         for each in analysis.document.automata:
             if each.father == owner.id and each.id != owner.id:

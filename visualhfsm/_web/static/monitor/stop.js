@@ -11,7 +11,7 @@ const LATE = 3000; // ms: by then the components have ended, and a robot nearby 
 /** What the errors of a stop are about: those of an earlier one go. */
 const STOP = "stop";
 /** @param {string} text */
-const tell = (text) => notify(text, "error", undefined, {about: STOP});
+const report = (text) => notify(text, "error", undefined, {about: STOP});
 
 /** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
@@ -19,17 +19,17 @@ export async function stopRobot() {
   let confirmed = () => {};
   const late = setTimeout(() => {
     const what = "STOP is not confirmed yet, and repeated. If the robot moves, use its own button.";
-    confirmed = tell(what);
+    confirmed = report(what);
   }, LATE);
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
     const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
     if (stopped.includes(monitor.component)) monitor.end("it was stopped by STOP");
     if (stopped.length) notify(`Stopped: ${stopped.join(", ")}.`);
-    else if (!problems.length) tell("There was nothing to stop: neither a robot nor a component is present.");
-    if (problems.length) tell(`Not stopped. ${problems.join("; ")}`);
+    else if (!problems.length) report("There was nothing to stop: neither a robot nor a component is present.");
+    if (problems.length) report(`Not stopped. ${problems.join("; ")}`);
   } catch (error) {
-    tell(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`);
+    report(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`);
   } finally {
     clearTimeout(late);
     confirmed();

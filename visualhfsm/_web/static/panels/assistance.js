@@ -162,7 +162,7 @@ function asMark(doc, problem, automaton) {
 }
 
 /**
- * What mends a problem with a name at once.
+ * The fixes of a problem with a name, each of which a click applies.
  *
  * @param {Problem} problem
  * @param {string} name
