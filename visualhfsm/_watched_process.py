@@ -8,6 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Final, Literal
 
 from zenoh_ice.application.child import ChildProcess, signal_name
@@ -17,7 +18,8 @@ Stream = Literal["out", "err"]
 _LONGEST_LINE: Final = 4000
 """Characters of a line; the rest of a longer one is its continuation."""
 _LINES: Final = 2000
-"""Lines that are reported in a second, and at a time; of more, the oldest are left out and counted."""
+"""Lines that are reported in a second, and at a time; of more, the oldest are left out and counted, those of
+stdout first: what a process says of errors must not drown in what it prints."""
 _CHARACTERS: Final = 400_000
 """Characters, in the same way."""
 _LAST: Final = 0.1
@@ -75,7 +77,9 @@ class LineReports:
         self._written.append((name, lines))
         self._size += len(lines)
         while self._size > _CHARACTERS and len(self._written) > 1:
-            _, oldest = self._written.popleft()
+            index = next((index for index, (stream, _) in enumerate(self._written) if stream == "out"), 0)
+            _, oldest = self._written[index]
+            del self._written[index]
             self._size -= len(oldest)
             self._dropped += _count(oldest)
 
@@ -93,9 +97,10 @@ class LineReports:
 
     def _newest(self) -> list[tuple[Stream, str]]:
         """Return the newest lines that the limits allow, in their order, and count the others."""
-        found: list[tuple[Stream, str]] = []
+        found: list[tuple[int, Stream, str]] = []
         room, characters = int(self._allowed * _LINES), int(self._allowed * _CHARACTERS)
-        for name, written in reversed(self._written):
+        newest = reversed([*enumerate(self._written)])
+        for index, (name, written) in sorted(newest, key=lambda each: each[1][0] == "out"):
             lines = written.rsplit(b"\n", max(0, room))
             if len(lines) > room:  # the first are more than one line
                 self._dropped += _count(lines.pop(0))
@@ -105,12 +110,14 @@ class LineReports:
                 if room < 0 or characters < 0:
                     self._dropped += 1
                 else:
-                    found.append((name, text))
+                    found.append((index, name, text))
         self._written.clear()
         self._size = 0
-        characters_used = sum(len(text) for _, text in found)
+        characters_used = sum(len(text) for *_, text in found)
         self._allowed -= max(len(found) / _LINES, characters_used / _CHARACTERS)
-        return found[::-1]
+        found.reverse()
+        found.sort(key=itemgetter(0))
+        return [(name, text) for _, name, text in found]
 
 
 class WatchedProcess:

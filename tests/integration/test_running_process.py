@@ -182,6 +182,25 @@ asyncio.run(go())
 """
 
 
+def test_an_error_does_not_drown_in_what_is_printed() -> None:
+    async def go() -> None:
+        output = Output()
+        code = (
+            "import sys\n"
+            "for number in range(100_000):\n"
+            "    print(number, 'x' * 100)\n"
+            "    if number == 50_000: print('bad', file=sys.stderr, flush=True)"
+        )
+        child = await started(code, output)
+        assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 0
+        assert ("err", "bad") in output.lines
+        assert output.dropped > 10_000
+        numbers = [int(line.split()[0]) for stream, line in output.lines if stream == "out"]
+        assert numbers == sorted(numbers)
+
+    asyncio.run(go())
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="the parent-death signal is Linux's")
 def test_a_child_ends_with_a_server_that_is_killed() -> None:
     server = subprocess.Popen(
