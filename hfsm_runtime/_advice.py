@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from inspect import isfunction
 from typing import Final
 
 from ._automaton import Automaton
-from ._variables import cells_of
+from ._variables import cells_of, functions_of
 from .component import Component
 from .errors import describe
 from .loading import how_to_install
@@ -30,7 +31,7 @@ def explain(error: BaseException, component: Component | None, automata: Sequenc
             # One that is declared says itself what is wrong, as an interface that is not connected.
             return text if hasattr(type(obj), name) else f"AttributeError: {_undeclared(name, obj)}"
         case NameError(name=str(name)):
-            return _unset(name, automata) or text
+            return _unset(name, component, automata) or text
     return text
 
 
@@ -43,30 +44,36 @@ def _undeclared(name: str, component: Component) -> str:
     return f"`self.{name}` is not declared; declare an interface, function or parameter, or assign it first"
 
 
-def _unset(name: str, automata: Sequence[Automaton]) -> str:
+def _unset(name: str, component: Component | None, automata: Sequence[Automaton]) -> str:
     """Return why a variable has no value; empty for a name that no automaton has."""
     if not automata:
         return ""
     own, *above = automata
-    owner = next((each for each in above if _has_value(each, name)), None)
     is_assigned = name in cells_of(own)
-    if owner is not None:
-        advice = "write" if is_assigned else f"pass it to {own.name} as an input, or write"
-        return (
-            f"NameError: `{name}` is a variable of {owner.name}, and {own.name} has its own; "
-            f"{advice} `self.{name}` in both"
-        )
+    declared = [*_variables_above(component, own)]
+    for index, automaton in enumerate(above):
+        if name in cells_of(automaton) or (index < len(declared) and name in declared[index]):
+            advice = "write" if is_assigned else f"pass it to {own.name} as an input, or write"
+            return (
+                f"NameError: `{name}` is a variable of {automaton.name}, and {own.name} has its own; "
+                f"{advice} `self.{name}` in both"
+            )
     if is_assigned:
         return f"NameError: `{name}` has no value yet; give it one in the variables of {own.name}"
     return ""
 
 
-def _has_value(automaton: Automaton, name: str) -> bool:
-    cell = cells_of(automaton).get(name)
-    if cell is None:
-        return False
-    try:
-        _ = cell.cell_contents
-    except ValueError:  # nothing has been assigned
-        return False
-    return True
+def _variables_above(component: Component | None, automaton: Automaton) -> Iterator[frozenset[str]]:
+    """Yield the names in the methods that make the automata above one, the nearest first.
+
+    A variable that no code of its automaton uses is in no closure.
+    """
+    methods = {name: found.__code__ for name, found in vars(type(component)).items() if isfunction(found)}
+    code = next(iter(functions_of(automaton)), None)
+    name = (f"{getattr(code, '__qualname__', '')}...").split(".")[1]
+    seen = {name}
+    while (name := next((each for each, made in methods.items() if name in made.co_names), "")) not in seen:
+        seen.add(name)
+        if name not in methods:
+            return
+        yield frozenset((*methods[name].co_varnames, *methods[name].co_cellvars))

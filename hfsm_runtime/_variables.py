@@ -46,15 +46,20 @@ def values_of(automaton: Automaton) -> dict[str, object]:
     return values
 
 
-def cells_of(automaton: Automaton) -> dict[str, CellType]:
-    """Return the closure cells of an automaton's variables, by name."""
+def functions_of(automaton: Automaton) -> list[Callable[..., object]]:
+    """Return the code of an automaton."""
     functions: list[Callable[..., object] | None] = [automaton.set_inputs]
     for state in automaton.states:
         functions += [state.entry, state.code, state.exit, state.arguments]
     for transition in automaton.transitions:
         functions += [transition.guard, transition.code]
+    return [each for each in functions if each is not None]
+
+
+def cells_of(automaton: Automaton) -> dict[str, CellType]:
+    """Return the closure cells of an automaton's variables, by name."""
     cells: dict[str, CellType] = {}
-    for code in filter(None, functions):
+    for code in functions_of(automaton):
         closure = getattr(code, "__closure__", None)
         if closure:
             for name, cell in zip(code.__code__.co_freevars, closure, strict=True):

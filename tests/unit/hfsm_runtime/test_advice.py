@@ -42,9 +42,27 @@ def test_a_variable_of_the_automaton_above_is_said_to_be_its_own(
     assert said(tmp_path, *nested(code)) == expected
 
 
-def test_it_is_not_of_the_one_above_before_that_has_a_value(tmp_path: Path) -> None:
+def test_one_that_no_code_of_the_automaton_above_uses_is_its_own_too(tmp_path: Path) -> None:
+    above, below = nested("hits += 1")
+    message = said(tmp_path, above.replace("hits += 0", "pass"), below)
+    assert message.startswith("NameError: `hits` is a variable of walk, and watch has its own;")
+
+
+def test_one_of_two_levels_above_is_found(tmp_path: Path) -> None:
+    message = said(
+        tmp_path,
+        sub(1, 0, state(1, "play", initial=True, child=2), variables="hits = 0"),
+        sub(2, 1, state(1, "watch", initial=True, child=3)),
+        sub(3, 2, state(1, "count", "print(hits)", initial=True)),
+    )
+    assert message.startswith(
+        "NameError: `hits` is a variable of walk, and watch has its own; pass it to watch"
+    )
+
+
+def test_one_that_no_automaton_above_has_lacks_a_value(tmp_path: Path) -> None:
     above, below = nested("hits += 1", variables="")
-    message = said(tmp_path, above.replace("hits += 0", "if False: hits = 1"), below)
+    message = said(tmp_path, above.replace("hits += 0", "pass"), below)
     assert message == "NameError: `hits` has no value yet; give it one in the variables of watch"
 
 

@@ -22,7 +22,7 @@ from visualhfsm._editing.check_process import CheckProcess
 from visualhfsm._editing.commands.automata import AddAutomaton
 from visualhfsm._editing.commands.states import SetArgument, SetStateCode
 from visualhfsm._editing.commands.transitions import SetTransitionCode
-from visualhfsm._editing.places import Locator, Place, spots
+from visualhfsm._editing.places import Located, Locator, Place, spots, texts_at
 from visualhfsm._editing.problems import Problem, find_problems
 from visualhfsm._editing.serialization import parse, written
 from visualhfsm._errors import EditError
@@ -224,3 +224,31 @@ def test_modules_beside_a_document_are_not_run(tmp_path: Path, monkeypatch) -> N
         assert process.check(clean(), tmp_path / "a.xml").problems == ()
     finally:
         process.close()
+
+
+def test_a_note_names_its_place_in_words() -> None:
+    late = SetStateCode(automaton=1, state=2, part="code", text="x = 1\nx = distance\ndistance = 1")
+    problem = only(find_problems(written(late.apply(clean())), None), "W522")
+    assert problem.notes[0] == "it gets a value here (code of b, line 3)"
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        (Place(kind="state", automaton=1, id=1), "state 1"),
+        (Place(kind="state", automaton=1, id=1, part="entry"), "entry of a"),
+        (Place(kind="transition", automaton=1, id=2, part="trigger"), "trigger of back"),
+        (Place(kind="automaton", automaton=1, part="variables"), "variables of the root automaton"),
+        (Place(kind="document", part="description"), "description of the component"),
+    ],
+)
+def test_places_have_names(place: Place, expected: str) -> None:
+    assert Locator(clean()).name(Located(place, 1, 1)) == expected
+
+
+def test_the_texts_of_an_element_are_all_but_its_name() -> None:
+    document = SetStateCode(automaton=1, state=1, part="entry", text="x = 1").apply(clean())
+    state = Place(kind="state", automaton=1, id=1)
+    assert texts_at(document, state) == ("x = 1", "", "")
+    assert texts_at(document, Place(kind="state", automaton=1, id=1, part="entry")) == ("x = 1",)
+    assert texts_at(document, Place(kind="state", automaton=1, id=7, part="entry")) == ()
