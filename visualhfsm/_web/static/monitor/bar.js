@@ -79,11 +79,12 @@ class MonitorBar extends MonitorElement {
         title=${monitor.ended && monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : (why ?? nothing)}
         ><span class="sign" aria-hidden="true"></span>${word}</span
       >
+      ${monitor.isOver ? failureLink(failedRun()) : nothing}
       <strong class="component" title=${monitor.recording?.file || monitor.component}
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
-      ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${monitor.isOver ? failureLink(failedRun()) : nothing}${this.#elsewhere()}
+      ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
         recording
           ? nothing
@@ -117,7 +118,7 @@ class MonitorBar extends MonitorElement {
     return html`<span class="live-status failed" role="status"
         ><span class="sign" aria-hidden="true"></span>${spokenEnd(run)}</span
       >
-      <strong class="component">${run.component}</strong>${failureLink(run)}`;
+      ${failureLink(run)}<strong class="component">${run.component}</strong>`;
   }
 
   /** The button that reloads the component; it has a label when the document has changed. */
