@@ -62,7 +62,7 @@ def describe_end(
     if stopped or (cut_short is None and code == 0):
         return End(message)
     state = "" if cut_short is None or origins is None else origins.state_name(*cut_short[:2])
-    failure = words.failures.last
+    failure = words.failures.last or words.failures.printed
     if cut_short is None or words.are_final:
         if failure is not None and code != 0:
             failure = failure if failure.state else failure._replace(state=state)

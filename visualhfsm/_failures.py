@@ -59,6 +59,8 @@ class Failures:
     def __init__(self) -> None:
         self.last: Failure | None = None
         """The newest one."""
+        self.printed: Failure | None = None
+        """The newest traceback outside of the log: what ended the component, or what code has caught."""
         self._known: set[tuple[Origin, str]] = set()
         self._text = ""
         """The beginning of a message that has several lines."""
@@ -94,6 +96,8 @@ class Failures:
         """Take how the run ended, and where, unless its output has said what was wrong there."""
         if origin is None or (self.last is not None and origin.place.part):
             return []
+        if self.printed is not None and self.printed.origin == origin:
+            return self._add(self.printed)
         return self._add(Failure(origin, state, message.replace("it ", "the component ", 1)))
 
     def _complete(self, origin: Origin) -> list[Failure]:
@@ -119,9 +123,9 @@ class Failures:
             return []
         if line.startswith((" ", "\t")) or not line:
             return []
-        frames, self._frames, self._reported = self._frames, None, None
+        frames, self._frames = self._frames, None
         if reported is None and frames and _EXCEPTION.match(line):
-            return self._add(Failure(frames[-1], "", line))
+            self.printed = Failure(frames[-1], "", line)
         return []
 
     def _add(self, failure: Failure, *, is_last: bool = True) -> list[Failure]:

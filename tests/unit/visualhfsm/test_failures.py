@@ -61,9 +61,13 @@ CASES: dict[str, tuple[Heard, list[Failure]]] = {
             Failure(CODE, "go", "this calls code that fails: ValueError: no"),
         ],
     ),
-    "a traceback alone": (
-        [(TRACEBACK, None), ('  File "walk.py", line 3, in <module>', FUNCTION), ("    import x", None), ("ValueError: it fails", None)],
-        [Failure(FUNCTION, "", "ValueError: it fails")],
+    "a chain of exceptions": (
+        [
+            error("RuntimeError: two"), (TRACEBACK, None), ('  File "walk.py", line 8, in go', CODE),
+            ("ValueError: one", None), ("", None), ("During handling of the above exception, another one", None),
+            ("", None), (TRACEBACK, None), ('  File "walk.py", line 9, in go', CODE), ("RuntimeError: two", None),
+        ],
+        [Failure(CODE, "go", "RuntimeError: two")],
     ),
     "a traceback of other code": ([(TRACEBACK, None), ('  File "x.py", line 3', None), ("ValueError: no", None)], []),
     "variables": (
@@ -87,12 +91,31 @@ def test_failures_are_found_in_the_output(lines: Heard, expected: list[Failure])
     assert heard(*lines) == expected
 
 
+def test_the_last_of_a_chain_of_exceptions_keeps_its_state() -> None:
+    failures = Failures()
+    for line, origin in CASES["a chain of exceptions"][0]:
+        failures.hear(line, origin)
+    assert failures.last == Failure(CODE, "go", "RuntimeError: two")
+    assert failures.printed is None
+
+
 def test_an_end_that_nothing_reported_is_a_failure_of_the_state_that_ran() -> None:
     failures = Failures()
     assert failures.end("it was terminated by SIGKILL", None, "") == []
     state = Origin(Place(kind="state", automaton=1, id=1), 0)
     expected = [Failure(state, "go", "the component was terminated by SIGKILL")]
     assert failures.end("it was terminated by SIGKILL", state, "go") == expected
+
+
+def test_a_traceback_alone_is_a_failure_only_if_the_run_ends_there() -> None:
+    failures = Failures()
+    lines: Heard = [
+        (TRACEBACK, None), ('  File "walk.py", line 3, in <module>', FUNCTION), ("ValueError: it fails", None)
+    ]  # fmt: skip
+    assert [found for line, origin in lines for found in failures.hear(line, origin)] == []
+    assert failures.end("it ended with exit code 1", FUNCTION, "") == [
+        Failure(FUNCTION, "", "ValueError: it fails")
+    ]
 
 
 def test_an_end_after_its_error_is_no_second_failure() -> None:
