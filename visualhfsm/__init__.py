@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from ._editing.commands.transitions import SetPriority as SetPriority
     from ._editing.commands.transitions import SetTransitionCode as SetTransitionCode
     from ._editing.commands.transitions import SetTransitionType as SetTransitionType
+    from ._editing.commands.variables import PassVariable as PassVariable
+    from ._editing.commands.variables import ShareVariable as ShareVariable
     from ._editing.places import Place as Place
     from ._editing.problems import CounterexampleView as CounterexampleView
     from ._editing.problems import Findings as Findings
@@ -128,6 +130,7 @@ _MODULES: Final = {
     "OldFormatError": "._errors",
     "OpenDocument": ".project._document",
     "Opened": ".project._events",
+    "PassVariable": "._editing.commands.variables",
     "PasteStates": "._editing.commands.paste",
     "Place": "._editing.places",
     "PlaceItems": "._editing.commands.items",
@@ -156,6 +159,7 @@ _MODULES: Final = {
     "SetStateCode": "._editing.commands.states",
     "SetTransitionCode": "._editing.commands.transitions",
     "SetTransitionType": "._editing.commands.transitions",
+    "ShareVariable": "._editing.commands.variables",
     "Signature": "._code_help.answers",
     "Step": "._sessions.session",
     "StepView": "._editing.problems",

@@ -36,7 +36,7 @@ def _rows() -> list[dict[str, str]]:
 CONTROL = "float64 throttle\nfloat64 brake\nfloat64 steer\n"
 """As much of a message of the Prius as a document uses."""
 
-ERRORS_OF_THEIR_AUTHORS = {"visualstates/deneme-091ea35b.xml": "has no attribute 'setMotors'"}
+ERRORS_OF_THEIR_AUTHORS = {"visualstates/deneme-091ea35b.xml": "`self.setMotors` is not declared"}
 NOT_GENERATED = {"cpp": 16, "plain": 4}
 """By the kind of their code: C++, and words that are no code, such as `go on`."""
 
