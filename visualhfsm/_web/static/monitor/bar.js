@@ -17,7 +17,6 @@ import {runs, spokenEnd} from "../runs.js";
 import {actionButton, menuButton} from "../shell.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
-import {find, show} from "./failing-code.js";
 import {monitor, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
@@ -172,10 +171,15 @@ class MonitorBar extends MonitorElement {
       type="button"
       class="link"
       title="Show the code that does not end"
-      @click=${() => show({automaton, state, location})}
+      @click=${() => this.#show({automaton, state, location})}
     >
       in ${monitor.stateName(automaton, state)}${line ? `, line ${line}` : ""}
     </button>`;
+  }
+
+  /** Show the code of a state. @param {import("./failing-code.js").Failing} report */
+  async #show(report) {
+    (await import("./failing-code.js")).show(report);
   }
 
   /** A link to the state whose cycles take too long. */
@@ -184,7 +188,7 @@ class MonitorBar extends MonitorElement {
     if (!late) return nothing;
     const {id: automaton, state} = late;
     const place = {automaton, state, location: ""};
-    return html`<button type="button" class="link" title="Show its code" @click=${() => show(place)}>
+    return html`<button type="button" class="link" title="Show its code" @click=${() => this.#show(place)}>
       in ${monitor.stateName(automaton, state)}
     </button>`;
   }
@@ -197,6 +201,7 @@ class MonitorBar extends MonitorElement {
     const cycle = `${automaton}.${cycles}`;
     if (cycle === this.#hang.cycle) return;
     const hang = (this.#hang = {cycle, location, line: 0});
+    const {find} = await import("./failing-code.js");
     hang.line = (await find({automaton, state, location}))?.line ?? 0;
     this.requestUpdate();
   }

@@ -7,9 +7,11 @@
  * @import {WorldShape} from "./world-drawing.js"
  */
 
-import {Lateness} from "./lateness.js";
 import {Past} from "./past.js";
 import {Structure} from "./structure.js";
+
+const LOOKED_AT = 3; // s of component time in which most cycles of what is late were too long
+const FEW = 3; // cycles that were too long; fewer may happen on any busy machine
 
 export class Followed {
   /** Name of the component or recording, "" for none. */
@@ -21,7 +23,8 @@ export class Followed {
   /** A moment of the past that is shown instead. @type {LiveSnapshot | undefined} */
   looking = undefined;
   past = new Past();
-  #lateness = new Lateness();
+  /** The newest moments. @type {LiveSnapshot["component"][]} */
+  #recent = [];
   /** Since when it is silent, s since 1970; 0 while it sends. */
   since = 0;
   /**
@@ -97,7 +100,12 @@ export class Followed {
 
   /** Whether the cycles of an automaton take longer than its period now. @param {number} id */
   isLate(id) {
-    return this.isLive && !this.ended && !this.since && this.#lateness.has(id);
+    if (!this.isLive || this.ended || this.since) return false;
+    const found = this.#recent.flatMap(({automata}) => automata.find((each) => each.id === id) ?? []);
+    const [first, last] = [found.at(0), found.at(-1)];
+    if (!first || !last) return false;
+    const overruns = last.overruns - first.overruns;
+    return overruns >= FEW && overruns * 2 >= last.cycles - first.cycles;
   }
 
   /** The first automaton that is late; none while one hangs. */
@@ -116,7 +124,7 @@ export class Followed {
     this.since = since ?? 0;
     this.ended = undefined;
     this.past = new Past(timeline ?? undefined);
-    this.#lateness = new Lateness();
+    this.#recent = [];
     this.newest = snapshot ?? undefined;
     this.looking = undefined;
   }
@@ -149,9 +157,10 @@ export class Followed {
     if (restarted) {
       this.ended = undefined;
       this.past = new Past();
-      this.#lateness = new Lateness();
+      this.#recent = [];
     }
-    this.#lateness.take(value.component);
+    const {component} = value;
+    this.#recent = [...this.#recent.filter(({time}) => time > component.time - LOOKED_AT), component];
     const changed = this.since !== 0 || restarted || newest?.component.status !== value.component.status;
     this.since = 0;
     this.newest = value;
