@@ -290,16 +290,30 @@ class Property(Node):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Shelf(Node):
+    """How a document is shown on the editor's shelf, from which it is drawn into other documents as a state.
+
+    `title` is what people call it, `category` the heading below which it stands, `icon` the name of a picture
+    of the page, and `words` are further words by which it is found. Each may be blank.
+    """
+
+    title: Text = Text()
+    category: Text = Text()
+    icon: Text = Text()
+    words: Text = Text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
-    `description`, `on_error`, `on_refused`, `world`, `dialect`, `language`, parameters, events, properties
-    and `ros` are our additions; the original editor ignores them. `dialect` is blank for the current format,
-    and otherwise names the former editor (`VisualHFSM`, `VisualStates`) whose generator the code was written
-    for. `language` is blank for Python, and otherwise names the language of the code, which is kept but does
-    not run. `lists` has the unknown content of the elements around parameters, libraries, interfaces and so
-    on, such as settings of ROS in `config`. `functions` come from imported files, and `format` is the format
-    that the document was read from: neither is written.
+    `description`, `on_error`, `on_refused`, `world`, `dialect`, `language`, `shelf`, parameters, events,
+    properties and `ros` are our additions; the original editor ignores them. `dialect` is blank for the
+    current format, and otherwise names the former editor (`VisualHFSM`, `VisualStates`) whose generator the
+    code was written for. `language` is blank for Python, and otherwise names the language of the code, which
+    is kept but does not run. `lists` has the unknown content of the elements around parameters, libraries,
+    interfaces and so on, such as settings of ROS in `config`. `functions` come from imported files, and
+    `format` is the format that the document was read from: neither is written.
     """
 
     root_tag: str = "VisualHFSM"
@@ -310,6 +324,7 @@ class Document(Node):
     """The world in which the editor starts a simulation for it; any does when it is blank."""
     dialect: Text = Text()
     language: Text = Text()
+    shelf: Shelf | None = None
     parameters: tuple[Parameter, ...] = ()
     events: tuple[Event, ...] = ()
     properties: tuple[Property, ...] = ()

@@ -15,7 +15,7 @@ from codegen.hfsm.document import Automaton, Document, Interface, Node, Text
 _KEPT_ALONE: Final = frozenset(each.name for each in fields(Node))
 """Fields that are kept for the file and not shown."""
 _HIDDEN: Final[dict[type, frozenset[str]]] = {
-    Document: frozenset(("automata", "dialect", "format", "functions", "lists", "root_tag")),
+    Document: frozenset(("automata", "dialect", "format", "functions", "lists", "root_tag", "shelf")),
     Interface: frozenset(("ip", "port")),
 }
 _NAMES: Final[dict[tuple[type, str], str]] = {(Automaton, "iteration_time"): "period"}

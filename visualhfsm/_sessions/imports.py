@@ -8,7 +8,7 @@ from typing import Any
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import resolve
-from codegen.hfsm.document import NO_CHILD, Automaton, Document
+from codegen.hfsm.document import NO_CHILD, Automaton, Document, Functions
 from visualhfsm._editing.commands import Command
 from visualhfsm._editing.commands.automata import ExtractAutomaton
 from visualhfsm._editing.commands.paste import FillAutomaton
@@ -84,11 +84,17 @@ def imported_content(document: Document, automaton: int, path: Path) -> Document
     if diagnostics.has_errors:
         raise EditError(what, diagnostics.errors[0].message, "fix the file, or import another")
     top, *others = resolved.automata
-    if resolved.functions:
-        texts = (top.functions, *(each.text for each in resolved.functions))
-        functions = "\n".join(each.text.strip("\n") for each in texts if not each.is_blank)
-        top = changed(top, functions=functions)
-    return replace(resolved, automata=(top, *others), functions=())
+    return replace(resolved, automata=(with_functions(top, resolved.functions), *others), functions=())
+
+
+def with_functions(automaton: Automaton, functions: tuple[Functions, ...]) -> Automaton:
+    """Return an automaton that has further functions, those of imported files that belong to no automaton."""
+    if not functions:
+        return automaton
+    texts = (automaton.functions, *(each.text for each in functions))
+    return changed(
+        automaton, functions="\n".join(each.text.strip("\n") for each in texts if not each.is_blank)
+    )
 
 
 def _file_of(document: Document, automaton: int) -> str:

@@ -5,6 +5,7 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from visualhfsm._editing.commands.paste import PasteStates
@@ -62,6 +63,21 @@ async def paste(workspace: Workspace, _: Window, request: p.Paste) -> dict[str, 
     content = workspace.clipboard
     command = PasteStates(automaton=request.automaton, content=content, x=request.x, y=request.y)
     return _outcome(await tab.edit(OpenDocument.apply, command))
+
+
+async def add_ready(workspace: Workspace, _: Window, request: p.AddReady) -> dict[str, Any]:
+    """Draw a state of the shelf."""
+    tab = workspace.tabs.editable(request.tab)
+    add = partial(
+        OpenDocument.add_ready_state,
+        id=request.state,
+        automaton=request.automaton,
+        x=request.x,
+        y=request.y,
+        origin=request.origin,
+        trigger=request.trigger,
+    )
+    return _outcome(await tab.edit(add))
 
 
 async def extract(workspace: Workspace, _: Window, request: p.Extract) -> dict[str, Any]:

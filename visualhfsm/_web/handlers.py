@@ -47,6 +47,7 @@ def _row(kind: type[R], handle: Handle[R], lane: Lane = Lane.IN_ORDER) -> tuple[
 
 HANDLERS: Final[dict[type[p.Request], Handler]] = dict(
     [
+        _row(p.AddReady, edits.add_ready),
         _row(p.Attach, steering.attach),
         _row(p.Close, documents.close),
         _row(p.CodeHelp, questions.code_help, Lane.CODE_HELP),

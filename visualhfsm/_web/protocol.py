@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 import msgspec
 
 from visualhfsm._editing.commands import AnyCommand
+from visualhfsm._editing.commands.transitions import TransitionType
 from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Problem
 from visualhfsm._errors import ErrorKind
 from visualhfsm._services import Push, tag
+from visualhfsm._sessions.shelf import ReadyState
 from visualhfsm.trials._orders import ChosenLimit, ChosenRobot, ChosenRuns
 
 # ------------------------------------------------------------------------------------------ requests
@@ -153,6 +155,17 @@ class Paste(TabEdit):
     automaton: ElementId
     x: Coordinate | None = None
     y: Coordinate | None = None
+
+
+class AddReady(TabEdit):
+    """Draw a state of the shelf into an automaton, with a transition to it from `origin` if given."""
+
+    state: Name
+    automaton: ElementId
+    x: Coordinate
+    y: Coordinate
+    origin: ElementId | None = None
+    trigger: TransitionType = "condition"
 
 
 class Search(_Request):
@@ -490,6 +503,12 @@ class Workspace(Push):
     tabs: list[TabState]
     recoverable: list[Recoverable]
     running: list[dict[str, Any]]
+
+
+class Shelf(Push):
+    """What can be drawn as ready states: ours, then those of the project."""
+
+    states: list[ReadyState]
 
 
 class Closed(Push):

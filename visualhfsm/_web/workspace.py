@@ -19,6 +19,7 @@ from .check_scheduler import CheckScheduler
 from .code_questions import CodeQuestions
 from .limits import Limits
 from .news import News, Realm
+from .protocol import Shelf
 from .protocol import Workspace as WorkspacePush
 from .runs import Runs
 from .services import MakeServices, Services
@@ -67,6 +68,7 @@ class Workspace:
         self._checks = CheckScheduler(limits.quiet_seconds)
         self._recoverable: list[Abandoned] = []
         self._published: WorkspacePush | None = None
+        self._shelf = Shelf(states=[])
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
@@ -85,6 +87,7 @@ class Workspace:
             changed=self.publish_state,
         )
         await self.look_for_recoverable()
+        await self._look_at_shelf()
         self._tasks = [
             asyncio.create_task(self._watch_files(), name="watch of the files"),
             asyncio.create_task(self._checks.run(), name="checks"),
@@ -164,10 +167,21 @@ class Workspace:
         self._recoverable = await self.threads.do(self.project.recoverable)
         self.publish_state()
 
+    async def _look_at_shelf(self) -> None:
+        """Find what is on the shelf, and send all windows what is new."""
+        shelf = Shelf(states=await self.threads.do(self.project.shelf))
+        if shelf != self._shelf:
+            self._shelf = shelf
+            self.windows.push(shelf)
+
     async def _watch_files(self) -> None:
-        """Watch the files of the open documents, until cancelled."""
+        """Watch the files of the open documents and of the shelf, until cancelled."""
         while True:
             await asyncio.sleep(self.limits.file_check_seconds)
+            try:
+                await self._look_at_shelf()
+            except Exception:
+                _logger.exception("the shelf cannot be read")
             for tab in self.tabs:
                 try:
                     await tab.edit(OpenDocument.refresh)
@@ -182,6 +196,7 @@ class Workspace:
         self.windows.add(window)
         window.greet()
         window.push(self._state())
+        window.push(self._shelf)
         window.push(self.realm.robot)
         for tab in self.tabs:
             window.show(tab)

@@ -14,6 +14,8 @@ import msgspec
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm._code_help.answers import Completions, Explanation, Signature
 from visualhfsm._editing.commands import Command, decode_command
+from visualhfsm._editing.commands.paste import AddReadyState
+from visualhfsm._editing.commands.transitions import TransitionType
 from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Findings, Problem, Proof
 from visualhfsm._editing.serialization import copy_states
@@ -47,6 +49,9 @@ class Owner(Tools, Protocol):
 
     def file(self, path: str | Path) -> Path:
         """Return the path of a document below the root. Raises ForbiddenPathError."""
+
+    def ready_state(self, id: str) -> tuple[str, str]:
+        """Return the title and the text of the document of a ready state."""
 
     def forget(self, document: OpenDocument) -> None:
         """Forget a document that is closed."""
@@ -187,6 +192,27 @@ class OpenDocument:
         with self.together():
             session = self._session
             return session.do(imports.inline(session.document, automaton, session.path))
+
+    def add_ready_state(
+        self,
+        id: str,
+        automaton: int,
+        x: float,
+        y: float,
+        *,
+        origin: int | None = None,
+        trigger: TransitionType = "condition",
+    ) -> Change:
+        """Draw one of the project's ready states at a place, as a copy.
+
+        With `origin`, a transition of the type `trigger` leads to it from there.
+        """
+        title, content = self._owner.ready_state(id)
+        name = title[:1].lower() + title[1:]
+        command = AddReadyState(
+            automaton=automaton, content=content, name=name, x=x, y=y, origin=origin, trigger=trigger
+        )
+        return self.apply(command)
 
     # -- files ---------------------------------------------------------------------------------------------
 

@@ -19,6 +19,7 @@ from visualhfsm._errors import EditError, MissingError, TooManyError, WouldOverw
 from visualhfsm._sessions.files import read_file
 from visualhfsm._sessions.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm._sessions.session import DocumentSession
+from visualhfsm._sessions.shelf import ReadyState, Shelves
 from visualhfsm._sessions.templates import EMPTY, make_template
 
 from ._document import OpenDocument
@@ -72,6 +73,7 @@ class Project:
         folder = self.root.directory
         self.checks: Final = checks or CheckProcess(folder=folder)
         self.code_help: Final = code_help or CodeHelp(include=self.include, folder=folder)
+        self._shelves = Shelves(folder)
         self._most = most
         self._listeners = Listeners()
         self._opening = threading.RLock()
@@ -225,6 +227,16 @@ class Project:
         if not stat.S_ISREG(status.st_mode) or suffix not in _KINDS:
             return None
         return Entry(path, _KINDS[suffix], status.st_size, status.st_mtime)
+
+    # -- the shelf -----------------------------------------------------------------------------------------
+
+    def shelf(self) -> list[ReadyState]:
+        """Return the ready states that can be drawn: ours, then those of the folder `shelf`."""
+        return self._shelves.states()
+
+    def ready_state(self, id: str) -> tuple[str, str]:
+        """Return the title and the text of the document of a ready state."""
+        return self._shelves.content(id)
 
     # -- trials --------------------------------------------------------------------------------------------
 

@@ -143,6 +143,7 @@ DOCUMENT: Final = _kind(
     "VisualHFSM",
     model.Document,
     leaves="description? onerror=on_error? onrefused=on_refused? world? dialect? language?",
+    shelf=Items("shelf", _kind("shelf", model.Shelf, leaves="title? category? icon? words?"), one=True),
     parameters=Items("parameters", _PARAMETER, listed=True, optional=True),
     events=Items("events", _EVENT, listed=True, optional=True),
     properties=Items("properties", _PROPERTY, listed=True, optional=True),

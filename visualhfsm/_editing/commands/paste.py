@@ -1,4 +1,4 @@
-"""Commands that insert text: states from the clipboard, and whole documents."""
+"""Commands that insert text: states from the clipboard, ready states from the shelf, and whole documents."""
 
 # ruff: noqa: ARG002 - `Command` documents its methods and their parameters
 
@@ -8,7 +8,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from codegen.hfsm.document import Automaton, Document, Node, State, Transition
+from codegen.hfsm.document import (
+    Argument,
+    Automaton,
+    Document,
+    Interface,
+    Node,
+    Parameter,
+    RosInterface,
+    State,
+    Text,
+    Transition,
+)
 from visualhfsm._errors import EditError
 
 from ..diff import KEYS
@@ -17,6 +28,7 @@ from ..nodes import (
     MAX_AUTOMATA,
     automaton_ids,
     changed,
+    checked,
     coordinate,
     find_automaton,
     free_name,
@@ -27,6 +39,8 @@ from ..nodes import (
 from ..serialization import parse
 from ..subtrees import hanging, renumbered, renumbered_state, without_automata
 from .base import Command, Id
+from .states import AddState
+from .transitions import TransitionType
 
 _STEP: Final = 30.0
 """Pixels by which states that would cover others are shifted, repeatedly."""
@@ -95,6 +109,61 @@ def _square(state: State) -> tuple[int, int]:
     return round(state.x / _STEP), round(state.y / _STEP)
 
 
+class AddReadyState(Command, frozen=True, kw_only=True):
+    """Add a state whose automaton is a copy of a whole document, as one of the shelf is.
+
+    The state is called `name`, if that is free; it passes each input its default, to be changed, and its
+    automaton restarts at each entry. With `origin`, a transition of the type `trigger` leads to it from
+    there. What that document declares is added where it is not declared yet; another declaration of the same
+    name is an error. Functions that are there already are not repeated: a component defines each only once.
+    """
+
+    automaton: Id
+    content: str
+    name: str
+    x: float
+    y: float
+    origin: Id | None = None
+    trigger: TransitionType = "condition"
+
+    def apply(self, document: Document) -> Document:
+        what = f"Cannot draw {self.name[:40]}"
+        fragment = parse(self.content, what)
+        top = fragment.root
+        if top is None:
+            raise EditError(what, "it has no root automaton, or several", "mend its file")
+        if fragment.language != document.language:
+            why = (
+                f"its code is {fragment.language.text.strip()[:20] or 'Python'}, unlike that of this document"
+            )
+            raise EditError(what, why, "draw a state, and write its code")
+        _require_same_declarations(document, fragment, what)
+        former = find_automaton(document, self.automaton)
+        document = AddState(
+            automaton=former.id, x=self.x, y=self.y, origin=self.origin, trigger=self.trigger
+        ).apply(document)
+        target = find_automaton(document, self.automaton)
+        added = target.states[-1]
+        numbers = _numbers(document, [top, *(each for each in fragment.automata if each is not top)])
+        state = changed(
+            added,
+            name=free_name(checked(self.name, "the name"), {each.name for each in former.states}),
+            children=(numbers[top.id],),
+            history=Text("restart"),
+            arguments=tuple(Argument(name=each.name, value=Text(each.default.text)) for each in top.inputs),
+        )
+        filled = replace(target, states=swapped(target.states, added, state))
+        known = {each.functions.text.strip() for each in document.automata}
+        copies = tuple(
+            _without_functions(renumbered(each, numbers, target.id), known) for each in fragment.automata
+        )
+        drawn = replace(document, automata=(*swapped(document.automata, target, filled), *copies))
+        return _with_declarations(drawn, fragment)
+
+    def title(self, document: Document) -> str:
+        return f"Draw {self.name[:80]}"
+
+
 class FillAutomaton(Command, frozen=True, kw_only=True):
     """Replace the content of an automaton by that of the first one of a document, with all below it.
 
@@ -146,6 +215,28 @@ class ReplaceDocument(Command, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return self.name[:80] or "Replace the document"
+
+
+def _require_same_declarations(document: Document, fragment: Document, what: str) -> None:
+    """Raise EditError when two documents declare different things by the same name."""
+    for name in ("interfaces", "ros", "parameters"):
+        own = {KEYS[name](item): item for item in getattr(document, name)}
+        for item in getattr(fragment, name):
+            known = own.get(KEYS[name](item))
+            if known is not None and _type_of(known) != _type_of(item):
+                why = f"it needs self.{item.name} as {_type_of(item)}, and here that is {_type_of(known)}"
+                raise EditError(what, why, f"rename {item.name} in this document, with its uses")
+
+
+def _type_of(declared: Interface | RosInterface | Parameter) -> str:
+    """Return the type of what is declared, without its scope."""
+    text = declared.type.text if isinstance(declared.type, Text) else declared.type
+    return text.strip().replace(".", "::").rpartition("::")[2]
+
+
+def _without_functions(automaton: Automaton, known: set[str]) -> Automaton:
+    """Return an automaton without its functions, if they are known."""
+    return replace(automaton, functions=Text()) if automaton.functions.text.strip() in known else automaton
 
 
 def _with_declarations(document: Document, fragment: Document) -> Document:

@@ -23,19 +23,23 @@ from ..nodes import (
     with_automaton,
 )
 from .base import AutomatonCommand, Command, Id
-from .transitions import AddTransition
+from .transitions import AddTransition, TransitionType
 
 _DEFAULT_NAME: Final = "state"
 
 
 class AddState(Command, frozen=True, kw_only=True):
-    """Add a state, and a transition to it from `origin`; the first state of an automaton is initial."""
+    """Add a state, and a transition to it from `origin`; the first state of an automaton is initial.
+
+    `trigger` is the type of the transition.
+    """
 
     automaton: Id
     x: float
     y: float
     name: str = ""
     origin: Id | None = None
+    trigger: TransitionType = "condition"
 
     def apply(self, document: Document) -> Document:
         number = next(state_ids(find_automaton(document, self.automaton)))
@@ -57,7 +61,10 @@ class AddState(Command, frozen=True, kw_only=True):
         drawn = with_automaton(document, self.automaton, add)
         if self.origin is None:
             return drawn
-        return AddTransition(automaton=self.automaton, origin=self.origin, destination=number).apply(drawn)
+        led = AddTransition(
+            automaton=self.automaton, origin=self.origin, destination=number, type=self.trigger
+        )
+        return led.apply(drawn)
 
     def title(self, document: Document) -> str:
         return "Add a state" if self.origin is None else "Add a state and a transition to it"

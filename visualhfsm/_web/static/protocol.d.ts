@@ -128,12 +128,29 @@ export interface Commands {
   placeItems: {placements: Placement[]; name?: string};
   /** Paste a fragment into an automaton, with new numbers. */
   pasteStates: {automaton: number; content: string; x?: number | null; y?: number | null; name?: string};
+  /** Add a state whose automaton is a copy of a whole document, as one of the shelf is. */
+  addReadyState: {
+    automaton: number;
+    content: string;
+    name: string;
+    x: number;
+    y: number;
+    origin?: number | null;
+    trigger?: "condition" | "event" | "finished" | "time";
+  };
   /** Replace the content of an automaton by that of the first one of a document, with all below it. */
   fillAutomaton: {automaton: number; content: string; name?: string};
   /** Replace the whole document, such as by the result of a merge. */
   replaceDocument: {content: string; name?: string};
   /** Add a state, and a transition to it from `origin`; the first state of an automaton is initial. */
-  addState: {automaton: number; x: number; y: number; name?: string; origin?: number | null};
+  addState: {
+    automaton: number;
+    x: number;
+    y: number;
+    name?: string;
+    origin?: number | null;
+    trigger?: "condition" | "event" | "finished" | "time";
+  };
   /** Rename a state. */
   renameState: {automaton: number; state: number; name: string};
   /** Set the code that runs at the entry, in every cycle or at the exit of a state. */
@@ -425,6 +442,12 @@ export interface NameExplanation {
   documentation: string;
 }
 
+/** A servant that a ready state calls: its identity, and its interface. */
+export interface Need {
+  identity: string;
+  type: string;
+}
+
 /** An operation as a method of a proxy; its signature begins with `(self`. */
 export interface OperationDescription {
   name: string;
@@ -569,12 +592,38 @@ export type Push =
   | ProblemsPush
   | RobotPush
   | RunPush
+  | ShelfPush
   | SnapshotPush
   | StalePush
   | StructurePush
   | TestsPush
   | TrialsPush
   | WorkspacePush;
+
+/** What can be set of a ready state: an input of its automaton. */
+export interface ReadyInput {
+  name: string;
+  type: string;
+  default: string;
+  description: string;
+}
+
+/** A document of a shelf, as people see it there. */
+export interface ReadyState {
+  id: string;
+  path: string;
+  title: string;
+  category: string;
+  own: boolean;
+  summary: string;
+  text: string;
+  icon: string;
+  words: string;
+  inputs: ReadyInput[];
+  needs: Need[];
+  ends: boolean;
+  trouble: string;
+}
 
 /** A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970. */
 export interface Recoverable {
@@ -593,6 +642,16 @@ export interface ReloadReport {
 
 /** The fields of each request. */
 export interface Requests {
+  /** Draw a state of the shelf into an automaton, with a transition to it from `origin` if given. */
+  addReady: {
+    tab: number;
+    state: string;
+    automaton: number;
+    x: number;
+    y: number;
+    origin?: number | null;
+    trigger?: "condition" | "event" | "finished" | "time";
+  };
   /** Follow a running component. */
   attach: {component: string};
   /** Close a tab; one with unsaved changes only with `discard`. */
@@ -769,6 +828,12 @@ export interface Share {
   trials: number;
   lowest: number;
   highest: number;
+}
+
+/** What can be drawn as ready states: ours, then those of the project. */
+export interface ShelfPush {
+  push: "shelf";
+  states: ReadyState[];
 }
 
 /** A call that is being typed: its parameters, and the index of the one at the cursor, -1 for none. */

@@ -1,0 +1,172 @@
+"""Each state of our shelf, drawn into a document: it is checked, ends, and stops what it began when it is left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+
+from interfaces.nao import TouchReading
+from tests.support.places import ROOT
+from visualhfsm import Project
+from visualhfsm._editing.commands.states import AddState, SetArgument
+from visualhfsm._editing.commands.transitions import AddTransition, SetTransitionType
+from visualhfsm.testing import Behavior, MakeBehavior, check_properties
+
+SHELF: Final = ROOT / "shelf"
+DEGREE: Final = math.radians(1.0)
+
+Say = Callable[[Behavior], object]
+
+
+@dataclass(frozen=True)
+class Example:
+    """A state of the shelf in use: `prepare` is done before it is entered, `holds` afterwards.
+
+    `stop` is the call that ends what it began, if it is left before its end. It ends within `limit` seconds.
+    """
+
+    arguments: dict[str, str] = field(default_factory=dict)
+    prepare: Say = lambda _: None
+    holds: Say = lambda _: True
+    stop: str = ""
+    limit: float = 15.0
+    settings: dict[str, Any] = field(default_factory=dict)
+
+
+def place_ball(b: Behavior) -> None:
+    b.robot.ball("green").place(pan=0.6, distance=1.0, height=0.5)
+
+
+def press(b: Behavior) -> None:
+    touched = TouchReading(time=1.0, touched=["HeadFront"])
+    b.stub("Touch", getTouchReading=touched)
+
+
+def is_lit(b: Behavior) -> bool:
+    colors = b.component.Leds.getLeds().colors
+    return [colors[eye].blue for eye in ("LeftEye", "RightEye")] == [1.0, 1.0] and colors["Chest"].blue < 1.0
+
+
+def has_gone(b: Behavior, forward: float, degrees: float) -> bool:
+    """Return whether the robot has gone that far: its own odometry is a little wrong in the simulation."""
+    walked = b.calls("Walk.walkTo")[-1]
+    return math.isclose(walked.x, forward) and math.isclose(walked.heading, degrees * DEGREE)
+
+
+def said(b: Behavior) -> str:
+    return str(b.component.Speech.getSpeech().text)
+
+
+EXAMPLES: Final = {
+    "say": Example({"text": '"Good morning"'}, holds=lambda b: said(b) == "Good morning", stop="Speech.stop"),
+    "look_at": Example(
+        {"left": "40.0", "up": "-10.0"},
+        holds=lambda b: max(abs(b.robot.head[0] - 40 * DEGREE), abs(b.robot.head[1] - 10 * DEGREE)) < 0.1,
+        stop="Head.stop",
+    ),
+    "look_for_a_ball": Example(
+        {"color": '"green"'}, place_ball, holds=lambda b: abs(b.robot.head[0] - 0.6) < 0.15, stop="Head.stop"
+    ),
+    "walk_to": Example(
+        {"forward": "0.2", "turn": "20.0"}, holds=lambda b: has_gone(b, 0.2, 20.0), stop="Walk.stop"
+    ),
+    "turn": Example({"left": "-45.0"}, holds=lambda b: has_gone(b, 0.0, -45.0), stop="Walk.stop"),
+    "sit": Example(holds=lambda b: b.component.Postures.getPosture() == "Sit", stop="Postures.stop"),
+    "stand": Example(holds=lambda b: b.component.Postures.getPosture() == "Stand", stop="Postures.stop"),
+    "wave_a_hand": Example(holds=lambda b: b.calls("Motions.play")[-1].name == "wave", stop="Motions.stop"),
+    "kick": Example(
+        {"foot": '"left"'},
+        holds=lambda b: b.calls("Motions.play")[-1].name == "kick_left",
+        stop="Motions.stop",
+    ),
+    "play_a_motion": Example(
+        {"motion": '"wave"', "pace": "1.5"},
+        holds=lambda b: b.calls("Motions.play")[-1].pace == 1.5,
+        stop="Motions.stop",
+    ),
+    "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit),
+    "wait_for_touch": Example({"sensor": '"Head"'}, press),
+}
+BODIES: Final = [
+    *(("T1", name) for name in ("say", "look_at", "turn", "wave_a_hand")),
+    *(("G1", name) for name in ("look_at", "walk_to")),
+    *(("Cart", name) for name in ("walk_to", "lights")),
+]
+ANYWHERE: Final = {"look_at": {"left": "10.0", "up": "-5.0"}, "lights": {"color": '"blue"'}}
+"""Arguments that suit other robots than a Nao, too."""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Iterator[Project]:
+    with Project(tmp_path, journals=tmp_path / "journals") as made:
+        yield made
+
+
+def draw(project: Project, name: str, arguments: dict[str, str], *, leave_after: int | None = None) -> Path:
+    """Return the file of a document: a state of the shelf, and what follows when it ends, or after a time in ms."""
+    document = project.new()
+    document.add_ready_state(f"ours/{name}.xml", 1, 120.0, 160.0)
+    for key, value in arguments.items():
+        document.apply(SetArgument(automaton=1, state=1, name=key, value=value))
+    if leave_after is None:
+        document.apply(AddState(automaton=1, x=400.0, y=160.0, name="next", origin=1, trigger="finished"))
+    else:
+        document.apply(AddState(automaton=1, x=400.0, y=160.0, name="next"))
+        document.apply(AddTransition(automaton=1, origin=1, destination=2, type="time"))
+        document.apply(SetTransitionType(automaton=1, transition=1, type="time", trigger=str(leave_after)))
+    return document.save("drawn.xml")
+
+
+def test_every_state_of_the_shelf_has_an_example() -> None:
+    assert sorted(EXAMPLES) == sorted(path.stem for path in SHELF.glob("*.xml"))
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_state_and_what_is_drawn_of_it_have_no_problems(project: Project, name: str) -> None:
+    drawn = draw(project, name, {})
+    for file in (SHELF / f"{name}.xml", drawn):
+        with Project(file.parent, journals=project.journals) as there:
+            findings = there.open(file.name).check()
+        assert [each.message for each in findings.problems] == []
+
+
+@pytest.mark.parametrize(
+    "name", [path.stem for path in sorted(SHELF.glob("*.xml")) if "<property" in path.read_text()]
+)
+def test_what_a_state_promises_is_proved(name: str) -> None:
+    check_properties(SHELF / f"{name}.xml")
+
+
+@pytest.mark.parametrize("robot", ["fake", pytest.param("sim", marks=pytest.mark.sim)])
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_state_does_it_and_ends(project: Project, behavior: MakeBehavior, name: str, robot: str) -> None:
+    example = EXAMPLES[name]
+    b = behavior(draw(project, name, example.arguments), robot=robot, camera="drawn", **example.settings)
+    example.prepare(b)
+    b.run_until("next", limit=example.limit)
+    assert not b.errors
+    assert example.holds(b)
+
+
+@pytest.mark.parametrize("name", [name for name, example in EXAMPLES.items() if example.stop])
+def test_a_state_that_is_left_stops_what_it_began(
+    project: Project, behavior: MakeBehavior, name: str
+) -> None:
+    example = EXAMPLES[name]
+    b = behavior(draw(project, name, example.arguments, leave_after=300), robot="fake", camera="drawn")
+    b.run_until("next", limit=1.0)
+    assert b.calls()[-1].target == example.stop
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize(("body", "name"), BODIES)
+def test_a_state_suits_other_robots(project: Project, behavior: MakeBehavior, body: str, name: str) -> None:
+    arguments = ANYWHERE.get(name, EXAMPLES[name].arguments)
+    b = behavior(draw(project, name, arguments), robot="sim", camera="drawn", body=body)
+    b.run_until("next", limit=20.0)
+    assert not b.errors
