@@ -356,7 +356,7 @@ export const MENUS = [
     title: "View",
     groups: [
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["problems", "output", "tests", "trials", "undoSteps", "tree"],
+      ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme"],
     ],

@@ -14,6 +14,7 @@ import "./actions.js";
 import "./canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
+import "./shelf/shelf.js";
 import "./tree.js";
 import {askTab} from "./commands.js";
 import {PageElement} from "./element.js";
@@ -251,6 +252,14 @@ export class HfsmApp extends PageElement {
     return Boolean(/** @type {HTMLElement | null} */ (this.querySelector(".left"))?.offsetWidth);
   }
 
+  /** Show the shelf, and let its search be typed. */
+  async showShelf() {
+    if (!this.showsTree) this.tree = "with-tree";
+    await this.updateComplete;
+    const shelf = /** @type {import("./shelf/shelf.js").Shelf | null} */ (this.querySelector("hfsm-shelf"));
+    await shelf?.search();
+  }
+
   toggleTree() {
     this.tree = this.showsTree ? "without-tree" : "with-tree";
   }
@@ -310,10 +319,14 @@ export class HfsmApp extends PageElement {
       <hfsm-monitor-bar></hfsm-monitor-bar>
       ${banner(this.context)}
       <div class="work ${this.side && !starting ? "beside" : ""} ${this.tree}">
-        <nav class="left" aria-label="Tree of automata" ?hidden=${starting}>
-          <hfsm-tree></hfsm-tree>
+        <div class="left" ?hidden=${starting}>
+          <div class="stacked">
+            <nav aria-label="Tree of automata"><hfsm-tree></hfsm-tree></nav>
+            ${resizer({name: "Height of the shelf", variable: "--shelf", along: "y", sign: -1, smallest: 120, largest: 900})}
+            <hfsm-shelf></hfsm-shelf>
+          </div>
           ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
-        </nav>
+        </div>
         <main aria-label="Canvas">
           <div class="toolbar" role="toolbar" aria-label="View" ?hidden=${starting}>
             ${actionButton("up", this.context, {label: false})}

@@ -146,6 +146,7 @@ export interface Answers {
   copy: {text: string};
   cut: Done & {text: string};
   paste: Done;
+  addReady: Done;
   extract: Done;
   inline: Done;
   open: Opened;

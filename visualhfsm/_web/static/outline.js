@@ -59,6 +59,24 @@ export function lostIn(document) {
 }
 
 /**
+ * The type of a new transition out of a state: when everything below has finished, where that can be and no transition
+ * waits for it yet.
+ *
+ * @param {OpenDocument} document
+ * @param {Automaton} automaton
+ * @param {number} origin
+ * @returns {"finished" | "condition"}
+ */
+export function triggerFrom(document, automaton, origin) {
+  const children = automaton.states.find(({id}) => id === origin)?.children ?? [];
+  const end = children.length > 0 && children.every((id) => document.automata.get(id)?.states.some(({final}) => final));
+  const isTaken = automaton.transitions.some(
+    (each) => each.origin === origin && each.type === "finished" && !each.guard.trim(),
+  );
+  return end && !isTaken ? "finished" : "condition";
+}
+
+/**
  * Transitions in the order of evaluation: by priority, then as in the document.
  *
  * @param {Transition[]} transitions

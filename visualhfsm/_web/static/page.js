@@ -24,7 +24,8 @@ const SECTIONS = {
  * @import {Target} from "./events.js"
  * @import {Place} from "./protocol.js"
  * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot
- * @typedef {{line?: number, column?: number}} At position of the cursor in the text at a place
+ * @typedef {{line?: number, column?: number, selects?: boolean}} At position of the cursor in the text at a place, or
+ *   whether its value is selected, so that typing replaces it
  * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, reveal: null, save: null,
  *   "focus-canvas": null, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
  */

@@ -12,8 +12,8 @@ import {updated, withContent} from "./updates.js";
 /**
  * @import {Target} from "./events.js"
  * @import {Answer, Answers, Fields, FieldsOf, Greeting, Push, Workspace} from "./messages.js"
- * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, Requests, RobotPush, RunPush,
- *   SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
+ * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, ReadyState, Requests, RobotPush, RunPush,
+ *   ShelfPush, SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
@@ -22,7 +22,7 @@ import {updated, withContent} from "./updates.js";
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
  * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null, restarted: null,
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
- *   problems: ProblemsPush, output: OutputPush, run: RunPush, robot: RobotPush, snapshot: SnapshotPush,
+ *   problems: ProblemsPush, output: OutputPush, run: RunPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
  *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
  *   tests: TestsPush, trials: TrialsPush}} StoreEvents
  */
@@ -68,7 +68,7 @@ export class RequestError extends Error {
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
  * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
- * `robot`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
+ * `robot`, `shelf`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
  */
 class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
@@ -80,6 +80,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   trials = new Map();
   /** The tests of each tab, in the same way. @type {Map<number, TestsPush>} */
   tests = new Map();
+  /** What can be drawn as ready states. @type {ReadyState[]} */
+  shelf = [];
   online = false;
   /** When the connection was lost, ms since 1970; 0 while connected. */
   offlineSince = 0;
@@ -292,6 +294,9 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         break;
       case "robot":
         this.robot = {...NO_ROBOT, ...message};
+        break;
+      case "shelf":
+        this.shelf = message.states;
         break;
       case "problems": {
         const document = this.documents.get(message.tab);

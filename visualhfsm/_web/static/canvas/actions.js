@@ -119,6 +119,16 @@ export const canvasActions = [
     checked: ({canvas}) => canvas.tool instanceof TransitionTool,
   },
   {
+    id: "shelf",
+    label: "Shelf",
+    icon: "shelf",
+    keys: ["A"],
+    enabled: hasDocument,
+    run: ({app}) => app.showShelf(),
+    hint: "draw a ready state, such as Say or Walk to",
+    help: "Draw a ready state from the shelf",
+  },
+  {
     id: "rename",
     label: "Rename",
     icon: "rename",

@@ -9,6 +9,7 @@
  */
 
 import {moveSelected} from "../commands.js";
+import {triggerFrom} from "../outline.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
 import {drawnArc, RADIUS} from "./geometry.js";
@@ -237,9 +238,12 @@ export class Link {
   async end() {
     this.cancel();
     const {canvas, origin, destination, from, point} = this;
-    if (destination !== undefined) await canvas.add("transition", "addTransition", {origin, destination});
-    else if (Math.hypot(point.x - from.x, point.y - from.y) > CLEAR * RADIUS)
-      await canvas.add("state", "addState", {x: Math.round(point.x), y: Math.round(point.y), origin});
+    const type = triggerFrom(page.shownDocument, page.shownAutomaton, origin);
+    if (destination !== undefined) await canvas.add("transition", "addTransition", {origin, destination, type});
+    else if (Math.hypot(point.x - from.x, point.y - from.y) > CLEAR * RADIUS) {
+      const [x, y] = [Math.round(point.x), Math.round(point.y)];
+      await canvas.add("state", "addState", {x, y, origin, trigger: type});
+    }
   }
 
   cancel() {

@@ -151,10 +151,10 @@ export class TransitionTool {
   }
 }
 
-/** A free place near the middle of the visible part. @param {HfsmCanvas} canvas */
-function freePlace(canvas) {
+/** A free place near a point, by default the middle of the visible part. @param {HfsmCanvas} canvas @param {Point} [near] */
+export function freePlace(canvas, near) {
   const {left, top, right, bottom} = canvas.viewport.seen;
-  const middle = {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};
+  const middle = near ?? {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};
   const states = page.automaton?.states ?? [];
   for (let ring = 0; ring < 12; ring++) {
     const count = Math.max(1, ring * 6);

@@ -1,16 +1,19 @@
-/** The palette: all actions that are possible now, filtered by the typed text. */
+/** The palette: all actions that are possible now, and the ready states to draw, filtered by the typed text. */
 
 import {html, nothing} from "lit";
 
 import {icon} from "../icons.js";
 import {spoken} from "../keys.js";
 import {findActions, perform} from "../registry.js";
+import {canDraw, drawReady, findReady} from "../shelf/ready-states.js";
+import {store} from "../store.js";
 import {showDialog} from "./dialog.js";
 
 /**
  * Let the user choose an action, and perform it.
  *
  * @import {From} from "../element.js"
+ * @typedef {{id: string, label: string, name?: string, hint?: string, icon: string, keys?: string[]}} Shown
  * @param {import("../registry.js").Context} context
  */
 export async function showPalette(context) {
@@ -19,7 +22,7 @@ export async function showPalette(context) {
   const id = await showDialog({
     title: "All actions",
     content: (/** @type {import("./dialog.js").Close<string>} */ close, redraw) => {
-      const found = findActions(text, context);
+      const found = [...findActions(text, context), ...readyFor(text, context)].sort(byName(text));
       /** @param {KeyboardEvent} event */
       const key = (event) => {
         const step = /** @type {Record<string, number>} */ ({ArrowDown: 1, ArrowUp: -1})[event.key];
@@ -66,5 +69,38 @@ export async function showPalette(context) {
         </div>`;
     },
   });
-  if (id) await perform(id, context);
+  const ready = store.shelf.find((each) => idOf(each) === id);
+  if (ready) await drawReady(context.canvas, ready);
+  else if (id) await perform(id, context);
+}
+
+/** @param {import("../protocol.js").ReadyState} ready */
+const idOf = ({id}) => `ready ${id}`;
+
+/**
+ * What can be drawn of the shelf, as actions.
+ *
+ * @param {string} text
+ * @param {import("../registry.js").Context} context
+ * @returns {Shown[]}
+ */
+function readyFor(text, {canvas}) {
+  if (!text.trim() || !canDraw(canvas)) return [];
+  return findReady(text)
+    .filter(({trouble}) => !trouble)
+    .map((ready) => ({
+      id: idOf(ready),
+      label: `Draw ${ready.title}`,
+      name: ready.title,
+      hint: ready.summary,
+      icon: "shelf",
+    }));
+}
+
+/** What is called by a text comes first; otherwise the order stays. @param {string} text */
+function byName(text) {
+  const sought = text.trim().toLowerCase();
+  /** @param {Shown} shown */
+  const rank = ({label, name = label}) => (name.toLowerCase().startsWith(sought) ? 0 : 1);
+  return (/** @type {Shown} */ one, /** @type {Shown} */ other) => rank(one) - rank(other);
 }

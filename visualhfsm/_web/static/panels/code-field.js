@@ -127,6 +127,13 @@ export class CodeField extends LitElement {
     this.#editor?.focus();
   }
 
+  /** Select the text, of a quoted one what is between the quotes, so that typing replaces it. */
+  async selectValue() {
+    await this.#loaded;
+    this.#editor?.selectValue();
+    this.#editor?.focus();
+  }
+
   /** Type a text at the cursor. @param {string} text */
   insert(text) {
     this.#editor?.insert(text);

@@ -12,7 +12,7 @@ import {PageElement} from "../element.js";
 import {page} from "../page.js";
 import "./code-field.js";
 import "./text-field.js";
-import {stateEditor} from "./state-editor.js";
+import {isSetByArguments, stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";
 
 class CodePanel extends PageElement {
@@ -37,6 +37,23 @@ class CodePanel extends PageElement {
 
   /** Resolves when the requested piece of code has the focus. */
   revealed = Promise.resolve();
+
+  /** The state that was shown last. */
+  #seen = "";
+
+  willUpdate() {
+    this.#followSelection();
+  }
+
+  /** Show the arguments of another state that has no code of its own: they are all that can be set there. */
+  #followSelection() {
+    const {tab, document, automaton, state} = page;
+    const seen = `${tab} ${automaton?.id} ${state?.id}`;
+    if (seen === this.#seen) return;
+    this.#seen = seen;
+    if (document && state && isSetByArguments(document, state)) this.shownPart = "argument";
+    else if (this.shownPart === "argument") this.shownPart = "code";
+  }
 
   render() {
     const {document, automaton, state, transition} = page;
@@ -66,7 +83,8 @@ class CodePanel extends PageElement {
   }
 
   /** @param {Place & At & {focus?: boolean}} place */
-  async #reveal({kind, part, name, line, column, focus = true}) {
+  async #reveal({kind, part, name, line, column, selects, focus = true}) {
+    this.#followSelection();
     if (kind === "state" && part && part !== "name") this.shownPart = part;
     this.requestUpdate();
     await this.updateComplete;
@@ -77,6 +95,7 @@ class CodePanel extends PageElement {
     if (!field) return;
     field.scrollIntoView({block: "nearest"});
     if ("goTo" in field && line) await field.goTo(line, column, {focus});
+    else if ("selectValue" in field && selects) await field.selectValue();
     else if (focus) await field.focus();
   }
 

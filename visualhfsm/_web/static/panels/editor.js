@@ -250,6 +250,13 @@ export class Editor {
     this.#view.dispatch({selection: {anchor}, effects: EditorView.scrollIntoView(anchor, {y: "center"})});
   }
 
+  /** Select everything, of a quoted text what is between the quotes. */
+  selectValue() {
+    const text = this.#view.state.doc.toString();
+    const inner = /^(["'])[^"'\\\n]*\1$/.test(text) ? 1 : 0;
+    this.#view.dispatch({selection: {anchor: inner, head: text.length - inner}});
+  }
+
   focus() {
     this.#view.focus();
   }

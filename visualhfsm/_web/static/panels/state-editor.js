@@ -84,7 +84,12 @@ export function stateEditor(about) {
       ${problemLines(own)}
     </div>
     ${tabStrip({label: "Code of the state", tabs, chosen, choose, prefix: "state"})}
-    <div class="tab-panel" role="tabpanel" id="state-panel" aria-labelledby="state-tab-${chosen}">
+    <div
+      class="tab-panel ${showsArguments ? "scrolling" : ""}"
+      role="tabpanel"
+      id="state-panel"
+      aria-labelledby="state-tab-${chosen}"
+    >
       ${
         showsArguments
           ? argumentList(about, place, inputs)
@@ -155,6 +160,10 @@ function inputsOf(document, state) {
     return (automaton?.inputs ?? []).map((input) => ({child, automaton, input}));
   });
 }
+
+/** Whether a state has no code, and automata with inputs. @param {OpenDocument} document @param {State} state */
+export const isSetByArguments = (document, state) =>
+  PARTS.every((part) => !state[part].trim()) && inputsOf(document, state).length > 0;
 
 /** @param {About} about @param {Place} place @param {Input[]} inputs */
 function argumentList({tab, document, state, readonly}, place, inputs) {

@@ -1,0 +1,101 @@
+/**
+ * The ready states of the shelf: which of them are meant by a text, what the robot lacks for them, and how one is drawn.
+ *
+ * @import {HfsmCanvas} from "../canvas/canvas.js"
+ * @import {Point} from "../canvas/geometry.js"
+ * @import {ReadyState, State} from "../protocol.js"
+ * @typedef {{point?: Point, after?: State}} Where `after` is a state from which a transition leads to it
+ */
+
+import {freePlace} from "../canvas/tools.js";
+import * as commands from "../commands.js";
+import {holdKeys} from "../holding.js";
+import {notifyError} from "../notices.js";
+import {triggerFrom} from "../outline.js";
+import {page} from "../page.js";
+import {store} from "../store.js";
+
+const BESIDE = 190; // pixels from a state to one that is drawn after it
+
+/** What people call that which a robot needs for a servant. @type {Record<string, string>} */
+const PARTS = {
+  Camera: "camera",
+  Head: "neck",
+  Hearing: "ears",
+  Leds: "lights",
+  Motions: "motions",
+  Postures: "postures",
+  Speech: "voice",
+  Touch: "touch sensors",
+  Walk: "legs or wheels",
+};
+
+/** The names of what the robot serves; empty while it is not known. @type {Set<string>} */
+let has = new Set();
+
+/** Find out what the robot of the realm has. */
+export async function lookAtRobot() {
+  if (store.robot.status !== "present") {
+    has = new Set();
+    return;
+  }
+  const {loadIdentities, served} = await import("../panels/known-interfaces.js");
+  await loadIdentities();
+  has = new Set(served().map(({name}) => name));
+}
+
+/** What the robot lacks for a ready state, in words; nothing while there is no robot. @param {ReadyState} ready */
+export function lacking({needs}) {
+  if (!has.has("Safety")) return ""; // every robot has it
+  const missing = needs.filter(({identity}) => !has.has(identity)).map(({identity}) => PARTS[identity] ?? identity);
+  return missing.length ? `this robot has no ${missing.join(" and no ")}` : "";
+}
+
+/** The ready states that contain all words of a text, the best first. @param {string} text */
+export function findReady(text) {
+  const sought = text.trim().toLowerCase();
+  const words = sought.split(/\s+/);
+  /** @param {ReadyState} ready */
+  const rank = ({title, words: others}) => {
+    const name = title.toLowerCase();
+    return [name.startsWith(sought), name.includes(sought), others.toLowerCase().includes(sought), true].indexOf(true);
+  };
+  const found = store.shelf.filter(({title, category, summary, words: others}) => {
+    const all = `${title} ${category} ${summary} ${others}`.toLowerCase();
+    return words.every((word) => all.includes(word));
+  });
+  return sought ? found.sort((one, other) => rank(one) - rank(other)) : found;
+}
+
+/** Whether a ready state can be drawn into what is shown. @param {HfsmCanvas} canvas */
+export const canDraw = (canvas) => Boolean(page.document) && !canvas.readOnly;
+
+/**
+ * Draw a ready state, and let its first parameter be typed; at a free place in the middle, if none is given.
+ *
+ * @param {HfsmCanvas} canvas
+ * @param {ReadyState} ready
+ * @param {Where} [where]
+ */
+export async function drawReady(canvas, ready, {point, after} = {}) {
+  if (!canDraw(canvas)) {
+    notifyError(new Error("Nothing can be drawn here: open a document of your own."));
+    return;
+  }
+  if (!page.automaton) await commands.apply("addRoot");
+  const place = point ?? freePlace(canvas, after && {x: after.x + BESIDE, y: after.y});
+  const [x, y] = [Math.round(place.x), Math.round(place.y)];
+  const led = after && {origin: after.id, trigger: triggerFrom(page.shownDocument, page.shownAutomaton, after.id)};
+  const asked = commands.askTab("addReady", {automaton: page.shownAutomaton.id, state: ready.id, x, y, ...led});
+  await holdKeys(async () => {
+    const done = await asked;
+    const id = commands.selectAdded(done, "states");
+    if (id === undefined) return;
+    page.dispatchEvent(new Event("reveal"));
+    canvas.announce(`${ready.title} is drawn`);
+    const [first] = ready.inputs;
+    const edit = {kind: /** @type {const} */ ("state"), automaton: page.shownAutomaton.id, id, part: "argument"};
+    if (first) page.edit({...edit, name: first.name, selects: true});
+    else page.dispatchEvent(new Event("focus-canvas"));
+  });
+}

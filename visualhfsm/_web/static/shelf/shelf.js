@@ -1,0 +1,239 @@
+/**
+ * The shelf: ready states that are drawn by a click, a key, or by carrying them to the canvas.
+ *
+ * @import {From} from "../element.js"
+ * @import {ReadyState} from "../protocol.js"
+ */
+
+import {html, nothing} from "lit";
+
+import {PageElement} from "../element.js";
+import {icon, isIcon} from "../icons.js";
+import {keyOf} from "../keys.js";
+import {page} from "../page.js";
+import {browserStorage} from "../storage.js";
+import {store} from "../store.js";
+import {Carrying} from "./carrying.js";
+import {drawReady, findReady, lacking, lookAtRobot} from "./ready-states.js";
+
+const CLOSED = "visualhfsm.shelf";
+const TALL = 620; // px of height from which it is open by default
+
+export class Shelf extends PageElement {
+  static properties = {open: {state: true}, text: {state: true}, chosen: {state: true}, described: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: ["change"], store: ["shelf", "connection"]};
+
+  constructor() {
+    super();
+    const remembered = browserStorage.getItem(CLOSED);
+    this.open = remembered ? remembered === "open" : innerHeight >= TALL;
+    this.text = "";
+    /** The id of the one that the keys have chosen. */
+    this.chosen = "";
+    /** The id of the one that is described beside the shelf: the one below the pointer, or that the keys have chosen. */
+    this.described = "";
+  }
+
+  #robot = "";
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(store, "robot", () => this.#look());
+    this.#look();
+  }
+
+  /** Open it, and let its search be typed. */
+  async search() {
+    this.#toggle(true);
+    await this.updateComplete;
+    const field = /** @type {HTMLInputElement | null} */ (this.querySelector("input"));
+    field?.focus();
+    field?.select();
+  }
+
+  render() {
+    if (!page.document) return nothing;
+    return html`<section class="shelf ${this.open ? "open" : ""}" aria-label="Shelf">
+      <h2>
+        <button
+          type="button"
+          aria-expanded=${this.open}
+          aria-controls="shelf-content"
+          title="Ready states to draw (${keyOf("shelf")})"
+          @click=${() => this.#toggle(!this.open)}
+        >
+          ${icon("chevron")}<span>Shelf</span>
+        </button>
+      </h2>
+      <div class="shelf-content" id="shelf-content" ?hidden=${!this.open}>${this.open ? this.#content() : nothing}</div>
+    </section>`;
+  }
+
+  #content() {
+    const found = findReady(this.text);
+    const chosen = found.find(({id}) => id === this.chosen) ?? (this.text.trim() ? found[0] : undefined);
+    const described = found.find(({id}) => id === this.described);
+    return html`<input
+        type="search"
+        role="combobox"
+        aria-label="Search the shelf"
+        aria-expanded="true"
+        aria-controls="shelf-list"
+        aria-activedescendant=${chosen ? optionOf(chosen) : nothing}
+        aria-describedby="shelf-about"
+        placeholder="Search"
+        autocomplete="off"
+        spellcheck="false"
+        .value=${this.text}
+        @input=${(/** @type {From<HTMLInputElement>} */ {target}) => {
+          this.text = target.value;
+          this.chosen = "";
+          this.described = target.value.trim() ? (findReady(target.value)[0]?.id ?? "") : "";
+        }}
+        @blur=${() => (this.described = "")}
+        @keydown=${(/** @type {KeyboardEvent} */ event) => this.#key(event, found, chosen)}
+      />
+      <div
+        class="shelf-list"
+        id="shelf-list"
+        role="listbox"
+        aria-label="Ready states"
+        @pointerleave=${() => (this.described = "")}
+        @scroll=${() => this.requestUpdate()}
+      >
+        ${this.text.trim() ? found.map((each) => this.#option(each, chosen)) : this.#groups(found, chosen)}
+        ${found.length ? nothing : html`<p class="faint" role="presentation">Nothing with these words.</p>`}
+      </div>
+      <p class="shelf-hint faint">Click, or drag to the canvas</p>
+      <div class="shelf-about" id="shelf-about" ?hidden=${!described}>${described ? about(described) : nothing}</div>`;
+  }
+
+  /** The ready states by their categories. @param {ReadyState[]} found @param {ReadyState | undefined} chosen */
+  #groups(found, chosen) {
+    /** @type {Map<string, ReadyState[]>} */
+    const groups = new Map();
+    for (const each of found) groups.set(each.category, [...(groups.get(each.category) ?? []), each]);
+    return [...groups].map(
+      ([category, states], index) =>
+        html`<div role="group" aria-labelledby="shelf-group-${index}">
+          <div class="shelf-category" id="shelf-group-${index}" role="presentation">${category}</div>
+          ${states.map((each) => this.#option(each, chosen))}
+        </div>`,
+    );
+  }
+
+  /** @param {ReadyState} ready @param {ReadyState | undefined} chosen */
+  #option(ready, chosen) {
+    const lacks = lacking(ready);
+    return html`<div
+      role="option"
+      id=${optionOf(ready)}
+      class="ready ${ready.trouble ? "broken" : lacks ? "lacking" : ""}"
+      aria-selected=${ready === chosen}
+      aria-disabled=${ready.trouble ? "true" : nothing}
+      aria-label="${ready.title}${ready.trouble ? `, cannot be used: ${ready.trouble}` : lacks ? `, ${lacks}` : ""}"
+      @pointerenter=${() => (this.described = ready.id)}
+      @pointerdown=${(/** @type {PointerEvent & From<HTMLElement>} */ event) => this.#press(event, ready)}
+    >
+      ${icon(ready.trouble ? "problems" : isIcon(ready.icon) ? ready.icon : "state")}<span class="text"
+        >${ready.title}</span
+      >
+    </div>`;
+  }
+
+  /** @param {PointerEvent & From<HTMLElement>} event @param {ReadyState} ready */
+  #press(event, ready) {
+    if (event.button !== 0 || !event.isPrimary) return;
+    if (event.pointerType !== "touch") event.preventDefault(); // text would be selected
+    this.chosen = ready.id;
+    const {canvas} = this.context;
+    new Carrying(canvas, ready, event, {
+      began: () => (this.described = ""),
+      ended: (where) => where && this.#draw(ready, where),
+    });
+  }
+
+  /** @param {KeyboardEvent} event @param {ReadyState[]} found @param {ReadyState | undefined} chosen */
+  #key(event, found, chosen) {
+    const step = /** @type {Record<string, number>} */ ({ArrowDown: 1, ArrowUp: -1})[event.key];
+    if (step && found.length) {
+      const index = chosen ? found.indexOf(chosen) + step : step > 0 ? 0 : -1;
+      const next = found[(index + found.length) % found.length];
+      this.chosen = next.id;
+      document.getElementById(optionOf(next))?.scrollIntoView({block: "nearest"});
+      this.described = next.id;
+    } else if (event.key === "Enter" && chosen) {
+      this.#draw(chosen, event.shiftKey ? {after: page.state} : {});
+    } else if (event.key === "Escape" && this.text) {
+      this.text = "";
+    } else if (event.key === "Escape") {
+      page.dispatchEvent(new Event("focus-canvas"));
+    } else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  /** Draw one, and show all again. @param {ReadyState} ready @param {Parameters<typeof drawReady>[2]} where */
+  #draw(ready, where) {
+    if (ready.trouble) return;
+    this.text = "";
+    this.described = "";
+    drawReady(this.context.canvas, ready, where);
+  }
+
+  /** The description stands beside what it describes. */
+  updated() {
+    const card = /** @type {HTMLElement | null} */ (this.querySelector(".shelf-about:not([hidden])"));
+    const described = store.shelf.find(({id}) => id === this.described);
+    const option = described && document.getElementById(optionOf(described));
+    if (!card || !option) return;
+    const {top} = option.getBoundingClientRect();
+    const {right} = /** @type {HTMLElement} */ (card.parentElement).getBoundingClientRect();
+    card.style.left = `${Math.min(right + 8, innerWidth - card.offsetWidth - 8)}px`;
+    card.style.top = `${Math.max(8, Math.min(top - 8, innerHeight - card.offsetHeight - 8))}px`;
+  }
+
+  /** @param {boolean} open */
+  #toggle(open) {
+    this.open = open;
+    browserStorage.setItem(CLOSED, open ? "open" : "closed");
+  }
+
+  /** Ask what the robot has when it is another one. */
+  async #look() {
+    const {status, title, name} = store.robot;
+    const robot = `${status} ${title} ${name}`;
+    if (robot === this.#robot) return;
+    this.#robot = robot;
+    await lookAtRobot();
+    this.requestUpdate();
+  }
+}
+
+/** The id of the element of a ready state. @param {ReadyState} ready */
+const optionOf = ({id}) => `shelf-${id.replace(/[^\w-]/g, "-")}`;
+
+/** What a ready state does, and what can be set. @param {ReadyState} ready */
+function about(ready) {
+  if (ready.trouble)
+    return html`<p><strong>${ready.title}</strong> cannot be used.</p>
+      <p class="trouble">${ready.path}: ${ready.trouble}</p>`;
+  const lacks = lacking(ready);
+  return html`<p><strong>${ready.title}</strong> ${ready.text || "has no description."}</p>
+    ${lacks ? html`<p class="trouble">${lacks[0].toUpperCase() + lacks.slice(1)}.</p>` : nothing}
+    ${
+      ready.inputs.length
+        ? html`<dl>
+            ${ready.inputs.map(
+              ({name, default: value, description}) =>
+                html`<dt><span class="mono">${name}</span> <span class="faint mono">${value}</span></dt>
+                  <dd>${description}</dd>`,
+            )}
+          </dl>`
+        : nothing
+    }
+    ${ready.own ? html`<p class="faint">${ready.path}</p>` : nothing}`;
+}
+
+customElements.define("hfsm-shelf", Shelf);
