@@ -319,14 +319,13 @@ export class HfsmApp extends PageElement {
       <hfsm-monitor-bar></hfsm-monitor-bar>
       ${banner(this.context)}
       <div class="work ${this.side && !starting ? "beside" : ""} ${this.tree}">
-        <div class="left" ?hidden=${starting}>
+        <aside class="left" aria-label="Automata and shelf" ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label="Tree of automata"><hfsm-tree></hfsm-tree></nav>
-            ${resizer({name: "Height of the shelf", variable: "--shelf", along: "y", sign: -1, smallest: 120, largest: 900})}
             <hfsm-shelf></hfsm-shelf>
           </div>
           ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
-        </div>
+        </aside>
         <main aria-label="Canvas">
           <div class="toolbar" role="toolbar" aria-label="View" ?hidden=${starting}>
             ${actionButton("up", this.context, {label: false})}

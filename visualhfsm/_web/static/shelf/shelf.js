@@ -11,6 +11,7 @@ import {PageElement} from "../element.js";
 import {icon, isIcon} from "../icons.js";
 import {keyOf} from "../keys.js";
 import {page} from "../page.js";
+import {resizer} from "../shell.js";
 import {browserStorage} from "../storage.js";
 import {store} from "../store.js";
 import {Carrying} from "./carrying.js";
@@ -18,6 +19,10 @@ import {drawReady, findReady, lacking, lookAtRobot} from "./ready-states.js";
 
 const CLOSED = "visualhfsm.shelf";
 const TALL = 620; // px of height from which it is open by default
+
+/** The line that changes its height. */
+const heightLine = () =>
+  resizer({name: "Height of the shelf", variable: "--shelf", along: "y", sign: -1, smallest: 120, largest: 900});
 
 export class Shelf extends PageElement {
   static properties = {open: {state: true}, text: {state: true}, chosen: {state: true}, described: {state: true}};
@@ -55,6 +60,7 @@ export class Shelf extends PageElement {
   render() {
     if (!page.document) return nothing;
     return html`<section class="shelf ${this.open ? "open" : ""}" aria-label="Shelf">
+      ${this.open ? heightLine() : nothing}
       <h2>
         <button
           type="button"

@@ -1,0 +1,204 @@
+"""The shelf in the editor: ready states are found, drawn, set, connected, and shown with what is wrong with them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Locator, expect
+
+from codegen.hfsm.document import Document
+from tests.support.browser import EditorPage, saved
+from tests.support.processes import REPOSITORY
+
+OWN = """<VisualHFSM>
+  <description>Count to a number. It counts aloud, in the log.</description>
+  <SubAutomata id="1" idFather="0">
+    <state id="1" initial="true"><name>count</name><code>n += 1</code></state>
+    <state id="2"><name>counted</name><final>true</final></state>
+    <transition id="1"><origin>1</origin><destiny>2</destiny><name>far enough</name>
+      <trans type="condition">n &gt;= last</trans></transition>
+    <input><name>last</name><type>int</type><default>3</default></input>
+    <variables>n = 0</variables>
+  </SubAutomata>
+</VisualHFSM>
+"""
+TOUCH = """([from, to]) => {
+    const option = document.elementFromPoint(...from).closest("[role=option]");
+    const send = (kind, [clientX, clientY]) => option.dispatchEvent(new PointerEvent(kind,
+        {pointerId: 1, pointerType: "touch", isPrimary: true, button: 0, bubbles: true, clientX, clientY}));
+    option.setPointerCapture = () => {};
+    send("pointerdown", from);
+    send("pointermove", [from[0] + 40, from[1]]);
+    send("pointermove", to);
+    send("pointerup", to);
+}"""
+
+
+def search(shown: EditorPage) -> Locator:
+    """The field that searches the shelf."""
+    return shown.page.get_by_role("combobox", name="Search the shelf")
+
+
+def ready(shown: EditorPage, name: str) -> Locator:
+    """A ready state on the shelf."""
+    return shown.page.get_by_role("option", name=name, exact=True)
+
+
+def argument(shown: EditorPage, name: str) -> Locator:
+    """The field of an argument of the selected state."""
+    return shown.page.get_by_role("textbox", name=f"Argument {name}")
+
+
+def arguments(document: Document, state: str) -> dict[str, str]:
+    """Return the arguments of a state of the root."""
+    assert document.root is not None
+    (found,) = (each for each in document.root.states if each.name == state)
+    return {each.name: each.value.text for each in found.arguments}
+
+
+def test_a_ready_state_is_found_drawn_set_and_followed_by_keys(shown: EditorPage, path: Path) -> None:
+    shown.press("a")
+    expect(search(shown)).to_be_focused()
+    shown.type("talk")
+    expect(ready(shown, "Say")).to_have_attribute("aria-selected", "true")
+    expect(shown.page.locator(".shelf-about")).to_contain_text("It ends when the text has been said")
+    shown.press("Enter")
+    expect(argument(shown, "text")).to_be_focused()
+    shown.insert("Good morning")  # replaces what is between the quotes
+    shown.expect_states("wait", "go", "say")
+
+    # What comes after it waits for its end.
+    shown.state("say").click()
+    shown.press("a")
+    shown.type("wave")
+    shown.press("Shift+Enter")
+    expect(shown.transition("transition 1")).to_contain_class("by-finished")
+    document = saved(shown, path)
+    assert arguments(document, "say") == {"text": '"Good morning"'}
+    assert {each.name for each in document.interfaces} >= {"Speech", "Motions"}
+
+    # Each was one step.
+    for _ in range(2):
+        shown.press("Escape", "Control+z")
+    expect(shown.state("wave")).to_have_count(0)
+
+
+def test_a_ready_state_is_carried_to_its_place_and_onto_a_state(shown: EditorPage, path: Path) -> None:
+    x, y = shown.middle_of("go")
+    shown.drag(shown.middle(ready(shown, "Look at")), (x, y + 190))
+    shown.expect_states("wait", "go", "look at")
+    expect(argument(shown, "left")).to_be_focused()
+
+    shown.drag(shown.middle(ready(shown, "Stand")), shown.middle_of("look at"))
+    shown.expect_states("wait", "go", "look at", "stand")
+    assert "transition 1 from look at to stand" in shown.arcs()
+
+    # Escape, and a place that is no canvas, draw nothing.
+    mouse = shown.page.mouse
+    mouse.move(*shown.middle(ready(shown, "Sit")))
+    mouse.down()
+    mouse.move(x, y, steps=3)
+    shown.press("Escape")
+    mouse.up()
+    shown.drag(shown.middle(ready(shown, "Kick")), shown.middle(shown.page.locator("hfsm-status")))
+    ready(shown, "Say").click()
+    shown.expect_states("wait", "go", "look at", "stand", "say")
+    root = saved(shown, path).root
+    assert root is not None
+    _, go, drawn, after, _ = root.states
+    assert abs(drawn.x - go.x) < 2.0
+    assert drawn.y - go.y > 100.0
+    assert after.x > drawn.x + 100.0
+
+
+def test_a_finger_carries_a_ready_state(shown: EditorPage) -> None:
+    x, y = shown.middle_of("go")
+    start = shown.middle(ready(shown, "Look at"))
+    shown.page.evaluate(TOUCH, [start, (x, y + 150)])
+    shown.expect_states("wait", "go", "look at")
+
+
+def test_a_transition_from_a_state_that_ends_waits_for_that_once(shown: EditorPage) -> None:
+    shown.drag(shown.middle(ready(shown, "Turn")), (shown.middle_of("go")[0], shown.middle_of("go")[1] + 190))
+    shown.connect("turn", "go")
+    shown.name("there")
+    expect(shown.transition("there")).to_contain_class("by-finished")
+    shown.connect("turn", "wait")
+    shown.name("meanwhile")
+    expect(shown.transition("meanwhile")).to_contain_class("by-condition")
+
+
+def test_the_shelf_of_the_project_follows_its_folder(shown: EditorPage, root: Path, tmp_path: Path) -> None:
+    shelf = root / "shelf"
+    (shelf / "Numbers").mkdir(parents=True)
+    (shelf / "Numbers" / "count_up.xml").write_text(OWN, "utf-8")
+    (shelf / "broken.xml").write_text("<VisualHFSM><state", "utf-8")
+    (shelf / "large.xml").write_bytes(b" " * (1 << 20) + OWN.encode())
+    (tmp_path / "secret.xml").write_text(OWN, "utf-8")
+    (shelf / "link.xml").symlink_to(tmp_path / "secret.xml")
+    os.mkfifo(shelf / "pipe.xml")
+
+    expect(shown.page.get_by_role("group", name="Numbers")).to_contain_text("count up")
+    for name, reason in (
+        ("broken", "line 1"),
+        ("large", "1 MiB"),
+        ("link", "leads out"),
+        ("pipe", "cannot be read"),
+    ):
+        found = shown.page.get_by_role("option", name=f"{name}, cannot be used")
+        expect(found).to_have_attribute("aria-disabled", "true")
+        found.scroll_into_view_if_needed()
+        found.hover()
+        expect(shown.page.locator(".shelf-about .trouble")).to_contain_text(reason)
+        found.click(force=True)  # it is disabled, and draws nothing
+    ready(shown, "count up").click()
+    shown.expect_states("wait", "go", "count up")
+    expect(argument(shown, "last")).to_be_focused()
+    assert not shown.mishaps
+
+    (shelf / "Numbers" / "count_up.xml").unlink()
+    expect(ready(shown, "count up")).to_have_count(0)
+
+
+def test_the_palette_draws_ready_states(shown: EditorPage) -> None:
+    shown.press("Control+k")
+    field = shown.page.get_by_role("combobox", name="What to do")
+    field.fill("kick")
+    expect(shown.page.get_by_role("option", name="Draw Kick")).to_have_attribute("aria-selected", "true")
+    field.press("Enter")
+    shown.expect_states("wait", "go", "kick")
+
+
+def test_the_shelf_is_closed_and_stays_so(shown: EditorPage) -> None:
+    head = shown.page.get_by_role("button", name="Shelf")
+    expect(head).to_have_attribute("aria-expanded", "true")
+    head.click()
+    expect(search(shown)).to_have_count(0)
+    shown.page.reload()
+    expect(head).to_have_attribute("aria-expanded", "false")
+    shown.press("a")  # opens it again
+    expect(search(shown)).to_be_focused()
+
+
+@pytest.mark.parametrize("width", [1440, 683])
+def test_the_shelf_is_accessible(shown: EditorPage, width: int) -> None:
+    shown.resize(width, 760)
+    shown.press("a")
+    shown.type("look")
+    expect(shown.page.locator(".shelf-about")).to_be_visible()
+    assert shown.violations() == []
+    sizes = shown.page.locator(".shelf :is(.ready, button, input)").evaluate_all(
+        "all => all.map((each) => each.getBoundingClientRect().height)"
+    )
+    assert min(sizes) >= 24.0
+
+
+def test_every_picture_of_our_shelf_is_one_of_the_page(shown: EditorPage) -> None:
+    names = [path.stem for path in (REPOSITORY / "shelf").glob("*.xml")]
+    expect(shown.page.locator(".ready")).to_have_count(len(names))
+    empty = shown.page.locator(".ready path").evaluate_all(
+        "all => all.filter((each) => each.getTotalLength() < 20).length"
+    )
+    assert empty == 0
