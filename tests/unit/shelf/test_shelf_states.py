@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Final, Literal
 
 import pytest
 
@@ -35,7 +35,6 @@ class Example:
     holds: Say = lambda _: True
     stop: str = ""
     limit: float = 15.0
-    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def place_ball(b: Behavior) -> None:
@@ -52,8 +51,8 @@ def is_lit(b: Behavior) -> bool:
     return [colors[eye].blue for eye in ("LeftEye", "RightEye")] == [1.0, 1.0] and colors["Chest"].blue < 1.0
 
 
-def has_gone(b: Behavior, forward: float, degrees: float) -> bool:
-    """Return whether the robot has gone that far: its own odometry is a little wrong in the simulation."""
+def was_sent(b: Behavior, forward: float, degrees: float) -> bool:
+    """Return whether the robot was sent that far: where it arrives is the test of its walk."""
     walked = b.calls("Walk.walkTo")[-1]
     return math.isclose(walked.x, forward) and math.isclose(walked.heading, degrees * DEGREE)
 
@@ -73,9 +72,9 @@ EXAMPLES: Final = {
         {"color": '"green"'}, place_ball, holds=lambda b: abs(b.robot.head[0] - 0.6) < 0.15, stop="Head.stop"
     ),
     "walk_to": Example(
-        {"forward": "0.2", "turn": "20.0"}, holds=lambda b: has_gone(b, 0.2, 20.0), stop="Walk.stop"
+        {"forward": "0.2", "turn": "20.0"}, holds=lambda b: was_sent(b, 0.2, 20.0), stop="Walk.stop"
     ),
-    "turn": Example({"left": "-45.0"}, holds=lambda b: has_gone(b, 0.0, -45.0), stop="Walk.stop"),
+    "turn": Example({"left": "-45.0"}, holds=lambda b: was_sent(b, 0.0, -45.0), stop="Walk.stop"),
     "sit": Example(holds=lambda b: b.component.Postures.getPosture() == "Sit", stop="Postures.stop"),
     "stand": Example(holds=lambda b: b.component.Postures.getPosture() == "Stand", stop="Postures.stop"),
     "wave_a_hand": Example(holds=lambda b: b.calls("Motions.play")[-1].name == "wave", stop="Motions.stop"),
@@ -132,7 +131,7 @@ def test_a_state_and_what_is_drawn_of_it_have_no_problems(project: Project, name
     for file in (SHELF / f"{name}.xml", drawn):
         with Project(file.parent, journals=project.journals) as there:
             findings = there.open(file.name).check()
-        assert [each.message for each in findings.problems] == []
+        assert [each.message for each in findings.problems if each.severity != "note"] == []
 
 
 @pytest.mark.parametrize(
@@ -144,9 +143,11 @@ def test_what_a_state_promises_is_proved(name: str) -> None:
 
 @pytest.mark.parametrize("robot", ["fake", pytest.param("sim", marks=pytest.mark.sim)])
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_a_state_does_it_and_ends(project: Project, behavior: MakeBehavior, name: str, robot: str) -> None:
+def test_a_state_does_it_and_ends(
+    project: Project, behavior: MakeBehavior, name: str, robot: Literal["fake", "sim"]
+) -> None:
     example = EXAMPLES[name]
-    b = behavior(draw(project, name, example.arguments), robot=robot, camera="drawn", **example.settings)
+    b = behavior(draw(project, name, example.arguments), robot=robot, camera="drawn")
     example.prepare(b)
     b.run_until("next", limit=example.limit)
     assert not b.errors
