@@ -36,6 +36,19 @@ TOUCH = """([from, to]) => {
 }"""
 
 
+SERVED = """async (names) => {
+    const base = document.querySelector('script[src$="/app.js"]').src.replace("app.js", "");
+    const {store} = await import(`${base}store.js`);
+    const request = store.request.bind(store);
+    store.request = (op, fields) => fields?.action === "identities"
+        ? Promise.resolve(Object.fromEntries(names.map((name) => [name, [`::nao::${name}`]])))
+        : request(op, fields);
+    store.robot = {...store.robot, status: names.length ? "present" : "none", title: "Cart"};
+    store.dispatchEvent(new CustomEvent("robot", {detail: {}}));
+}"""
+"""Let the page see a robot that serves some things."""
+
+
 def search(shown: EditorPage) -> Locator:
     """The field that searches the shelf."""
     return shown.page.get_by_role("combobox", name="Search the shelf")
@@ -160,6 +173,19 @@ def test_the_shelf_of_the_project_follows_its_folder(shown: EditorPage, root: Pa
 
     (shelf / "Numbers" / "count_up.xml").unlink()
     expect(ready(shown, "count up")).to_have_count(0)
+
+
+def test_what_the_robot_lacks_is_said(shown: EditorPage) -> None:
+    shown.page.evaluate(SERVED, ["Safety", "Head", "Walk", "Leds"])
+    lacks = shown.page.get_by_role("option", name="Look for a ball, this robot has no camera")
+    expect(lacks).to_contain_class("lacking")
+    lacks.hover()
+    expect(shown.page.locator(".shelf-about .trouble")).to_have_text("This robot has no camera.")
+    expect(ready(shown, "Walk to")).not_to_contain_class("lacking")
+    lacks.click()  # it may be meant for another robot
+    expect(shown.state("look for a ball")).to_have_count(1)
+    shown.page.evaluate(SERVED, [])
+    expect(ready(shown, "Look for a ball")).to_have_count(1)
 
 
 def test_the_palette_draws_ready_states(shown: EditorPage) -> None:

@@ -232,8 +232,8 @@ test("a transition that is dropped on empty ground makes a state there, unless i
     send(canvas, "pointerup", x, y, {target});
   }
   assert.deepEqual(canvas.done, [
-    ["addState", {x: 250, y: 301, origin: 1}],
-    ["addTransition", {origin: 1, destination: 2}],
+    ["addState", {x: 250, y: 301, origin: 1, trigger: "condition"}],
+    ["addTransition", {origin: 1, destination: 2, type: "condition"}],
   ]);
 });
 

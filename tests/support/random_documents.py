@@ -16,6 +16,7 @@ from codegen.hfsm.document import (
     Library,
     Parameter,
     Property,
+    Shelf,
     State,
     Text,
     Transition,
@@ -119,9 +120,10 @@ interfaces = st.builds(
 libraries = st.builds(Library, name=code, comments=comments, attributes=attributes)
 
 
+shelves = st.none() | st.builds(Shelf, title=code, category=code, icon=code, words=code, **node)
 documents = st.builds(
     Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=code, on_error=code, on_refused=code,
-    world=code, language=code, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
+    world=code, language=code, shelf=shelves, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
     properties=st.lists(
         st.builds(Property, name=texts, kind=texts, within=code, expression=code, **node), max_size=2
     ).map(tuple), automata=st.lists(automata, max_size=2).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),

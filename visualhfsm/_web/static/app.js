@@ -14,7 +14,6 @@ import "./actions.js";
 import "./canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
-import "./shelf/shelf.js";
 import "./tree.js";
 import {askTab} from "./commands.js";
 import {PageElement} from "./element.js";
@@ -57,6 +56,7 @@ const LAZY = {
   "hfsm-monitor-panel": "./monitor/panel.js",
   "hfsm-monitor-timeline": "./monitor/timeline.js",
   "hfsm-robot-dock": "./monitor/dock.js",
+  "hfsm-shelf": "./shelf/shelf.js",
   "hfsm-start": "./start.js",
 };
 const UNHURRIED = 500; // ms after the first picture until more is loaded
@@ -253,11 +253,14 @@ export class HfsmApp extends PageElement {
   }
 
   /** Show the shelf, and let its search be typed. */
-  async showShelf() {
+  showShelf() {
     if (!this.showsTree) this.tree = "with-tree";
-    await this.updateComplete;
-    const shelf = /** @type {import("./shelf/shelf.js").Shelf | null} */ (this.querySelector("hfsm-shelf"));
-    await shelf?.search();
+    return holdKeys(async () => {
+      const shelf = /** @type {import("./shelf/shelf.js").Shelf | undefined} */ (await this.#load("hfsm-shelf"));
+      this.requestUpdate();
+      await this.updateComplete;
+      await shelf?.search();
+    });
   }
 
   toggleTree() {
@@ -322,7 +325,7 @@ export class HfsmApp extends PageElement {
         <aside class="left" aria-label="Automata and shelf" ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label="Tree of automata"><hfsm-tree></hfsm-tree></nav>
-            <hfsm-shelf></hfsm-shelf>
+            ${starting ? nothing : this.#lazily("hfsm-shelf")}
           </div>
           ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
@@ -374,7 +377,7 @@ export class HfsmApp extends PageElement {
                   </section>`
               : nothing
           }
-          ${starting && store.online ? this.#start() : nothing}
+          ${starting && store.online ? this.#lazily("hfsm-start") : nothing}
         </main>
       </div>
       <footer><hfsm-status></hfsm-status></footer>`;
@@ -406,9 +409,10 @@ export class HfsmApp extends PageElement {
     </div>`;
   }
 
-  #start() {
-    const element = this.elements.get("hfsm-start");
-    if (!element) this.#load("hfsm-start").then(() => this.requestUpdate());
+  /** An element that is loaded as soon as it is to be shown. @param {string} tag */
+  #lazily(tag) {
+    const element = this.elements.get(tag);
+    if (!element) this.#load(tag).then((loaded) => loaded && this.requestUpdate());
     return element ?? nothing;
   }
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from codegen.hfsm.document import Argument, Automaton, Document, State, Text
 from tests.support.editing import large_document, tree
 from visualhfsm._editing.commands.automata import AddAutomaton, SetImport
 from visualhfsm._editing.commands.items import DeleteItems
-from visualhfsm._editing.commands.paste import FillAutomaton, PasteStates
+from visualhfsm._editing.commands.paste import AddReadyState, FillAutomaton, PasteStates
 from visualhfsm._editing.commands.states import RenameState, SetArgument
 from visualhfsm._editing.serialization import copy_states, parse, written
 from visualhfsm._errors import EditError
@@ -174,3 +175,101 @@ def test_a_clipboard_is_text_that_is_a_document() -> None:
     (copied,) = parse(copy_states(tree(), 1, [1]), "Cannot read").automata
     assert [each.name for each in copied.states] == ["wait"]
     assert copied.transitions == ()
+
+
+READY = """<VisualHFSM>
+  <parameters><parameter><name>pace</name><type>float</type><default>1.0</default></parameter></parameters>
+  <SubAutomata id="1" idFather="0">
+    <state id="1" initial="true"><name>go</name><idSubautomataSon>7</idSubautomataSon></state>
+    <state id="2"><name>gone</name><final>true</final></state>
+    <transition id="1"><origin>1</origin><destiny>2</destiny><trans type="finished"></trans></transition>
+    <input><name>far</name><type>float</type><default>0.5</default></input>
+    <variables>steps = 0</variables>
+    <functions>def count(self): return 1</functions>
+  </SubAutomata>
+  <SubAutomata id="7" idFather="1">
+    <state id="1" initial="true"><name>step</name></state>
+    <state id="2"><name>stepped</name><final>true</final></state>
+  </SubAutomata>
+  <libraries><lib>math</lib></libraries>
+  <config>
+    <iceinterface><nameinterface>Walk</nameinterface><interface>{type}</interface></iceinterface>
+  </config>
+</VisualHFSM>"""
+
+
+def ready(**fields: object) -> AddReadyState:
+    content = READY.format(type="Walk")
+    return msgspec.convert(
+        {
+            "command": "addReadyState",
+            "automaton": 1,
+            "content": content,
+            "name": "work",
+            "x": 7,
+            "y": 8,
+            **fields,
+        },
+        AddReadyState,
+    )
+
+
+def test_a_ready_state_is_a_state_with_a_copy_of_the_whole_document() -> None:
+    document = ready().apply(tree())
+    drawn = automaton(document, 1).states[-1]
+    assert (drawn.name, drawn.x, drawn.y, drawn.initial) == ("work 2", 7.0, 8.0, False)
+    assert drawn.history == Text("restart")
+    assert [(each.name, each.value.text) for each in drawn.arguments] == [("far", "0.5")]
+    child = automaton(document, drawn.children[0])
+    assert child.father == 1
+    assert child.variables == Text("steps = 0")
+    assert [each.name for each in child.inputs] == ["far"]
+    assert automaton(document, child.states[0].children[0]).father == child.id
+    assert [each.name.text for each in document.libraries][-1:] == ["math"]
+    assert [each.name for each in document.interfaces][-1:] == ["Walk"]
+    assert [each.name for each in document.parameters][-1:] == ["pace"]
+    assert parse(written(document), "written") == document
+
+
+def test_a_ready_state_follows_another_state() -> None:
+    document = ready(origin=2, trigger="finished").apply(tree())
+    led = automaton(document, 1).transitions[-1]
+    assert (led.origin, led.destination, led.type) == (2, automaton(document, 1).states[-1].id, "finished")
+
+
+def test_the_first_state_of_a_document_is_initial_and_functions_are_not_repeated() -> None:
+    document = ready().apply(ready().apply(Document(automata=(Automaton(id=1),))))
+    assert [(each.name, each.initial) for each in automaton(document, 1).states] == [
+        ("work", True),
+        ("work 2", False),
+    ]
+    assert [bool(each.functions.text) for each in document.automata] == [False, True, False, False, False]
+    assert len(document.interfaces) == len(document.libraries) == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        (
+            {"content": READY.format(type="jderobot::Motors")},
+            r"needs self\.Walk as Motors, and here that is Walk",
+        ),
+        ({"content": READY.format(type="nao.Walk").replace("float", "int")}, r"needs self\.pace as int"),
+        ({"content": "<VisualHFSM/>"}, "no root automaton"),
+        ({"content": READY.replace("<libraries>", "<language>C++</language><libraries>")}, r"code is C\+\+"),
+        ({"automaton": 9}, "does not exist"),
+        ({"origin": 99}, "does not exist"),
+        ({"x": 1e9}, "not within"),
+        ({"name": "\x00"}, "control character"),
+    ],
+)
+def test_a_ready_state_that_does_not_fit_is_refused(changes: dict[str, object], why: str) -> None:
+    document = ready().apply(tree())
+    with pytest.raises(EditError, match=why):
+        ready(**changes).apply(document)
+
+
+def test_a_ready_state_of_the_same_things_fits() -> None:
+    document = ready().apply(tree())
+    again = ready(content=READY.format(type="nao::Walk")).apply(document)
+    assert again.interfaces == document.interfaces
