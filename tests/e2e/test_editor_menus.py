@@ -13,7 +13,7 @@ OUTSIDE = """() => [...document.querySelectorAll("hfsm-app *")]
     .filter((each) => !each.closest("svg, hfsm-breadcrumbs, .cm-editor") && each.checkVisibility())
     .filter((each) => each.getBoundingClientRect().right > innerWidth + 0.5)
     .map((each) => `${innerWidth}: ${each.localName} ${each.className}`)"""
-# Without the pictures of the shelf, whose rows are told apart by them.
+# Without the pictures of the shelf, whose rows have one each.
 ICONS = """() => [...document.querySelectorAll("svg.icon:not(.ready *)")]
     .filter((each) => each.checkVisibility() && each.getBoundingClientRect().width).length"""
 MOST_ICONS = 25

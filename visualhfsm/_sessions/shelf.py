@@ -58,8 +58,8 @@ class Need(msgspec.Struct, frozen=True):
 class ReadyState(msgspec.Struct, frozen=True, kw_only=True):
     """A document of a shelf, as people see it there.
 
-    `id` tells it apart, `path` is its file as people name it. `summary` is the first sentence of its
-    description, which `text` has whole. One that `ends` has a final state: transitions out of it may wait for
+    `id` distinguishes it from others, `path` is its file as people name it. `summary` is the first sentence
+    of its description, which `text` has whole. One that `ends` has a final state: transitions out of it may wait for
     that. `trouble` says why its file cannot be used; then the rest is blank.
     """
 
@@ -124,7 +124,7 @@ class Shelves:
             raise MissingError(f"{printable(id)[:100]} is not on the shelf")
         if found.shown.trouble:
             what = f"Cannot draw {found.shown.title}"
-            raise EditError(what, found.shown.trouble, f"mend {found.shown.path}")
+            raise EditError(what, found.shown.trouble, f"fix {found.shown.path}")
         return found.shown.title, found.content
 
     def _look(self) -> dict[str, _File]:

@@ -131,7 +131,7 @@ class AddReadyState(Command, frozen=True, kw_only=True):
         fragment = parse(self.content, what)
         top = fragment.root
         if top is None:
-            raise EditError(what, "it has no root automaton, or several", "mend its file")
+            raise EditError(what, "it has no root automaton, or several", "fix its file")
         if fragment.language != document.language:
             why = (
                 f"its code is {fragment.language.text.strip()[:20] or 'Python'}, unlike that of this document"

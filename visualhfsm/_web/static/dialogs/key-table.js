@@ -16,6 +16,7 @@ export function keyTable() {
       "select",
       "newState",
       "newTransition",
+      "shelf",
       "rename",
       "edit",
       "editCode",

@@ -45,7 +45,7 @@ class CodePanel extends PageElement {
     this.#followSelection();
   }
 
-  /** Show the arguments of another state that has no code of its own: they are all that can be set there. */
+  /** Show the arguments of another state without code: they are all that can be set there. */
   #followSelection() {
     const {tab, document, automaton, state} = page;
     const seen = `${tab} ${automaton?.id} ${state?.id}`;

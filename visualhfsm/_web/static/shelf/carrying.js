@@ -23,14 +23,14 @@ export class Carrying {
    * @param {HfsmCanvas} canvas
    * @param {ReadyState} ready
    * @param {PointerEvent & {currentTarget: HTMLElement}} event which pressed it
-   * @param {{began: () => void, ended: (where?: Where) => void}} told `ended` is told where to draw it: anywhere when
+   * @param {{began: () => void, ended: (where?: Where) => void}} report `ended` gets where to draw it: anywhere when
    *   it was only clicked, and not at all when it was dropped elsewhere
    */
-  constructor(canvas, ready, event, told) {
+  constructor(canvas, ready, event, report) {
     this.canvas = canvas;
     this.ready = ready;
     this.start = {x: event.clientX, y: event.clientY};
-    this.told = told;
+    this.report = report;
     const {pointerId} = event;
     const source = event.currentTarget;
     source.setPointerCapture(pointerId);
@@ -66,7 +66,7 @@ export class Carrying {
     const {clientX, clientY} = event;
     const moved = Math.hypot(clientX - this.start.x, clientY - this.start.y);
     if (!this.#carried && (moved < FAR || this.ready.trouble || !canDraw(this.canvas))) return;
-    if (!this.#carried) this.told.began();
+    if (!this.#carried) this.report.began();
     this.#carried ??= this.#made();
     const over = this.#isOver(event);
     this.#after = over ? this.canvas.stateAt(this.canvas.point(event)) : undefined;
@@ -84,8 +84,8 @@ export class Carrying {
     const over = this.#isOver(event);
     const where = this.#after ? {after: this.#after} : {point: this.canvas.point(event)};
     this.cancel();
-    if (!this.#carried) this.told.ended({});
-    else this.told.ended(over ? where : undefined);
+    if (!this.#carried) this.report.ended({});
+    else this.report.ended(over ? where : undefined);
   }
 
   /** @param {KeyboardEvent} event */

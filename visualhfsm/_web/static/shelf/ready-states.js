@@ -20,7 +20,7 @@ const BESIDE = 190; // pixels from a state to one that is drawn after it
 /** What people call that which a robot needs for a servant. @type {Record<string, string>} */
 const PARTS = {
   Camera: "camera",
-  Head: "neck",
+  Head: "head that turns",
   Hearing: "ears",
   Leds: "lights",
   Motions: "motions",

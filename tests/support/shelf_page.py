@@ -1,0 +1,44 @@
+"""docs/reference/shelf.md, generated from the documents of our shelf by `python -m tests.support.shelf_page`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import groupby
+from textwrap import fill
+from typing import Final
+
+from tests.support.pages import DOCS
+from visualhfsm._sessions.shelf import ReadyState, Shelves, our_shelf
+
+__all__ = ["PAGE", "shelf_page"]
+
+PAGE: Final = DOCS / "reference/shelf.md"
+
+_BEGINNING: Final = """# The ready states
+
+Made by `python -m tests.support.shelf_page` from the documents in `shelf/`; a test proves that it is current.
+[Draw ready states](../how-to/shelf.md) explains their use. *Needs* lists the servants that a robot must
+[have](robots.md). All are tested on the fake and the simulated Nao, and those that suit others on some of them."""
+
+
+def shelf_page() -> str:
+    """Return the page."""
+    parts = [_BEGINNING]
+    for category, states in groupby(Shelves(our_shelf().parent).states(), lambda each: each.category):
+        parts.append(f"## {category}")
+        parts += [part for each in states for part in _state(each)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _state(ready: ReadyState) -> Iterator[str]:
+    needs = ", ".join(f"`{each.identity}`" for each in ready.needs)
+    yield f"### {ready.title}"
+    yield fill(ready.text, 120)
+    yield f"Needs {needs}. Its document is `{ready.path}`."
+    if ready.inputs:
+        rows = [f"| `{each.name}` | `{each.default}` | {each.description} |" for each in ready.inputs]
+        yield "\n".join(["| input | default | |", "|---|---|---|", *rows])
+
+
+if __name__ == "__main__":
+    PAGE.write_text(shelf_page(), "utf-8")
