@@ -21,7 +21,7 @@ from naoserver._servants.body import JointsI, PoseHeadI
 from naoserver._servants.body_history import BodyHistory
 from naoserver._servants.camera import CameraI
 from naoserver._servants.description import DescriptionI
-from naoserver._servants.expression import LedsI, SpeechI
+from naoserver._servants.expression import HearingI, LedsI, SpeechI
 from naoserver._servants.health import ClockI, HealthI, SafetyI
 from naoserver._servants.hinge import NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI
 from naoserver._servants.motions import KeyFramePosturesI, MotionsI, OwnPosturesI
@@ -94,7 +94,9 @@ class Assembly:
             self._add_senses(robot.senses)
         if robot.stage is not None:
             scene = SceneI(robot.stage, self.gate, self.body.hold, self.hearing.hear)
-            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene)
+            ears = HearingI(time)
+            self.hearing.listen(ears.hear)
+            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene, Hearing=ears)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
         self._history = BodyHistory(robot, self._wake)

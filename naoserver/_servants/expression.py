@@ -1,12 +1,13 @@
-"""Servants of the lights and of the voice."""
+"""Servants of the lights, of the voice, and of what is said to the robot."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Final
 
 from interfaces.jderobot import InvalidValueException
-from interfaces.nao import LedColor, Leds, LedState, Speech, SpeechState
+from interfaces.nao import HeardState, Hearing, LedColor, Leds, LedState, Speech, SpeechState
 from naoserver._servants.shared import StateStream, refusals_raised, require_known, require_within
 from naoserver.capabilities import Lights, Voice
 from naoserver.expression import LONGEST_TEXT
@@ -77,3 +78,28 @@ class SpeechI(Speech):
     def _state(self) -> SpeechState:
         said = self._voice.utterance()
         return SpeechState(time=self._robot_time(), speaking=said.speaking, text=said.text, count=said.count)
+
+
+class HearingI(Hearing):
+    """Report the sentences that `hear` gets. Thread-safe. `robot_time` is in s."""
+
+    def __init__(self, robot_time: Callable[[], float]) -> None:
+        self._robot_time = robot_time
+        self._last = "", 0
+        self._lock = threading.Lock()
+        self.stream: Final = StateStream(
+            self._state, self.getHeardPublisher, lambda state: state, news=lambda state: state.count
+        )
+
+    def hear(self, sentence: str) -> str:
+        """Take a sentence. It recognizes no phrase in it, so the result is empty."""
+        with self._lock:
+            self._last = sentence.strip(), self._last[1] + 1
+        return ""
+
+    def getHeard(self, current: Current) -> HeardState:
+        return self._state()
+
+    def _state(self) -> HeardState:
+        text, count = self._last
+        return HeardState(time=self._robot_time(), text=text, count=count)

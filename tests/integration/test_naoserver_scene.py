@@ -3,7 +3,16 @@
 import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException
-from interfaces.nao import GroundTruthPrx, Quaternion, SafetyPrx, ScenePrx, ShapeKind, TouchPrx, Vector3
+from interfaces.nao import (
+    GroundTruthPrx,
+    HearingPrx,
+    Quaternion,
+    SafetyPrx,
+    ScenePrx,
+    ShapeKind,
+    TouchPrx,
+    Vector3,
+)
 from naoserver.fake import FakeRobot
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -64,6 +73,15 @@ def test_a_sentence_reaches_those_who_listen(nao, scene):
     with pytest.raises(InvalidValueException, match="there is nothing to hear") as caught:
         scene.sayToRobot(" ")
     assert caught.value.field == "text"
+
+
+def test_a_sentence_is_heard_by_behaviors(nao, scene):
+    ears = nao.proxy(HearingPrx, "Hearing")
+    assert (ears.getHeard().text, ears.getHeard().count) == ("", 0)
+    before = ears.getHeard.wait(timeout=EVENT_LIMIT)
+    scene.sayToRobot(" Go home ")
+    assert (ears.getHeard().text, ears.getHeard().count) == ("Go home", 1)
+    assert ears.getHeard.wait(after=before, timeout=EVENT_LIMIT).value.count == 1
 
 
 def test_the_world_is_reported_as_shapes(scene, truth):

@@ -66,7 +66,7 @@ OF_A_PART: Final[Mapping[str, Callable[[Body], object]]] = {
 }
 """The identities that are served where the body has a part."""
 BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors", "Encoders")}
-SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}
+SIMULATION = {"CameraOutside", "GroundTruth", "Hearing", "Scene"}
 
 
 def has_pressure(body):

@@ -59,8 +59,8 @@ class ReadyState(msgspec.Struct, frozen=True, kw_only=True):
     """A document of a shelf, as people see it there.
 
     `id` distinguishes it from others, `path` is its file as people name it. `summary` is the first sentence
-    of its description, which `text` has whole. One that `ends` has a final state: transitions out of it may wait for
-    that. `trouble` says why its file cannot be used; then the rest is blank.
+    of its description, which `text` has whole. One that `ends` has a final state: transitions out of it may
+    wait for that. `trouble` says why its file cannot be used; then the rest is blank.
     """
 
     id: str

@@ -159,6 +159,10 @@ class RobotUnderTest:
         """Set the angles of some joints in rad immediately, bypassing the safety layer."""
         cast("Any", self.device).place(joints)
 
+    def hear(self, sentence: str) -> None:
+        """Say a sentence to the robot, as `Scene.sayToRobot` does."""
+        self._assembly.hearing.hear(sentence)
+
     def look(self, camera: str = "Camera", width: int = 320, height: int = 240) -> Frame:
         """Return the present image of a camera."""
         return self.device.capture(camera, width, height)

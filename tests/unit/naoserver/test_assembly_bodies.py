@@ -52,7 +52,7 @@ def test_the_fake_robot_serves_what_its_body_has(name):
 def test_the_simulated_robot_serves_what_its_body_has(name):
     body, clock = find_body(name), VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False, body=body)
-    stage = {"GroundTruth", "Scene", "CameraOutside"}
+    stage = {"GroundTruth", "Hearing", "Scene", "CameraOutside"}
     assert served(robot, clock) == expected(body) | stage
     robot.close()
 

@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import pytest
 
-from interfaces.nao import TouchReading
+from interfaces.nao import HeardState, TouchReading
+from naoserver.fake import FakeRobot
 from tests.support.places import ROOT
 from visualhfsm import Project
 from visualhfsm._editing.commands.states import AddState, SetArgument
@@ -35,10 +36,23 @@ class Example:
     holds: Say = lambda _: True
     stop: str = ""
     limit: float = 15.0
+    fake: dict[str, Any] = field(default_factory=dict)
+    """Answers of what the fake robot lacks."""
 
 
 def place_ball(b: Behavior) -> None:
     b.robot.ball("green").place(pan=0.6, distance=1.0, height=0.5)
+
+
+def say_words(b: Behavior) -> None:
+    b.advance(0.2)
+    if isinstance(b.robot.device, FakeRobot):  # nobody can talk to it
+        b.stub("Hearing", getHeard=HeardState(time=1.0, text="Please STOP now", count=1))
+        return
+    b.robot.hear("Go on")
+    b.advance(0.2)
+    assert b.active != "next"
+    b.robot.hear("Please STOP now")
 
 
 def press(b: Behavior) -> None:
@@ -61,6 +75,7 @@ def said(b: Behavior) -> str:
     return str(b.component.Speech.getSpeech().text)
 
 
+SILENCE: Final = {"Hearing": {"getHeard": HeardState(time=0.0, text="", count=0)}}
 EXAMPLES: Final = {
     "say": Example({"text": '"Good morning"'}, holds=lambda b: said(b) == "Good morning", stop="Speech.stop"),
     "look_at": Example(
@@ -89,6 +104,7 @@ EXAMPLES: Final = {
         stop="Motions.stop",
     ),
     "lights": Example({"color": '"blue"', "where": '"Eye"'}, holds=is_lit),
+    "wait_for_a_word": Example({"word": '"stop"'}, say_words, fake=SILENCE),
     "wait_for_touch": Example({"sensor": '"Head"'}, press),
 }
 BODIES: Final = [
@@ -147,7 +163,8 @@ def test_a_state_does_it_and_ends(
     project: Project, behavior: MakeBehavior, name: str, robot: Literal["fake", "sim"]
 ) -> None:
     example = EXAMPLES[name]
-    b = behavior(draw(project, name, example.arguments), robot=robot, camera="drawn")
+    stubs = example.fake if robot == "fake" else None
+    b = behavior(draw(project, name, example.arguments), robot=robot, camera="drawn", stubs=stubs)
     example.prepare(b)
     b.run_until("next", limit=example.limit)
     assert not b.errors
