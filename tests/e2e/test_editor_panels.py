@@ -266,7 +266,7 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
     ):
         shown.state("wait").wait_for()
         code = edit(shown, "wait")
-        options = shown.page.get_by_role("listbox").get_by_role("option")
+        options = shown.page.locator(".cm-tooltip").get_by_role("option")
         info = shown.page.locator(".cm-completionInfo")
         signature = shown.page.locator(".cm-tooltip.cm-help")
         shown.insert("\nself.eye.getImageDat")

@@ -44,8 +44,8 @@ export class Shelf extends PageElement {
 
   connectedCallback() {
     super.connectedCallback();
-    this.listen(store, "robot", () => this.#look());
-    this.#look();
+    this.listen(store, "robot", () => this.#lookAtRobot());
+    this.#lookAtRobot();
   }
 
   /** Open it, and let its search be typed. */
@@ -76,9 +76,14 @@ export class Shelf extends PageElement {
     </section>`;
   }
 
-  #content() {
+  /** What is shown, and which of it the keys have chosen; typed keys may come faster than it is drawn. */
+  #look() {
     const found = findReady(this.text);
-    const chosen = found.find(({id}) => id === this.chosen) ?? (this.text.trim() ? found[0] : undefined);
+    return {found, chosen: found.find(({id}) => id === this.chosen) ?? (this.text.trim() ? found[0] : undefined)};
+  }
+
+  #content() {
+    const {found, chosen} = this.#look();
     const described = found.find(({id}) => id === this.described);
     return html`<input
         type="search"
@@ -98,7 +103,7 @@ export class Shelf extends PageElement {
           this.described = target.value.trim() ? (findReady(target.value)[0]?.id ?? "") : "";
         }}
         @blur=${() => (this.described = "")}
-        @keydown=${(/** @type {KeyboardEvent} */ event) => this.#key(event, found, chosen)}
+        @keydown=${this.#key}
       />
       <div
         class="shelf-list"
@@ -160,8 +165,9 @@ export class Shelf extends PageElement {
     });
   }
 
-  /** @param {KeyboardEvent} event @param {ReadyState[]} found @param {ReadyState | undefined} chosen */
-  #key(event, found, chosen) {
+  /** @param {KeyboardEvent} event */
+  #key = (event) => {
+    const {found, chosen} = this.#look();
     const step = /** @type {Record<string, number>} */ ({ArrowDown: 1, ArrowUp: -1})[event.key];
     if (step && found.length) {
       const index = chosen ? found.indexOf(chosen) + step : step > 0 ? 0 : -1;
@@ -178,7 +184,7 @@ export class Shelf extends PageElement {
     } else return;
     event.preventDefault();
     event.stopPropagation();
-  }
+  };
 
   /** Draw one, and show all again. @param {ReadyState} ready @param {Parameters<typeof drawReady>[2]} where */
   #draw(ready, where) {
@@ -207,7 +213,7 @@ export class Shelf extends PageElement {
   }
 
   /** Ask what the robot has when it is another one. */
-  async #look() {
+  async #lookAtRobot() {
     const {status, title, name} = store.robot;
     const robot = `${status} ${title} ${name}`;
     if (robot === this.#robot) return;
