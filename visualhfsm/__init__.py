@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ._editing.commands.items import MoveItems as MoveItems
     from ._editing.commands.items import PlaceItems as PlaceItems
     from ._editing.commands.items import ResetHandles as ResetHandles
+    from ._editing.commands.paste import AddReadyState as AddReadyState
     from ._editing.commands.paste import FillAutomaton as FillAutomaton
     from ._editing.commands.paste import PasteStates as PasteStates
     from ._editing.commands.paste import ReplaceDocument as ReplaceDocument
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
     from ._sessions.session import Choice as Choice
     from ._sessions.session import Resolution as Resolution
     from ._sessions.session import Step as Step
+    from ._sessions.shelf import ReadyState as ReadyState
     from .project._document import OpenDocument as OpenDocument
     from .project._events import Changed as Changed
     from .project._events import Checked as Checked
@@ -94,6 +96,7 @@ _MODULES: Final = {
     "Abandoned": "._sessions.journal",
     "AddAutomaton": "._editing.commands.automata",
     "AddEntry": "._editing.commands.component",
+    "AddReadyState": "._editing.commands.paste",
     "AddRoot": "._editing.commands.automata",
     "AddState": "._editing.commands.states",
     "AddTransition": "._editing.commands.transitions",
@@ -137,6 +140,7 @@ _MODULES: Final = {
     "Problem": "._editing.problems",
     "Project": ".project._project",
     "Proof": "._editing.problems",
+    "ReadyState": "._sessions.shelf",
     "RemoveArgument": "._editing.commands.states",
     "RemoveEntry": "._editing.commands.component",
     "RenameState": "._editing.commands.states",

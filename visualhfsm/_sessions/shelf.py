@@ -35,7 +35,7 @@ _LARGEST_FILE: Final = 1 << 20
 """Bytes."""
 _LONGEST_TITLE: Final = 60
 _LONGEST_TEXT: Final = 2000
-_SENTENCE: Final = re.compile(r"(?<=[.!?:]) ")
+_SENTENCE: Final = re.compile(r"(?<=[.!?]) ")
 _PACKAGE: Final = Path(__file__).parents[1]
 
 
