@@ -124,7 +124,7 @@ export class HfsmApp extends PageElement {
     this.listen(store, "document", ({detail}) => {
       if (detail.tab === page.tab) page.prune();
     });
-    store.addEventListener("document", () => setTimeout(laterStyles, UNHURRIED), {once: true});
+    store.addEventListener("document", () => setTimeout(() => this.#loadLater(), UNHURRIED), {once: true});
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
     this.listen(
@@ -325,7 +325,7 @@ export class HfsmApp extends PageElement {
         <aside class="left" aria-label="Automata and shelf" ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label="Tree of automata"><hfsm-tree></hfsm-tree></nav>
-            ${starting ? nothing : this.#lazily("hfsm-shelf")}
+            ${(starting ? undefined : this.elements.get("hfsm-shelf")) ?? nothing}
           </div>
           ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
@@ -407,6 +407,12 @@ export class HfsmApp extends PageElement {
         ${icon("close")}
       </button>
     </div>`;
+  }
+
+  /** Load what the first picture does not need. */
+  async #loadLater() {
+    await this.#load("hfsm-shelf");
+    this.requestUpdate();
   }
 
   /** An element that is loaded as soon as it is to be shown. @param {string} tag */

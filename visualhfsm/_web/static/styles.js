@@ -1,6 +1,6 @@
-/** Style sheets that nothing in the first picture needs: panels, menus and dialogs are loaded after them. */
+/** Style sheets that nothing in the first picture needs: panels, menus, dialogs and the shelf are loaded after them. */
 
-const LATER = ["dialogs", "print", "panels"];
+const LATER = ["dialogs", "print", "panels", "shelf"];
 
 /** @type {Promise<unknown> | undefined} */
 let loading;
