@@ -1,6 +1,6 @@
-/** Style sheets that nothing in the first picture needs: panels, menus, dialogs and the shelf are loaded after them. */
+/** Style sheets that nothing in the first picture needs: panels, menus, dialogs, trials and the shelf are loaded after them. */
 
-const LATER = ["dialogs", "print", "panels", "shelf"];
+const LATER = ["dialogs", "print", "panels", "shelf", "trials"];
 
 /** @type {Promise<unknown> | undefined} */
 let loading;
