@@ -699,12 +699,12 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
 
     async def go(opened: Page) -> None:
         with pytest.raises(VisualHfsmError, match="not followed"):
-            opened.service.record("walker", file, "", 0)
+            await opened.service.record("walker", file, "", 0)
         await opened.attach()
         first = await opened.snapshot(lambda value: value.robot.joints)
-        opened.service.record("walker", file, walker(), 10)
+        await opened.service.record("walker", file, walker(), 10)
         with pytest.raises(VisualHfsmError, match="recorded already"):
-            opened.service.record("walker", file, "", 0)
+            await opened.service.record("walker", file, "", 0)
         await opened.pushes.until(lambda: recorded_names(opened) == ["walker.mcap"] or None)
         await opened.do("sendEvent", name="ball_lost", data="")
         moved = await opened.snapshot(lambda value: value.component.automata[0].state == 2)
@@ -712,7 +712,7 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         await opened.service.end_record("walker")
         await opened.pushes.until(lambda: not recorded_names(opened) or None)
         with pytest.raises(VisualHfsmError, match="exists, and is not overwritten"):
-            opened.service.record("walker", file, "", 0)
+            await opened.service.record("walker", file, "", 0)
 
         found = await opened.service.recording(file)
         assert (found["document"], found["complete"]) == (walker(), True)
@@ -757,9 +757,7 @@ def test_a_recording_ends_with_the_run_and_with_who_follows_it(
     async def go(opened: Page) -> None:
         with start(robot, component):
             await opened.attach()
-            await opened.snapshot()
-            await opened.pushes.until(lambda: opened.pushes.of(Structure) or None)
-            opened.service.record("walker", file, "", 0)
+            await opened.service.record("walker", file, "", 0)  # waits until it knows the component
             await opened.pushes.until(lambda: recorded_names(opened) or None)
             if ends == "window":
                 await opened.service.detach("walker")

@@ -50,6 +50,8 @@ from .stopping import stop_once, stop_robot
 _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
+_NEWS_LIMIT: Final = 5.0
+"""Seconds to wait for the first news of a component."""
 _STOP_LIMIT: Final = 2.0
 """Seconds to wait for a component to end before the robot is stopped again."""
 _SCENE: Final = "Scene"
@@ -193,8 +195,14 @@ class Monitoring:
         except ZenohIceError as error:
             raise VisualHfsmError(str(error)) from error
 
-    def record(self, component: str, path: Path, document: str, pictures: int) -> None:
-        """Record a component into a new file, as `Recorder` does, at most as long as it is followed."""
+    async def record(self, component: str, path: Path, document: str, pictures: int) -> None:
+        """Record a component into a new file, as `Recorder` does, at most as long as it is followed.
+
+        The first news of one that has just been started are waited for.
+        """
+        deadline = asyncio.get_running_loop().time() + _NEWS_LIMIT
+        while not self._follower(component).knows and asyncio.get_running_loop().time() < deadline:
+            await asyncio.sleep(_PERIOD / 10)
         if component in self._recorders:
             raise VisualHfsmError(f"{component} is being recorded already")
         follower = self._follower(component)

@@ -92,6 +92,11 @@ class Follower:
         return self._structure
 
     @property
+    def knows(self) -> bool:
+        """Whether structure and state of the component are known."""
+        return self._structure is not None and self._log.newest is not None
+
+    @property
     def described(self) -> DescribedRobot | None:
         """The robot that it drives, as it is drawn; None while that is not known."""
         newest = self._log.newest

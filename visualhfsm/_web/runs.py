@@ -146,7 +146,7 @@ class Runs:
             document = (tab.is_running and tab.runs) or tab.shown.document
             text = await self._threads.do(lambda: written(document))
         file = await self._threads.do(lambda: self._new_recording(component))
-        live.record(component, file, text, pictures)
+        await live.record(component, file, text, pictures)
         return {"recording": self._root.name(file)}
 
     async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
