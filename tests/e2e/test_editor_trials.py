@@ -10,34 +10,15 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
-from tests.support.documents import document, state, sub, transition
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import expect_current, patient_services
 from tests.support.processes import free_endpoint
+from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm._web.services import make_services
 from zenoh_ice import Settings
 
 ENDED = RUN_LIMIT * 1000
-PLAN = """robot = "none"
-runs = 12
-limit = 1
-[parameters]
-patience = { from = 2, to = 6 }
-[success]
-state = "done"
-"""
-WAITS = document(
-    sub(
-        1,
-        0,
-        state(1, "waiting", "self.waited += 0.5", initial=True),
-        state(2, "done"),
-        transition(1, 1, 2, "self.waited > self.patience", name="enough"),
-        variables="self.waited = 0.0",
-    ),
-    head="<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>",
-)
 
 
 @pytest.fixture

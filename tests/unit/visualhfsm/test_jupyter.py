@@ -15,7 +15,7 @@ import pytest
 from tests.support.limits import RUN_LIMIT
 from visualhfsm._jupyter import editor_in_jupyter
 
-SOCKET = "/tmp/jupyter/socket"
+SOCKET = "/run/jupyter/socket"
 
 
 def command(folder: Path, before: str = "") -> list[str]:

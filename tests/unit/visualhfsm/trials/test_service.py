@@ -11,9 +11,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.support.documents import document, state, sub, transition
 from tests.support.processes import assert_gone, children
 from tests.support.pushes import Pushes
+from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm._editing.serialization import parse
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
@@ -23,25 +23,6 @@ from visualhfsm.trials._messages import TrialsPush
 from visualhfsm.trials._orders import Choices
 from visualhfsm.trials._service import RunningTrials
 
-PLAN = """robot = "none"
-runs = 12
-limit = 1
-[parameters]
-patience = { from = 2, to = 6 }
-[success]
-state = "done"
-"""
-WAITS = document(
-    sub(
-        1,
-        0,
-        state(1, "waiting", "self.waited += 0.5", initial=True),
-        state(2, "done"),
-        transition(1, 1, 2, "self.waited > self.patience", name="enough"),
-        variables="self.waited = 0.0",
-    ),
-    head="<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>",
-)
 WORKER = "visualhfsm.trials._worker"
 
 
