@@ -583,7 +583,7 @@ class FakeLive(NoService):
     async def detach(self, component: str) -> None:
         self.attached.clear()
 
-    def record(self, component: str, path: Path, document: str, pictures: int) -> None:
+    async def record(self, component: str, path: Path, document: str, pictures: int) -> None:
         self.recorded = (component, path, document, pictures)
 
     async def end_record(self, component: str) -> None:
