@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,6 +28,19 @@ def path(tmp_path: Path) -> Path:
     folder.mkdir()
     (folder / "waits.xml").write_text(WAITS)
     return folder / "waits.xml"
+
+
+@contextlib.contextmanager
+def editor_in(browser: Browser, path: Path, *, realm: str) -> Iterator[EditorPage]:
+    """Show a document in an editor of its own, without a robot."""
+    settings = Settings(realm=realm, connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    services = make_services(settings, folder=path.parent)
+    with (
+        patient_services(),
+        editor(path.parent, path, make_services=services) as running,
+        editor_page(browser, running) as shown,
+    ):
+        yield shown
 
 
 @pytest.fixture
@@ -111,13 +125,7 @@ def test_tests_run_beside_the_document_and_mark_what_they_pass(browser: Browser,
         'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n\n\n'
         'def test_it_is_done_at_once(behavior):\n    behavior("waits.xml").run_until("done", limit=0.2)\n'
     )
-    settings = Settings(realm="test-tests", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    services = make_services(settings, folder=path.parent)
-    with (
-        patient_services(),
-        editor(path.parent, path, make_services=services) as running,
-        editor_page(browser, running) as shown,
-    ):
+    with editor_in(browser, path, realm="test-tests") as shown:
         page = shown.page
         shown.state("done").wait_for()
         shown.press("Alt+x")
@@ -139,13 +147,7 @@ def test_tests_run_beside_the_document_and_mark_what_they_pass(browser: Browser,
 
 
 def test_a_run_becomes_a_test_that_passes(browser: Browser, path: Path) -> None:
-    settings = Settings(realm="test-run-test", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    services = make_services(settings, folder=path.parent)
-    with (
-        patient_services(),
-        editor(path.parent, path, make_services=services) as running,
-        editor_page(browser, running) as shown,
-    ):
+    with editor_in(browser, path, realm="test-run-test") as shown:
         page = shown.page
         shown.state("done").wait_for()
         shown.press("Alt+Shift+t")

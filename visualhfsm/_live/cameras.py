@@ -18,9 +18,10 @@ from zenoh_ice.text import printable
 
 KEPT_APART: Final = 1.0
 """Seconds between two images that are kept of a camera that no window shows."""
+MOST_CAMERAS: Final = 8
+"""Cameras of which pictures are kept, or recorded."""
 _IMAGE_LIMIT: Final = 1.0
 """Seconds without an image after which the presence of the camera is checked again."""
-
 _PICTURE_LIMIT: Final = 1000
 """Milliseconds for a picture."""
 

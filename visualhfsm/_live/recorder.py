@@ -20,11 +20,10 @@ from visualhfsm._monitoring.pictures import require_pillow
 from visualhfsm._monitoring.robot import RobotMonitor
 from visualhfsm._monitoring.run_log import LiveSnapshot
 
-from .cameras import take_picture
+from .cameras import MOST_CAMERAS, take_picture
 
 _LONGEST_RECORDING: Final = 3600.0
 """Seconds after which a recording ends by itself."""
-_MOST_CAMERAS: Final = 8
 
 
 class Recorder:
@@ -90,7 +89,7 @@ class Recorder:
         """Record pictures of all cameras, until cancelled; where they take long there are fewer."""
         while rate:
             began = time.monotonic()
-            await asyncio.gather(*map(self._take_picture, self._robot.cameras()[:_MOST_CAMERAS]))
+            await asyncio.gather(*map(self._take_picture, self._robot.cameras()[:MOST_CAMERAS]))
             await asyncio.sleep(max(0.0, began + 1.0 / rate - time.monotonic()))
 
     async def _take_picture(self, name: str) -> None:

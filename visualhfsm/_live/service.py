@@ -40,7 +40,7 @@ from zenoh_ice.interface import Operation
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
-from .cameras import KEPT_APART, Cameras
+from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
 from .poses import PoseStream
 from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
@@ -55,8 +55,6 @@ _NEWS_LIMIT: Final = 5.0
 _STOP_LIMIT: Final = 2.0
 """Seconds to wait for a component to end before the robot is stopped again."""
 _SCENE: Final = "Scene"
-_MOST_CAMERAS: Final = 8
-"""Cameras of which pictures are kept."""
 _BODY: Final = "Body"
 """The servant that every robot has."""
 
@@ -300,7 +298,7 @@ class Monitoring:
             require_pillow()
             while True:
                 if any(not follower.silence.since for follower in self._followers.values()):
-                    await self._cameras.keep(self._robot.cameras()[:_MOST_CAMERAS])
+                    await self._cameras.keep(self._robot.cameras()[:MOST_CAMERAS])
                 await asyncio.sleep(KEPT_APART)
 
     def _publisher(self, component: str) -> Callable[[News], None]:
