@@ -32,7 +32,7 @@ def path(tmp_path: Path) -> Path:
 
 @contextlib.contextmanager
 def editor_in(browser: Browser, path: Path, *, realm: str) -> Iterator[EditorPage]:
-    """Show a document in an editor of its own, without a robot."""
+    """Show a document in a separate editor, without a robot."""
     settings = Settings(realm=realm, connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     services = make_services(settings, folder=path.parent)
     with (
