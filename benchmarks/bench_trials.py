@@ -47,10 +47,9 @@ from visualhfsm.grading import read_exercise
 from visualhfsm.simulation import simulate
 from visualhfsm.trials import Outcome, Plan, Spread, Success
 from visualhfsm.trials._cluster import Cluster
-from visualhfsm.trials._outcome import Change
+from visualhfsm.trials._outcomes import Change, Record
 from visualhfsm.trials._page import trials_page, write_trials_page
 from visualhfsm.trials._plan import Disturbance
-from visualhfsm.trials._record import Record
 from visualhfsm.trials._series import LocalPool, Pool, Series
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._trial import quiet, run_trial

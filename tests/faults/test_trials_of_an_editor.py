@@ -16,8 +16,7 @@ from tests.support.processes import ComponentProcess, assert_gone, children
 from tests.support.pushes import Pushes
 from visualhfsm._editing.serialization import parse
 from visualhfsm._services import Source
-from visualhfsm.trials._messages import TrialsPush
-from visualhfsm.trials._orders import Choices
+from visualhfsm.trials._messages import Choices, TrialsPush
 from visualhfsm.trials._service import RunningTrials
 
 WORKER = "visualhfsm.trials._worker"
@@ -26,7 +25,7 @@ EDITOR = """
 import asyncio, sys
 from pathlib import Path
 from tests.faults.test_trials_of_an_editor import opened
-from visualhfsm.trials._orders import Choices
+from visualhfsm.trials._messages import Choices
 from visualhfsm.trials._service import RunningTrials
 
 async def edit():

@@ -20,7 +20,7 @@ from visualhfsm._editing.problems import Problem
 from visualhfsm._errors import ErrorKind
 from visualhfsm._services import Push, tag
 from visualhfsm._sessions.shelf import ReadyState
-from visualhfsm.trials._orders import ChosenLimit, ChosenRobot, ChosenRuns
+from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
 
 # ------------------------------------------------------------------------------------------ requests
 

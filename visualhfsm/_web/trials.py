@@ -6,7 +6,7 @@ Everything raises VisualHfsmError.
 from __future__ import annotations
 
 from visualhfsm._run_test import run_as_test
-from visualhfsm.trials._orders import Choices
+from visualhfsm.trials._messages import Choices
 
 from . import protocol as p
 from .window import Window

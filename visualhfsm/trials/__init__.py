@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ._errors import TrialsError as TrialsError
     from ._functions import FunctionFailed as FunctionFailed
     from ._functions import call_function as call_function
-    from ._outcome import Outcome as Outcome
+    from ._outcomes import Outcome as Outcome
     from ._plan import SUFFIX as SUFFIX
     from ._plan import Disturbance as Disturbance
     from ._plan import Function as Function
@@ -33,7 +33,7 @@ _MODULES: Final = {
     "Disturbance": "._plan",
     "Function": "._plan",
     "FunctionFailed": "._functions",
-    "Outcome": "._outcome",
+    "Outcome": "._outcomes",
     "Plan": "._plan",
     "SUFFIX": "._plan",
     "Spread": "._quantities",

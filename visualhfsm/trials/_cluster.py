@@ -12,9 +12,8 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from ._errors import TrialsError
-from ._outcome import Outcome
+from ._outcomes import Outcome, versions
 from ._processes import run_task
-from ._record import versions
 from ._snapshot import Snapshot
 from ._worker import Task
 

@@ -138,8 +138,8 @@ def trials(
     from rich.console import Console
 
     from ._comparison import Comparison
+    from ._outcomes import SUFFIX
     from ._progress import Place, run_all
-    from ._record import SUFFIX
     from ._terminal import show, show_comparison
 
     console = Console()
@@ -165,8 +165,8 @@ def trials(
 def _tune(place: Place, plan: Plan, settings: int, cost: str, path: Path) -> None:
     """Search the best parameters of a plan, and print what they change in fresh trials."""
     from ._comparison import Comparison
+    from ._outcomes import SUFFIX as OUTCOMES
     from ._progress import run_all, search
-    from ._record import SUFFIX as OUTCOMES
     from ._terminal import show, show_comparison
     from ._tuning import SUFFIX, Tuning
 

@@ -15,7 +15,7 @@ import msgspec
 from visualhfsm._line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
 
 from ._errors import TrialsError
-from ._outcome import Outcome
+from ._outcomes import Outcome
 from ._worker import Answer, Task
 
 _ATTEMPTS: Final = 20

@@ -12,10 +12,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from zenoh_ice.application.cli import stop_on_signals
 
-from ._outcome import Outcome
+from ._outcomes import Outcome, Record
 from ._plan import Plan
 from ._quantities import Value
-from ._record import Record
 from ._series import Series, open_pool
 from ._summary import Summary, summarize, write_table
 from ._tuning import Tuning

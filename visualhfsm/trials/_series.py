@@ -16,10 +16,9 @@ import msgspec
 
 from ._cluster import Cluster
 from ._errors import TrialsError
-from ._outcome import Outcome
+from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan
 from ._processes import Processes, processors
-from ._record import Header, Record, versions
 from ._snapshot import Snapshot, take_snapshot
 from ._summary import Summary, summarize
 from ._worker import Task

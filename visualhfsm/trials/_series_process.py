@@ -22,12 +22,10 @@ from zenoh_ice.application.cli import stop_on_signals
 
 from ._errors import TrialsError
 from ._facts import facts_of
-from ._messages import PlanFacts
-from ._orders import Order, Report
-from ._outcome import Outcome
+from ._messages import Order, PlanFacts, Report
+from ._outcomes import SUFFIX as OUTCOMES
+from ._outcomes import Outcome, Record, read_header
 from ._plan import SUFFIX, Plan, plan_of
-from ._record import SUFFIX as OUTCOMES
-from ._record import Record, read_header
 from ._series import LocalPool, Series, run_tasks
 from ._statistics import success_rate
 from ._summary import summarize, write_table

@@ -24,10 +24,9 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._services import Source, complete
 from zenoh_ice.application.child import ChildProcess
 
-from ._messages import TrialsPush
-from ._orders import Action, Choices, Order, Report
+from ._messages import Action, Choices, Order, Report, TrialsPush
+from ._outcomes import SUFFIX as OUTCOMES
 from ._plan import SUFFIX
-from ._record import SUFFIX as OUTCOMES
 
 _PROCESS: Final = "visualhfsm.trials._series_process"
 _LONGEST_REPORT: Final = 2 << 20  # bytes

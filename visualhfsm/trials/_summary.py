@@ -15,9 +15,8 @@ import numpy as np
 
 from visualhfsm._csv_file import write_csv
 
-from ._outcome import Outcome
+from ._outcomes import Outcome, read_outcomes
 from ._quantities import Value, Values
-from ._record import read_outcomes
 from ._statistics import Quartiles, Rate, quartiles, success_rate
 
 _BINS: Final = 5

@@ -24,7 +24,7 @@ from visualhfsm.simulation._properties import stated_properties
 from ._disturbances import Disturbances
 from ._errors import TrialsError
 from ._functions import FunctionFailed, call_function, load_function
-from ._outcome import Change, Outcome
+from ._outcomes import Change, Outcome
 from ._plan import Plan
 from ._quantities import Value, Values
 from ._scene import Scene

@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Final
 import msgspec
 
 from ._errors import TrialsError
-from ._outcome import Outcome
+from ._outcomes import Outcome, Record, read_outcomes
 from ._plan import Plan
 from ._quantities import Quantity, Spread, Value
-from ._record import Record, read_outcomes
 from ._series import Pool, Series, run_tasks
 from ._worker import Task
 

@@ -20,10 +20,9 @@ from ._messages import (
     TrialTimeline,
     Way,
 )
-from ._outcome import Change, Outcome
+from ._outcomes import Change, Outcome, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
-from ._record import read_outcomes
 from ._statistics import Rate
 from ._summary import Map, Row, Summary
 

@@ -24,7 +24,7 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._line_process import answer_lines
 from zenoh_ice.application.tether import die_with
 
-from ._outcome import Outcome
+from ._outcomes import Outcome
 from ._plan import Plan
 from ._snapshot import Snapshot, unpack
 from ._trial import draw_values, quiet, run_trial

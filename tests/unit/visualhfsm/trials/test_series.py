@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError, run_trials
-from visualhfsm.trials._record import Record, read_outcomes
+from visualhfsm.trials._outcomes import Record, read_outcomes
 from visualhfsm.trials._series import LocalPool, Series
 
 WAITS = document(

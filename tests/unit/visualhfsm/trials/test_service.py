@@ -19,8 +19,7 @@ from visualhfsm._errors import VisualHfsmError
 from visualhfsm._live.recordings import open_recording
 from visualhfsm._services import Source
 from visualhfsm.trials import _service
-from visualhfsm.trials._messages import TrialsPush
-from visualhfsm.trials._orders import Choices
+from visualhfsm.trials._messages import Choices, TrialsPush
 from visualhfsm.trials._service import RunningTrials
 
 WORKER = "visualhfsm.trials._worker"

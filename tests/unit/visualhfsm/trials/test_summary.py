@@ -13,9 +13,8 @@ from rich.console import Console
 from visualhfsm._errors import VisualHfsmError
 from visualhfsm.trials import Outcome, Plan, Spread, Summary, TrialsError
 from visualhfsm.trials._comparison import Comparison
-from visualhfsm.trials._outcome import Change
+from visualhfsm.trials._outcomes import Change, Header, Record
 from visualhfsm.trials._page import trials_page
-from visualhfsm.trials._record import Header, Record
 from visualhfsm.trials._summary import summarize, write_table
 from visualhfsm.trials._terminal import show, show_comparison
 from visualhfsm.trials._view import view_of

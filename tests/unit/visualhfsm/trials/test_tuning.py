@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError
-from visualhfsm.trials._record import read_outcomes
+from visualhfsm.trials._outcomes import read_outcomes
 from visualhfsm.trials._series import LocalPool
 from visualhfsm.trials._tuning import Tuning
 from visualhfsm.trials._worker import Task

@@ -7,8 +7,7 @@ from pathlib import Path
 import msgspec
 
 from visualhfsm.trials import Outcome, Plan
-from visualhfsm.trials._outcome import Change
-from visualhfsm.trials._record import Header, Record
+from visualhfsm.trials._outcomes import Change, Header, Record
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._view import view_of
 

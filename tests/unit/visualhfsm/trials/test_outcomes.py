@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from visualhfsm.trials import Outcome, TrialsError
-from visualhfsm.trials._record import Header, Record, read_outcomes
+from visualhfsm.trials._outcomes import Header, Record, read_outcomes
 
 HEADER = Header("walk.xml", "abc", {"python": "3.11"})
 

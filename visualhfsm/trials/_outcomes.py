@@ -1,14 +1,15 @@
-"""The file of outcomes, which is written while trials run, so that whatever ends them costs nothing.
+"""What trials came to, and the file that keeps it.
 
-Its first line says what the trials are of, each other line is an outcome, in the order in which they ended. A
-line that was cut off by a crash is removed when the file is opened again.
+The file is written while trials run, so that whatever ends them costs nothing. Its first line says what the
+trials are of, each other line is an outcome, in the order in which they ended. A line that was cut off by a
+crash is removed when the file is opened again.
 """
 
 from __future__ import annotations
 
 import fcntl
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
@@ -17,12 +18,46 @@ from typing import BinaryIO, Final, Self
 import msgspec
 
 from ._errors import TrialsError
-from ._outcome import Outcome
+from ._quantities import Value
 
 SUFFIX: Final = ".outcomes.jsonl"
 _LONGEST_HEADER: Final = 10_000  # bytes
 _PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
 """What computes the outcome of a trial, besides Python."""
+
+
+class Change(msgspec.Struct, frozen=True, array_like=True):
+    """The states of a trial from a time on."""
+
+    time: float
+    """In s."""
+    states: str
+    """The path of current states; those of all branches, separated by commas."""
+
+
+class Outcome(msgspec.Struct, frozen=True, kw_only=True):
+    """What a trial came to: the same each time and everywhere."""
+
+    number: int
+    values: Mapping[str, Value]
+    """What its quantities were."""
+    success: bool
+    reason: str = ""
+    """Why it failed, in words."""
+    time: float = 0.0
+    """When it ended, in s of the trial."""
+    states: str = ""
+    """The path of current states at its end."""
+    numbers: Mapping[str, float] = {}
+    """What was noted, by name."""
+    groups: Mapping[str, str] = {}
+    """What trials are distinguished by, by name: the group that this one belongs to."""
+    changes: tuple[Change, ...] = ()
+    """How it came there: its changes of state."""
+    left_out: int = 0
+    """Changes that are left out before the newest ones."""
+    error: str = ""
+    """The error of the behavior's code with its place, and the timeline."""
 
 
 class Header(msgspec.Struct, frozen=True):
