@@ -20,6 +20,19 @@ export default [
       "prefer-template": "error",
     },
   },
-  {files: ["**/_web/static/**"], languageOptions: {globals: globals.browser}},
+  {
+    files: ["**/_web/static/**"],
+    languageOptions: {globals: globals.browser},
+    rules: {
+      // _web/assets.py sends modules without such lines.
+      "no-restricted-syntax": [
+        "error",
+        {
+          selector: "TemplateElement[value.raw=/^\\s*\\u002F[\\u002F*]/m]",
+          message: "A line of a template must not look like a comment.",
+        },
+      ],
+    },
+  },
   {files: ["**/tests/page/**"], languageOptions: {globals: globals.node}},
 ];

@@ -3,6 +3,8 @@
 All paths begin with `static/<version>/`, where the version is a digest of all files: the browser may cache
 files forever and still never shows an old one. The page itself, `index.html`, names the version. It names all
 files relative to its own address, and so does not know the path below which it is served.
+
+Modules are sent without the comments that fill whole lines, a fifth of their compressed bytes.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import gzip
 import hashlib
 import json
 import mimetypes
+import re
 import secrets
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +35,8 @@ _NONCE: Final = b"%NONCE%"
 _ENTRY: Final = "app.js"
 
 _COMPRESSED: Final = frozenset({".css", ".html", ".js", ".json", ".svg", ".txt"})
+_LIBRARIES: Final = "vendor/"
+_COMMENTS: Final = re.compile(r"^[ \t]*(?://.*|/\*(?:(?!\*/)[\s\S])*\*/[ \t]*)$", re.MULTILINE)
 _TYPES: Final = {".js": "text/javascript", ".svg": "image/svg+xml", ".txt": "text/plain"}
 
 
@@ -114,6 +119,8 @@ class Assets:
         known = self._files.get(name)
         if known is None or known.stamp != stamp:
             plain = path.read_bytes()
+            if path.suffix == ".js" and not name.startswith(_LIBRARIES):
+                plain = without_comments(plain.decode()).encode()
             packed = gzip.compress(plain, 6, mtime=0) if path.suffix in _COMPRESSED else None
             known = self._files[name] = _File(stamp, plain, packed)
         return known
@@ -143,6 +150,15 @@ class Assets:
         )
         digest = base64.b64encode(hashlib.sha256(import_map.encode()).digest()).decode()
         return Page(html.encode(), f"sha256-{digest}")
+
+
+def without_comments(module: str) -> str:
+    """Return a module with spaces in place of the comments that fill whole lines.
+
+    All else keeps its line and its column, which errors and debuggers name. ESLint refuses a template in
+    which a line looks like a comment.
+    """
+    return _COMMENTS.sub(lambda comment: re.sub(r"[^\n]", " ", comment[0]), module)
 
 
 @functools.cache

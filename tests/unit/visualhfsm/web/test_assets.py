@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import gzip
 import hashlib
@@ -10,10 +11,11 @@ import re
 from pathlib import Path
 
 import pytest
+from starlette.requests import Request
 
 from tests.support.places import ROOT
 from visualhfsm._html_file import STATIC
-from visualhfsm._web.assets import Assets
+from visualhfsm._web.assets import Assets, without_comments
 
 PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="./static/%VERSION%/app.js"></script>'
 LIGHT = 150_000
@@ -41,6 +43,18 @@ def version(assets: Assets) -> str:
     found = re.search(rb"\./static/([0-9a-f]{12})/app\.js", assets.page().html)
     assert found
     return found[1].decode()
+
+
+def sent(assets: Assets, name: str) -> bytes:
+    """A file as a browser receives it, compressed."""
+    scope = {
+        "type": "http",
+        "headers": [(b"accept-encoding", b"gzip")],
+        "path_params": {"version": version(assets), "path": name},
+    }
+    answer = asyncio.run(assets.file(Request(scope)))
+    assert answer.headers["content-encoding"] == "gzip"
+    return bytes(answer.body)
 
 
 def test_the_page_asks_at_once_for_all_modules_that_it_begins_with(static: Path) -> None:
@@ -79,13 +93,44 @@ def test_all_that_the_real_page_asks_for_is_there() -> None:
 
 
 def test_what_the_page_loads_before_the_first_need_stays_light() -> None:
-    html = Assets().page().html
+    assets = Assets()
+    html = assets.page().html
     loaded = set(re.findall(r'(?:href|src)="\./static/[0-9a-f]{12}/([^"]+)"', html.decode()))
     assert {"app.js", "unexpected.js", "vendor/lit.js", "styles/theme.css"} <= loaded
-    sizes = {name: len(gzip.compress((STATIC / name).read_bytes(), 6)) for name in loaded}
+    sizes = {name: len(sent(assets, name)) for name in loaded}
     total = sum(sizes.values()) + len(gzip.compress(html, 6))
     heaviest = sorted(sizes.items(), key=lambda item: -item[1])[:10]
     assert total < LIGHT, f"{total} bytes, compressed; the heaviest: {heaviest}"
+
+
+def test_modules_are_sent_without_their_comments(static: Path) -> None:
+    (static / "keys.js").write_text("/**\n * Keys of an editor.\n */\n\nexport const first = 1; // kept\n")
+    assert gzip.decompress(sent(Assets(static), "keys.js")) == (
+        b"   \n                     \n   \n\nexport const first = 1; // kept\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("module", "rest"),
+    [
+        ("  // one line\nf();", "             \nf();"),
+        ("/** @type {A} */\nlet a;", "                \nlet a;"),
+        ("/* one */ /* two */\nf();", "/* one */ /* two */\nf();"),  # left alone, as it is rare
+        ("const a = /** @type {A} */ (b);", "const a = /** @type {A} */ (b);"),
+        ("/** @type {A} */ (b).c();", "/** @type {A} */ (b).c();"),
+        ('const url = "https://here"; // why', 'const url = "https://here"; // why'),
+        ("/* /* // */\nf();", "           \nf();"),
+        ("// /*\nf();\n// */", "     \nf();\n     "),
+        ("/* ä */", "       "),
+    ],
+)
+def test_comments_give_way_to_spaces_and_code_stays_where_it_is(module: str, rest: str) -> None:
+    assert without_comments(module) == rest
+
+
+def test_libraries_are_sent_as_they_are(static: Path) -> None:
+    (static / "vendor" / "lit.js").write_text("/* BSD-3-Clause */\nexport {};\n")
+    assert gzip.decompress(sent(Assets(static), "vendor/lit.js")) == b"/* BSD-3-Clause */\nexport {};\n"
 
 
 def test_bundles_are_modules_without_source_maps_and_with_their_licences() -> None:
