@@ -10,9 +10,8 @@ import os
 import queue
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future
-from concurrent.futures import TimeoutError as FutureTimeoutError
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, wait
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Final
@@ -86,7 +85,8 @@ def _is_installed(backend: str) -> bool:
 
 _FRAME_TIMEOUT: Final = 1.0  # s
 _SETUP_TIMEOUT: Final = 10.0  # s
-_VIRTUAL_TIMEOUT: Final = 60.0  # s
+_VIRTUAL_WAITS: Final = (1.0,) * 60
+"""Waits in s, in virtual time: while the process is stopped, only one of them passes."""
 _QUEUE_LENGTH: Final = 16
 _MORE_GEOMS: Final = 400
 """Room in a scene for what is drawn besides the geoms of the model."""
@@ -112,7 +112,8 @@ class CameraRenderer:
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
     other. Without a GL library everything but `capture` works.
 
-    An image of `virtual` time, which stands still meanwhile, may take as long as a busy machine needs.
+    An image of `virtual` time, which stands still meanwhile, may take as long as a busy machine needs: a
+    minute in which the process runs.
     """
 
     def __init__(
@@ -130,8 +131,7 @@ class CameraRenderer:
         self._past = past
         self._lamps = lamps
         self._sensor = sensor
-        self._frame_timeout = _VIRTUAL_TIMEOUT if virtual else _FRAME_TIMEOUT
-        self._setup_timeout = _VIRTUAL_TIMEOUT if virtual else _SETUP_TIMEOUT
+        self._virtual = virtual
         self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
         self._ready = threading.Event()
         self._failure: str | None = None
@@ -140,7 +140,7 @@ class CameraRenderer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start the thread, and wait until it has set up GL or failed: at most 10 s, in virtual time 60 s.
+        """Start the thread, and wait until it has set up GL or failed: at most 10 s, in virtual time longer.
 
         MuJoCo blocks all other threads meanwhile. Without a thread, the next call tries again.
         """
@@ -155,7 +155,7 @@ class CameraRenderer:
                     _log.warning("%s", self._failure)
                     return
                 self._thread = thread
-        self._ready.wait(self._setup_timeout)
+        any(self._ready.wait(limit) for limit in self._waits(_SETUP_TIMEOUT))
 
     def close(self) -> None:
         """Render the waiting requests, free GL, and wait until the thread has ended."""
@@ -172,7 +172,7 @@ class CameraRenderer:
     def capture(self, camera: str, width: int, height: int) -> Frame:
         """Return an image of the newest state, or with a `sensor` of one that is as old as its latency.
 
-        Waits at most 1 s altogether, and 10 s for GL at its first use; in virtual time 60 s for each.
+        Waits at most 1 s altogether, and 10 s for GL at its first use; in virtual time a minute for each.
         Raises HardwareFailure when there is no such camera or size, no GL library, or no image in time.
         """
         self._check(camera, width, height)
@@ -182,15 +182,22 @@ class CameraRenderer:
         if self._failure is not None:
             raise HardwareFailure(self._failure)
         if not self._ready.is_set():
-            raise HardwareFailure(f"{camera}: GL was not set up within {self._setup_timeout:g} s")
-        request, limit = _Request(camera, width, height), self._frame_timeout
-        deadline = time.monotonic() + limit
-        try:
-            self._requests.put(request, timeout=limit)
-            return request.frame.result(max(0.0, deadline - time.monotonic()))
-        except (queue.Full, FutureTimeoutError):
-            request.frame.cancel()
-            raise HardwareFailure(f"{camera}: no image of {width}x{height} within {limit:g} s") from None
+            limit = sum(self._waits(_SETUP_TIMEOUT))
+            raise HardwareFailure(f"{camera}: GL was not set up within {limit:g} s")
+        request = _Request(camera, width, height)
+        deadline = time.monotonic() + _FRAME_TIMEOUT
+        with contextlib.suppress(queue.Full):
+            self._requests.put(request, timeout=_FRAME_TIMEOUT)
+            for limit in self._waits(max(0.0, deadline - time.monotonic())):
+                if wait([request.frame], limit).done:
+                    return request.frame.result()
+        request.frame.cancel()
+        limit = sum(self._waits(_FRAME_TIMEOUT))
+        raise HardwareFailure(f"{camera}: no image of {width}x{height} within {limit:g} s")
+
+    def _waits(self, limit: float) -> Sequence[float]:
+        """Return the waits in s, one after the other, that may take so long, or longer in virtual time."""
+        return _VIRTUAL_WAITS if self._virtual else (limit,)
 
     def _check(self, camera: str, width: int, height: int) -> None:
         facts = self._cameras.get(camera)

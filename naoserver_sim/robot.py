@@ -43,6 +43,9 @@ from naoserver_sim.model import DeviceIndex, Model, build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
 
+_SEED: Final = 0
+"""That of the noise in virtual time, which is the same each time unless a seed is given."""
+
 
 class SimulatedDevice:
     """Some joints of a simulation: the robot's, or those of a mechanism that carries a ball.
@@ -123,7 +126,7 @@ class SimulatedRobot(SimulatedDevice):
 
     `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
     `noise`, senses, pictures and gears are as imperfect as those of a real robot, with random numbers from
-    the seed.
+    the seed. Without a seed they are different each time, and with a virtual clock the same each time.
     """
 
     postures: OwnPostures | None = None
@@ -144,6 +147,8 @@ class SimulatedRobot(SimulatedDevice):
         world = world or load_world(DEFAULT_WORLD)
         if seed is not None:
             world = scattered(world, np.random.default_rng(seed))
+        elif clock is not None:
+            seed = _SEED
         model, data = build_standing(world, posture, skin=skin, body=body)
         setpoints = _setpoints(model, data)
         random = np.random.default_rng(seed)

@@ -308,7 +308,7 @@ class ServedObject:
                 raise InterfaceMismatchException.between(
                     method.what, own.type_id, about.fingerprint, own.fingerprint
                 )
-            if timeout > 0:
+            if timeout > 0 and self._communicator.pool.has_threads:  # else its caller is here, and waits
                 now = time.monotonic()
                 late = now - call.since >= timeout * _DOUBTFUL
                 if late or self._communicator.pool.pulse.running_since <= now - timeout:

@@ -326,8 +326,11 @@ class _Inquiry:
         """Seconds after the start of the wait when it is time to ask; those of the whole wait for never."""
 
     def begin(self) -> bool:
-        """Ask, once, if it makes sense; return whether the wait goes on meanwhile."""
-        goes_on = self._end > time.monotonic()
+        """Ask, once, if it makes sense; return whether the wait goes on meanwhile.
+
+        Without threads, in virtual time, it is over: the clock on the wall says nothing about that.
+        """
+        goes_on = self._reader.streams.pool.has_threads and self._end > time.monotonic()
         if goes_on and not self._begun and self._worth_asking and self._reader.has_none:
             self._begun = True
             self._reader.streams.pool.submit(self._ask)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -24,7 +25,8 @@ class TimeModule:
     def __init__(self, clock: VirtualClock, sleep: Callable[[float], None]) -> None:
         self._clock: Final = clock
         self._sleep: Final = sleep
-        self._date: Final = time.time() - clock.now()
+        # In whole seconds: sums with a fraction would be rounded differently in each run.
+        self._date: Final = math.floor(time.time() - clock.now())
         self._thread = threading.get_ident()
         self._shown: Final = InterceptedTime(self._read)
 

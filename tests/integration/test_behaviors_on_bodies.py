@@ -96,16 +96,24 @@ def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str)
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize(("body", "matches"), [("H25", 1), ("T1", 1), ("G1", 5)])
-def test_it_scores(behavior: MakeBehavior, body: str, matches: int) -> None:
-    # A G1 falls in one of four matches (docs/explanation/robots.md), so that only one of some must succeed.
-    reasons = []
-    for seed in range(matches):
+@pytest.mark.parametrize("body", ["H25", "T1"])
+def test_it_scores(behavior: MakeBehavior, body: str) -> None:
+    score(behavior, body, seed=1)
+
+
+@pytest.mark.gl
+def test_a_g1_scores_in_most_matches(behavior: MakeBehavior) -> None:
+    # It falls in one of four (docs/explanation/robots.md), in which ones differs with the library that renders.
+    scored, failures = 0, []
+    for seed in range(1, 6):
         try:
-            return score(behavior, body, seed)
+            score(behavior, "G1", seed)
+            scored += 1
         except BehaviorFailed as failure:
-            reasons.append(str(failure))
-    raise AssertionError("\n".join(reasons))
+            failures.append(str(failure))
+        if 3 in (scored, len(failures)):
+            break
+    assert scored == 3, "\n".join(failures)
 
 
 def score(behavior: MakeBehavior, body: str, seed: int) -> None:

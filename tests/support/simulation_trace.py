@@ -15,7 +15,7 @@ from zenoh_ice import VirtualClock
 __all__ = ["trace"]
 
 
-def trace(seed: int, name: str = DEFAULT_BODY, *, period: float = 0.1, seconds: float = 5.0) -> str:
+def trace(seed: int | None, name: str = DEFAULT_BODY, *, period: float = 0.1, seconds: float = 5.0) -> str:
     """Return the digest of all that a robot with noise measures while it walks, waves and is pushed.
 
     `name` is that of its body; `period` is the step of the clock in s; measurements are recorded every 0.1 s.

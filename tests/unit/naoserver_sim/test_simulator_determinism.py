@@ -40,5 +40,9 @@ def test_another_seed_is_another_trace():
     assert trace(4, seconds=0.2) != trace(5, seconds=0.2)
 
 
+def test_without_a_seed_it_is_the_same_each_time_too():
+    assert trace(None, seconds=0.2) == trace(None, seconds=0.2)
+
+
 def test_how_often_somebody_looks_changes_nothing(first, body):
     assert trace(3, body, period=0.01) == first

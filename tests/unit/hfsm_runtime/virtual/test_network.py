@@ -157,9 +157,10 @@ def test_who_waits_for_a_sample_moves_the_time_on(b) -> None:
     assert second.sequence == first.sequence + 1
 
 
-def test_a_stream_without_samples_times_out(b) -> None:
+def test_a_stream_without_samples_times_out_after_exactly_that_time(b) -> None:
     with pytest.raises(TimeoutException, match="no new sample"):
         b.component.Camera.getImageData.wait(timeout=0.05)
+    assert b.time == pytest.approx(0.05, abs=1e-9)
 
 
 def test_a_stream_that_nobody_asks_for_ends_and_restarts(b) -> None:

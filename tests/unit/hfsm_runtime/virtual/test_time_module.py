@@ -74,11 +74,19 @@ def test_a_sleep_of_an_extension_and_of_a_component_from_a_module_moves_the_time
 def test_dates_go_on_with_the_time(behavior: MakeBehavior, tmp_path: Path) -> None:
     variables = "import time\nstart = time.time()\nlasted = 0.0"
     code = "lasted = time.time() - start"
-    before = time.time()
+    before = int(time.time())
     b = behavior(write(tmp_path, sub(1, 0, state(1, "only", code, initial=True), variables=variables)))
     b.advance(3600.0)
     assert b.variables("written")["lasted"] == pytest.approx(3600.0)
     assert before <= b.variables("written")["start"] <= time.time()
+
+
+def test_a_date_has_no_fraction_that_is_different_in_each_run(behavior: MakeBehavior, tmp_path: Path) -> None:
+    only = state(1, "only", "date = time.time()", initial=True)
+    b = behavior(write(tmp_path, sub(1, 0, only, variables="import time\ndate = 0.0")))
+    b.advance(0.0)
+    date = b.variables("written")["date"]
+    assert date == int(date) > 0
 
 
 def test_a_thread_of_user_code_sleeps_by_the_wall(behavior: MakeBehavior, tmp_path: Path) -> None:

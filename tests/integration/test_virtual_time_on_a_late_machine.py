@@ -1,0 +1,72 @@
+"""A virtual run does not notice that its process was stopped, or that the machine was late: not by a single bit."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+
+import pytest
+
+from tests.support.examples import examples
+from tests.support.limits import RUN_LIMIT
+from tests.support.processes import REPOSITORY, module
+from tests.support.virtual_trace import trace
+
+pytestmark = [pytest.mark.sim, pytest.mark.gl]
+
+LONGEST_PAUSE = 2.0  # s
+TIMES = range(examples(1))
+
+
+@pytest.fixture(scope="module", params=["H25", "G1"])
+def body(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(body: str) -> str:
+    return trace(body)
+
+
+def run(*arguments: str) -> subprocess.Popen[str]:
+    command = module("tests.support.virtual_trace", *arguments)
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=REPOSITORY
+    )
+
+
+def ended(process: subprocess.Popen[str], seconds: float) -> bool:
+    """Wait so long for a process; return whether it has ended."""
+    try:
+        process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_it_is_the_same_when_its_process_is_stopped_now_and_then(
+    body: str, undisturbed: str, number: int
+) -> None:
+    numbers = random.Random(number)
+    with run(body) as process:
+        try:
+            while not ended(process, numbers.uniform(0.05, 0.5)):
+                process.send_signal(signal.SIGSTOP)
+                ended(process, numbers.uniform(0.05, LONGEST_PAUSE))
+                process.send_signal(signal.SIGCONT)
+        finally:
+            process.kill()
+        output, errors = process.communicate()
+    assert output.strip() == undisturbed, errors
+
+
+@pytest.mark.parametrize("number", TIMES)
+def test_it_is_the_same_when_clocks_on_the_wall_jump(body: str, undisturbed: str, number: int) -> None:
+    with run(body, str(number)) as process:
+        try:
+            output, errors = process.communicate(timeout=RUN_LIMIT)
+        finally:
+            process.kill()
+    assert output.strip() == undisturbed, errors
