@@ -24,7 +24,7 @@ LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests all-tests coverage: export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor ros-peers ros-recordings packages system browser bubblewrap node hub clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node hub clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -121,6 +121,9 @@ mutation: $(VENV)/mutation.stamp ## Break what must not be wrong, in one place a
 codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and of the tests' documents, and the page's types
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 	$(BIN)/python -m tests.support.protocol_types
+
+texts: $(VENV)/dev.stamp node tests/page/node_modules/.stamp ## Bring the catalogs of all languages up to date with the code; NEW=fr adds one
+	@$(BIN)/python -m tools.languages.texts $(if $(NEW),--new $(NEW))
 
 constraints: ## Resolve the newest versions into constraints.txt
 	sh tools/setup/resolve_constraints.sh

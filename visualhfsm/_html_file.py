@@ -51,6 +51,8 @@ def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str
     sheets = "\n".join((STATIC / f"{name}.css").read_text("utf-8") for name in styles)
     forced = (STATIC / "styles/forced-colors.css").read_text("utf-8")
     packed = base64.b64encode(gzip.compress(data, 6, mtime=0)).decode()
+    languages = texts_by_language()
+    texts = "\n".join(_texts_block(language, path) for language, path in languages.items())
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -58,6 +60,7 @@ def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
+<meta name="languages" content="{" ".join(languages)}">
 <title>{html.escape(title)}</title>
 <style nonce="{nonce}">{sheets}</style>
 <style nonce="{nonce}" media="(forced-colors: active)">{forced}</style>
@@ -65,6 +68,7 @@ def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str
 </head>
 <body>
 <noscript>This page is shown by a script, but this browser does not allow scripts.</noscript>
+{texts}
 <script type="text/plain" id="data">{packed}</script>
 <script nonce="{nonce}" type="module">import "{entry}";</script>
 </body>
@@ -119,6 +123,16 @@ def imported_modules(entry: str, directory: Path = STATIC) -> dict[str, str]:
         text = path.read_text("utf-8")
         found[name] = text if name in LIBRARIES else _IMPORT.sub(named, text)
     return found
+
+
+def texts_by_language(directory: Path = STATIC) -> dict[str, Path]:
+    """Return the files with the texts of the page by language. English is in the code."""
+    return {path.stem: path for path in sorted((directory / "languages").glob("*.json"))}
+
+
+def _texts_block(language: str, path: Path) -> str:
+    texts = path.read_text("utf-8").replace("<", "\\u003c").replace("\n", "")
+    return f'<script type="application/json" id="texts-{language}">{texts}</script>'
 
 
 def _data_url(text: str) -> str:

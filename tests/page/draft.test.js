@@ -22,7 +22,7 @@ const element = () => {
     },
   };
 };
-globalThis.document ??= {createElement: element, body: element()};
+Object.assign(globalThis.document, {createElement: element, body: element()});
 globalThis.Text ??= class {};
 
 const {Draft, flushEdits} = await import(new URL("panels/draft.js", STATIC).href);

@@ -42,7 +42,7 @@ export class Socket extends EventTarget {
   }
 }
 
-Object.defineProperty(globalThis, "navigator", {value: {platform: "Linux x86_64"}});
+Object.defineProperty(globalThis, "navigator", {value: {platform: "Linux x86_64", languages: ["en"]}});
 /** What the browser keeps. @type {Map<string, string>} */
 const kept = new Map();
 const localStorage = {
@@ -50,4 +50,6 @@ const localStorage = {
   setItem: (/** @type {string} */ key, /** @type {string} */ value) => kept.set(key, value),
 };
 Object.defineProperty(globalThis, "localStorage", {value: localStorage, writable: true, configurable: true});
-Object.assign(globalThis, {WebSocket: Socket, location: new URL("http://127.0.0.1:1/")});
+/** A page in English. */
+const page = {documentElement: {lang: ""}, querySelector: () => null, getElementById: () => null};
+Object.assign(globalThis, {document: page, WebSocket: Socket, location: new URL("http://127.0.0.1:1/")});

@@ -24,13 +24,14 @@ from typing import Final
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
-from visualhfsm._html_file import LIBRARIES, STATIC, imported_modules
+from visualhfsm._html_file import LIBRARIES, STATIC, imported_modules, texts_by_language
 
 from .security import content_security_policy
 
 _VERSION: Final = "%VERSION%"
 _IMPORT_MAP: Final = "%IMPORT_MAP%"
 _PRELOADS: Final = "%PRELOADS%"
+_LANGUAGES: Final = "%LANGUAGES%"
 _NONCE: Final = b"%NONCE%"
 _ENTRY: Final = "app.js"
 
@@ -146,6 +147,7 @@ class Assets:
             .read_text("utf-8")
             .replace(_IMPORT_MAP, import_map)
             .replace(_PRELOADS, preloads)
+            .replace(_LANGUAGES, " ".join(texts_by_language(self._directory)))
             .replace(_VERSION, self._version)
         )
         digest = base64.b64encode(hashlib.sha256(import_map.encode()).digest()).decode()

@@ -8,10 +8,9 @@ import {monitor} from "./monitor/monitor.js";
 import {page} from "./page.js";
 import {addActions} from "./registry.js";
 import {runs} from "./runs.js";
+import {n, t} from "./texts.js";
 
 const hasDocument = () => Boolean(page.document);
-/** @param {number} count @param {string} noun */
-const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && runs.isRunning(tab)) || 0;
@@ -21,18 +20,25 @@ const files = () => import("./files.js");
 addActions([
   {
     id: "up",
-    label: "Up",
+    label: t("Up"),
     icon: "up",
     keys: ["Backspace"],
     enabled: () => page.path.length > 1,
     run: () => page.up(),
-    hint: "to the automaton above",
+    hint: t("to the automaton above"),
   },
 
-  {id: "new", label: "New", icon: "file", keys: ["Alt+N"], scope: "typing", run: async () => (await files()).openNew()},
+  {
+    id: "new",
+    label: t("New"),
+    icon: "file",
+    keys: ["Alt+N"],
+    scope: "typing",
+    run: async () => (await files()).openNew(),
+  },
   {
     id: "open",
-    label: "Open",
+    label: t("Open"),
     icon: "open",
     keys: ["Ctrl+O"],
     scope: "typing",
@@ -40,7 +46,7 @@ addActions([
   },
   {
     id: "save",
-    label: "Save",
+    label: t("Save"),
     icon: "save",
     keys: ["Ctrl+S"],
     scope: "typing",
@@ -49,7 +55,7 @@ addActions([
   },
   {
     id: "saveAs",
-    label: "Save as",
+    label: t("Save as"),
     icon: "saveAs",
     keys: ["Ctrl+Shift+S"],
     scope: "typing",
@@ -58,7 +64,7 @@ addActions([
   },
   {
     id: "closeTab",
-    label: "Close",
+    label: t("Close"),
     icon: "close",
     keys: ["Alt+W"],
     scope: "typing",
@@ -67,7 +73,7 @@ addActions([
   },
   {
     id: "export",
-    label: "Export",
+    label: t("Export"),
     icon: "exportFile",
     keys: ["Ctrl+E"],
     scope: "typing",
@@ -76,7 +82,7 @@ addActions([
   },
   {
     id: "compare",
-    label: "Compare",
+    label: t("Compare"),
     icon: "diff",
     keys: ["Alt+C"],
     scope: "typing",
@@ -86,7 +92,7 @@ addActions([
 
   {
     id: "interfaces",
-    label: "Interfaces",
+    label: t("Interfaces"),
     icon: "interfaces",
     keys: ["Alt+I"],
     scope: "typing",
@@ -95,7 +101,7 @@ addActions([
   },
   {
     id: "timing",
-    label: "Timing",
+    label: t("Timing"),
     icon: "timing",
     keys: ["Alt+T"],
     scope: "typing",
@@ -104,7 +110,7 @@ addActions([
   },
   {
     id: "variables",
-    label: "Variables",
+    label: t("Variables"),
     icon: "variables",
     keys: ["Alt+V"],
     scope: "typing",
@@ -113,7 +119,7 @@ addActions([
   },
   {
     id: "functions",
-    label: "Functions",
+    label: t("Functions"),
     icon: "functions",
     keys: ["Alt+F"],
     scope: "typing",
@@ -122,18 +128,18 @@ addActions([
   },
   {
     id: "component",
-    label: "Component",
+    label: t("Component"),
     icon: "parameters",
     keys: ["Alt+P"],
     scope: "typing",
     enabled: hasDocument,
     run: () => page.showData("parameters"),
-    hint: "parameters, events, properties",
+    hint: t("parameters, events, properties"),
   },
 
   {
     id: "generate",
-    label: "Generate",
+    label: t("Generate"),
     icon: "generate",
     keys: ["F6"],
     scope: "typing",
@@ -142,7 +148,7 @@ addActions([
   },
   {
     id: "run",
-    label: "Run",
+    label: t("Run"),
     icon: "run",
     keys: ["F5"],
     scope: "typing",
@@ -151,13 +157,13 @@ addActions([
   },
   {
     id: "stopRun",
-    label: "Stop",
+    label: t("Stop"),
     icon: "stop",
     keys: ["Shift+F5"],
     scope: "typing",
     enabled: () => startedHere() > 0 || monitor.steers,
     run: () => (startedHere() ? commands.ask("stopRun", {tab: startedHere()}) : monitor.stop()),
-    hint: "the component of the shown document, or else the followed one",
+    hint: t("the component of the shown document, or else the followed one"),
   },
 
   ...canvasActions,
@@ -166,7 +172,7 @@ addActions([
 
   {
     id: "undo",
-    label: "Undo",
+    label: t("Undo"),
     icon: "undo",
     keys: ["Ctrl+Z"],
     enabled: () => commands.canStep("undo"),
@@ -174,7 +180,7 @@ addActions([
   },
   {
     id: "redo",
-    label: "Redo",
+    label: t("Redo"),
     icon: "redo",
     keys: ["Ctrl+Shift+Z", "Ctrl+Y"],
     enabled: () => commands.canStep("redo"),
@@ -183,16 +189,16 @@ addActions([
 
   {
     id: "search",
-    label: "Search",
+    label: t("Search"),
     icon: "search",
     keys: ["Ctrl+F"],
     enabled: hasDocument,
     run: ({app}) => app.showBottom("hfsm-search"),
-    hint: "names and code",
+    hint: t("names and code"),
   },
   {
     id: "problems",
-    label: "Problems",
+    label: t("Problems"),
     icon: "problems",
     keys: ["Ctrl+M"],
     scope: "typing",
@@ -201,7 +207,7 @@ addActions([
   },
   {
     id: "output",
-    label: "Output",
+    label: t("Output"),
     icon: "code",
     keys: ["Alt+O"],
     scope: "typing",
@@ -210,37 +216,37 @@ addActions([
   },
   {
     id: "tests",
-    label: "Tests",
+    label: t("Tests"),
     icon: "tests",
     keys: ["Alt+X"],
     scope: "typing",
     enabled: hasDocument,
     run: ({app}) => app.showBottom("hfsm-tests-panel"),
-    hint: "run the document's tests, and see what they pass",
+    hint: t("run the document's tests, and see what they pass"),
   },
   {
     id: "trials",
-    label: "Trials",
+    label: t("Trials"),
     icon: "trials",
     keys: ["Alt+Y"],
     scope: "typing",
     enabled: hasDocument,
     run: ({app}) => app.showBottom("hfsm-trials-panel"),
-    hint: "run it many times, and see how often it succeeds",
+    hint: t("run it many times, and see how often it succeeds"),
   },
   {
     id: "undoSteps",
-    label: "Undo steps",
+    label: t("Undo steps"),
     icon: "history",
     keys: ["Alt+H"],
     scope: "typing",
     enabled: hasDocument,
     run: ({app}) => app.showBottom("hfsm-undo-steps"),
-    hint: "what can be undone and redone",
+    hint: t("what can be undone and redone"),
   },
   {
     id: "nextTab",
-    label: "Next document",
+    label: t("Next document"),
     icon: "file",
     keys: ["Alt+PageDown"],
     scope: "typing",
@@ -248,7 +254,7 @@ addActions([
   },
   {
     id: "previousTab",
-    label: "Previous document",
+    label: t("Previous document"),
     icon: "file",
     keys: ["Alt+PageUp"],
     scope: "typing",
@@ -256,33 +262,39 @@ addActions([
   },
   {
     id: "robot",
-    label: "Robot",
+    label: t("Robot"),
     icon: "robot",
     keys: ["Alt+B"],
     scope: "typing",
     run: ({app}) => app.showRobotMenu(),
-    hint: "start a simulation, connect to a real one",
+    hint: t("start a simulation, connect to a real one"),
   },
   {
     id: "tree",
-    label: "Tree of automata",
+    label: t("Tree of automata"),
     icon: "child",
     enabled: hasDocument,
     run: ({app}) => app.toggleTree(),
-    hint: "on or off",
+    hint: t("on or off"),
     checked: ({app}) => app.showsTree,
   },
   {
     id: "theme",
-    label: "Light or dark",
+    label: t("Light or dark"),
     icon: "moon",
     keys: ["Alt+D"],
     scope: "typing",
     run: ({app}) => app.toggleTheme(),
   },
   {
+    id: "language",
+    label: t("Language"),
+    icon: "globe",
+    run: async () => (await import("./dialogs/language.js")).showLanguages(),
+  },
+  {
     id: "palette",
-    label: "All actions",
+    label: t("All actions"),
     icon: "search",
     keys: ["Ctrl+K"],
     scope: "typing",
@@ -291,25 +303,25 @@ addActions([
         const {showPalette} = await import("./dialogs/palette.js");
         showPalette(context);
       }),
-    hint: "find one by its name",
+    hint: t("find one by its name"),
   },
   {
     id: "tour",
-    label: "Guided tour",
+    label: t("Guided tour"),
     icon: "help",
     run: async (context) => (await import("./tour.js")).startTour(context),
   },
   {
     id: "help",
-    label: "Help",
+    label: t("Help"),
     icon: "help",
     keys: ["?", "F1"],
     run: async (context) => (await import("./dialogs/help.js")).showHelp(context),
-    hint: "keys and signs",
+    hint: t("keys and signs"),
   },
   {
     id: "cancel",
-    label: "Cancel",
+    label: t("Cancel"),
     icon: "close",
     keys: ["Escape"],
     scope: "canvas",
@@ -327,7 +339,7 @@ export const RUN_MENU = [
 /** The menus of the header. @type {{title: string, groups: string[][]}[]} */
 export const MENUS = [
   {
-    title: "File",
+    title: t("File"),
     groups: [
       ["new", "open", "openRecording"],
       ["save", "saveAs"],
@@ -336,7 +348,7 @@ export const MENUS = [
     ],
   },
   {
-    title: "Edit",
+    title: t("Edit"),
     groups: [
       ["undo", "redo"],
       ["cut", "copy", "paste", "duplicate", "delete"],
@@ -346,31 +358,31 @@ export const MENUS = [
     ],
   },
   {
-    title: "Data",
+    title: t("Data"),
     groups: [
       ["interfaces", "component"],
       ["timing", "variables", "functions"],
     ],
   },
   {
-    title: "View",
+    title: t("View"),
     groups: [
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
       ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
-      ["follow", "wheelZooms", "theme"],
+      ["follow", "wheelZooms", "theme", "language"],
     ],
   },
-  {title: "Help", groups: [["help", "tour", "palette"]]},
+  {title: t("Help"), groups: [["help", "tour", "palette"]]},
 ];
 
 /** The selection in words. */
 export function selectionTitle() {
-  if (page.state) return `State ${page.state.name}`;
-  if (page.transition) return `Transition ${page.transition.name}`;
+  if (page.state) return t("State {name}", {name: page.state.name});
+  if (page.transition) return t("Transition {name}", {name: page.transition.name});
   const parts = [
-    page.states.size && plural(page.states.size, "state"),
-    page.transitions.size && plural(page.transitions.size, "transition"),
+    page.states.size && n("{count} state", "{count} states", page.states.size),
+    page.transitions.size && n("{count} transition", "{count} transitions", page.transitions.size),
   ];
   return parts.filter(Boolean).join(", ");
 }

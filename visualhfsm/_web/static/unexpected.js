@@ -1,11 +1,10 @@
 /**
  * Uncaught errors: they are shown, with advice.
  *
- * This module runs before the others and needs only the notices, so that it also reports a page that cannot be loaded.
+ * This module runs before the others and needs none at once, so that it also reports a page that cannot be loaded.
  */
 
-import {notify, notifyError} from "./notices.js";
-
+const notices = () => import("./notices.js");
 const OWN_PLACE = /\/static\/\w+\/([\w./-]+:\d+)/;
 
 addEventListener(
@@ -22,17 +21,22 @@ addEventListener(
   {capture: true},
 );
 
-addEventListener("unhandledrejection", ({reason}) => {
+addEventListener("unhandledrejection", async ({reason}) => {
   if (reason?.kind)
-    notifyError(reason); // a refusal of the server contains its own advice
+    (await notices()).notifyError(reason); // a refusal of the server contains its own advice
   else report(String(reason), reason?.stack);
 });
 
 /** @param {string} what @param {string} stack */
-function report(what, stack = "") {
+async function report(what, stack = "") {
   const place = OWN_PLACE.exec(stack)?.[1];
-  const text =
-    `Internal error of the editor, parts of this page may no longer respond: ${what}${place ? ` (${place})` : ""}. ` +
-    "Your changes are kept by the server. Reload the page, and report this text if it happens again.";
-  notify(text, "error", {label: "Reload the page", run: () => location.reload()});
+  const loaded = await Promise.all([notices(), import("./texts.js")]).catch(() => undefined);
+  if (!loaded) return document.body.append(what); // not even this can be loaded
+  const [{notify}, {t}] = loaded;
+  const text = t(
+    "Internal error of the editor, parts of this page may no longer respond: {what}. Your changes are kept by the " +
+      "server. Reload the page, and report this text if it happens again.",
+    {what: place ? `${what} (${place})` : what},
+  );
+  return notify(text, "error", {label: t("Reload the page"), run: () => location.reload()});
 }

@@ -10,16 +10,20 @@ import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
 import {countOf, FAILED} from "../problems.js";
+import {n, t} from "../texts.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "./marks.js";
 import {placeOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
+/** @type {[severity: string, counted: (count: number) => string][]} */
 const SEVERITIES = [
-  ["error", "Errors"],
-  ["warning", "Warnings"],
-  ["note", "Notes"],
+  ["error", (count) => n("{count} Error", "{count} Errors", count)],
+  ["warning", (count) => n("{count} Warning", "{count} Warnings", count)],
+  ["note", (count) => n("{count} Note", "{count} Notes", count)],
 ];
+/** @type {Record<string, string>} */
+const SPOKEN = {error: t("error"), warning: t("warning"), note: t("note")};
 
 class Problems extends PageElement {
   static properties = {played: {state: true}};
@@ -66,12 +70,12 @@ class Problems extends PageElement {
 
   render() {
     const {document} = page;
-    if (!document) return html`<p class="empty">No document is open.</p>`;
+    if (!document) return html`<p class="empty">${t("No document is open.")}</p>`;
     const {problems} = document;
     const shown = problems.filter((each) => !this.left.has(each.severity));
     return html`<div class="list-panel" tabindex="-1">
-      <div class="list-tools" role="group" aria-label="Shown problems">
-        ${SEVERITIES.map(([severity, title]) => {
+      <div class="list-tools" role="group" aria-label=${t("Shown problems")}>
+        ${SEVERITIES.map(([severity, counted]) => {
           const count = problems.filter((each) => each.severity === severity).length;
           return html`<button
             type="button"
@@ -80,21 +84,20 @@ class Problems extends PageElement {
             ?disabled=${!count}
             @click=${() => this.#toggle(severity)}
           >
-            <span class="severity-sign ${severity}" aria-hidden="true"></span>${count}
-            ${count === 1 ? title.slice(0, -1) : title}
+            <span class="severity-sign ${severity}" aria-hidden="true"></span>${counted(count)}
           </button>`;
         })}<span class="room"></span>${
           document.checked !== undefined && document.checked !== document.revision
-            ? html`<span class="faint" role="status">Being checked…</span>`
+            ? html`<span class="faint" role="status">${t("Being checked…")}</span>`
             : nothing
         }
       </div>
       ${
         problems.length
-          ? html`<ol class="rows" aria-label="Problems" @keydown=${moveAmongRows}>
+          ? html`<ol class="rows" aria-label=${t("Problems")} @keydown=${moveAmongRows}>
               ${shown.map((each) => this.#row(document, each))}
             </ol>`
-          : html`<p class="empty" role="status">The checks found nothing wrong.</p>`
+          : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
       }
     </div>`;
   }
@@ -102,9 +105,10 @@ class Problems extends PageElement {
   /** @param {OpenDocument} document @param {Problem} problem */
   #row(document, problem) {
     const place = placeOf(problem);
-    const words = problem.file
-      ? [problem.file, problem.line && `line ${problem.line}`]
-      : [...wordsFor(document, place), problem.line && `line ${problem.line}`];
+    const words = [
+      ...(problem.file ? [problem.file] : wordsFor(document, place)),
+      problem.line && t("line {line}", {line: problem.line}),
+    ];
     const key = keyOf(problem);
     const {played} = this;
     const {counterexample} = problem;
@@ -112,9 +116,9 @@ class Problems extends PageElement {
     const notes = (problem.notes ?? []).filter((each) => !steps.length || !each.includes("\n"));
     return html`<li>
       <button type="button" class="row" @click=${() => this.#go(problem, place)}>
-        <span class="severity-sign ${problem.severity}" role="img" aria-label="${problem.severity}: "></span>
+        <span class="severity-sign ${problem.severity}" role="img" aria-label="${SPOKEN[problem.severity]}: "></span>
         <span class="message">${problem.message}</span
-        ><span class="code-name">${problem.code === FAILED ? "last run" : problem.code}</span>
+        ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
         <span class="where">${words.filter(Boolean).join(" › ")}</span>
       </button>
       ${
@@ -131,7 +135,7 @@ class Problems extends PageElement {
                 this.#play(step === null ? null : {key, step}, steps),
               )
             : html`<button type="button" class="play" @click=${() => this.#play({key, step: 0}, steps)}>
-                Play the ${steps.length} steps on the canvas
+                ${n("Play the step on the canvas", "Play the {count} steps on the canvas", steps.length)}
               </button>`
           : nothing
       }

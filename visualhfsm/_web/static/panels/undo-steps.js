@@ -4,6 +4,7 @@ import {html, nothing} from "lit";
 import {ask} from "../commands.js";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
+import {t} from "../texts.js";
 import {moveAmongRows} from "./rows.js";
 
 class UndoSteps extends PageElement {
@@ -20,16 +21,16 @@ class UndoSteps extends PageElement {
 
   render() {
     const {document} = page;
-    if (!document) return html`<p class="empty">No document is open.</p>`;
+    if (!document) return html`<p class="empty">${t("No document is open.")}</p>`;
     const {undo, redo} = document;
     // The latest first: steps to redo, then the present, then steps to undo.
     return html`<div class="list-panel">
-      <ol class="rows undo-steps" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
+      <ol class="rows undo-steps" aria-label=${t("Steps, the latest first")} @keydown=${moveAmongRows}>
         ${[...redo].reverse().map(
           ({name, revision}) =>
             html`<li>
-              <button type="button" class="row undone" @click=${() => this.#go(revision)} title="Redo up to here">
-                <span class="message">${name}</span><span class="where">undone</span>
+              <button type="button" class="row undone" @click=${() => this.#go(revision)} title=${t("Redo up to here")}>
+                <span class="message">${name}</span><span class="where">${t("undone")}</span>
               </button>
             </li>`,
         )}
@@ -41,9 +42,10 @@ class UndoSteps extends PageElement {
                 class="row"
                 aria-current=${index === 0 ? "step" : nothing}
                 @click=${() => this.#go(undo[index - 1]?.revision)}
-                title=${index === 0 ? "The document as it is now" : "Undo to here"}
+                title=${index === 0 ? t("The document as it is now") : t("Undo to here")}
               >
-                <span class="message">${name}</span>${index === 0 ? html`<span class="where">now</span>` : nothing}
+                <span class="message">${name}</span
+                >${index === 0 ? html`<span class="where">${t("now")}</span>` : nothing}
               </button>
             </li>`,
         )}
@@ -53,10 +55,10 @@ class UndoSteps extends PageElement {
             class="row"
             aria-current=${undo.length ? nothing : "step"}
             @click=${() => this.#go(undo.at(-1)?.revision)}
-            title="Undo everything"
+            title=${t("Undo everything")}
           >
-            <span class="message faint">${undo.length >= 100 ? "100 steps ago" : "As it was opened"}</span
-            >${undo.length ? nothing : html`<span class="where">now</span>`}
+            <span class="message faint">${undo.length >= 100 ? t("100 steps ago") : t("As it was opened")}</span
+            >${undo.length ? nothing : html`<span class="where">${t("now")}</span>`}
           </button>
         </li>
       </ol>

@@ -1,0 +1,180 @@
+"""The catalogs of all languages: complete, up to date, and of one mind with browsers about plurals."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from babel.messages.catalog import Catalog
+
+from tests.support.limits import RUN_LIMIT
+from tools.languages.texts import (
+    DOMAINS,
+    LANGUAGES,
+    ROOT,
+    STATIC,
+    Domain,
+    TextsError,
+    added,
+    forms_by_category,
+    is_translated,
+    languages,
+    page_json,
+    update,
+    updated,
+)
+from visualhfsm._web.assets import Assets
+
+pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
+
+PLACEHOLDER = re.compile(r"{(\w+)}")
+ALL = [
+    pytest.param(domain, language, id=f"{language}-{domain.name}")
+    for domain in DOMAINS
+    for language in languages()
+]
+
+
+@pytest.fixture(scope="module")
+def extracted() -> Callable[[Domain], Catalog]:
+    """The texts of the code, found once for each domain."""
+    known: dict[str, Catalog] = {}
+
+    def texts(domain: Domain) -> Catalog:
+        if domain.name not in known:
+            known[domain.name] = domain.extract()
+        return known[domain.name]
+
+    return texts
+
+
+def texts_of(names: str | Sequence[str] | None) -> Sequence[str]:
+    return [names] if isinstance(names, str) else names or []
+
+
+def ids(catalog: Catalog) -> set[Any]:
+    return {message.id for message in catalog if message.id}
+
+
+@pytest.mark.parametrize(("domain", "language"), ALL)
+def test_a_catalog_has_the_texts_of_the_code_and_no_others(
+    domain: Domain, language: str, extracted: Callable[[Domain], Catalog]
+) -> None:
+    assert ids(domain.catalog_of(language)) == ids(extracted(domain)), "make texts"
+
+
+@pytest.mark.parametrize(("domain", "language"), ALL)
+def test_every_text_is_translated(domain: Domain, language: str) -> None:
+    missing = [
+        message.id for message in domain.catalog_of(language) if message.id and not is_translated(message)
+    ]
+    assert missing == []
+
+
+@pytest.mark.parametrize(("domain", "language"), ALL)
+def test_a_translation_has_the_placeholders_of_its_text(domain: Domain, language: str) -> None:
+    for message in domain.catalog_of(language):
+        if not message.id:
+            continue
+        wanted = {name for text in texts_of(message.id) for name in PLACEHOLDER.findall(text)}
+        for text in texts_of(message.string):
+            found = set(PLACEHOLDER.findall(text))
+            # A plural form for one number, such as 1, may do without it.
+            assert found == wanted or (isinstance(message.id, tuple) and found == wanted - {"count"}), text
+
+
+@pytest.mark.parametrize(("domain", "language"), ALL)
+def test_what_is_read_at_run_time_is_made_from_the_catalog(domain: Domain, language: str) -> None:
+    catalog = domain.catalog_of(language)
+    path = ROOT / domain.compiled.format(language=language)
+    assert path.read_bytes() == domain.compile(catalog), "make texts"
+
+
+@pytest.mark.parametrize(("domain", "language"), ALL)
+def test_an_update_leaves_a_current_catalog_as_it_is(
+    domain: Domain, language: str, extracted: Callable[[Domain], Catalog]
+) -> None:
+    path = LANGUAGES / language / f"{domain.name}.po"
+    assert path.read_bytes() == updated(domain.catalog_of(language), extracted(domain)), "make texts"
+
+
+@pytest.mark.parametrize("domain", DOMAINS, ids=lambda domain: domain.name)
+def test_no_text_is_one_of_a_number_too(domain: Domain, extracted: Callable[[Domain], Catalog]) -> None:
+    alone = {name for name in ids(extracted(domain)) if isinstance(name, str)}
+    assert alone.isdisjoint(name[0] for name in ids(extracted(domain)) if isinstance(name, tuple))
+
+
+@pytest.mark.parametrize("language", [*languages(), "ar", "fr", "ga", "ja", "pl", "pt-BR", "ru"])
+def test_the_plural_forms_are_those_of_browsers(language: str) -> None:
+    catalog = added(DOMAINS[0], language)
+    if language in languages():
+        catalog = DOMAINS[0].catalog_of(language)
+    script = f"""
+        const rules = new Intl.PluralRules({json.dumps(language)});
+        const {{pluralCategories}} = rules.resolvedOptions();
+        console.log(JSON.stringify([pluralCategories, Array.from({{length: 1000}}, (_, i) => rules.select(i))]));
+    """
+    done = subprocess.run(
+        ["node", "-e", script], capture_output=True, text=True, timeout=RUN_LIMIT, check=True
+    )
+    categories, selected = json.loads(done.stdout)
+    forms = forms_by_category(catalog)
+    assert set(categories) <= set(forms)
+    # Numbers of one category have one form: forms_by_category compares CLDR's categories, and these are the same.
+    assert {forms[category] for category in selected} == set(range(catalog.num_plurals))
+
+
+def test_a_catalog_whose_plurals_are_not_those_of_its_language_is_refused() -> None:
+    catalog = added(DOMAINS[0], "es")
+    catalog.mime_headers = [("Plural-Forms", "nplurals=2; plural=(n > 1);")]
+    with pytest.raises(TextsError, match=r"es: \(n > 1\) has other forms than CLDR"):
+        forms_by_category(catalog)
+
+
+def test_an_unknown_language_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "visualhfsm" / "_languages").mkdir(parents=True)
+    with pytest.raises(TextsError, match="'klingon' is no language of CLDR"):
+        update(tmp_path, "klingon")
+
+
+def test_a_catalog_that_is_damaged_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "es" / "page.po"
+    path.parent.mkdir()
+    path.write_text('msgid "Run"\nEjecutar\n')
+    with pytest.raises(TextsError, match=re.escape(str(path))):
+        DOMAINS[0].catalog_of("es", tmp_path)
+
+
+def test_a_language_is_added_by_one_command_and_its_texts(tmp_path: Path) -> None:
+    (tmp_path / "visualhfsm" / "_languages").mkdir(parents=True)
+    static = tmp_path / "visualhfsm" / "_web" / "static"
+    shutil.copytree(STATIC, static)
+    count = update(tmp_path, "eo")["eo"]
+    assert count > 0
+
+    path = tmp_path / "visualhfsm" / "_languages" / "eo" / "page.po"
+    path.write_text(
+        re.sub(r'^msgid "Run"\nmsgstr ""$', 'msgid "Run"\nmsgstr "Ruli"', path.read_text(), flags=re.M)
+    )
+    assert update(tmp_path, None)["eo"] == count - 1
+    assert json.loads((static / "languages" / "eo.json").read_text()) == {"Run": "Ruli"}
+    assert '<meta name="languages" content="eo es">' in Assets(static).page().html.decode()
+
+
+def test_texts_with_a_number_are_known_by_the_categories_of_browsers() -> None:
+    catalog = added(DOMAINS[0], "pl")
+    catalog.add(("{count} state", "{count} states"), ("{count} stan", "{count} stany", "{count} stanów"))
+    assert json.loads(page_json(catalog)) == {
+        "{count} state": {
+            "one": "{count} stan",
+            "few": "{count} stany",
+            "many": "{count} stanów",
+            "other": "{count} stanów",
+        }
+    }

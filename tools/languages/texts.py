@@ -1,0 +1,226 @@
+"""Bring the catalogs of visualhfsm/_languages up to date with the code: `make texts`, or `make texts NEW=fr`.
+
+A language is a folder with one gettext catalog for each domain: `page` has the texts of the editor's page.
+Each run extracts the texts of the code, adds new ones to each catalog, removes those that the code no longer
+has, and writes what is read at run time. `NEW` adds a language.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from gettext import GNUTranslations
+from pathlib import Path
+from typing import Any, Final
+
+from babel import Locale, UnknownLocaleError
+from babel.messages.catalog import Catalog, Message
+from babel.messages.mofile import write_mo
+from babel.messages.pofile import PoFileError, read_po, write_po
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+LANGUAGES: Final = ROOT / "visualhfsm" / "_languages"
+STATIC: Final = ROOT / "visualhfsm" / "_web" / "static"
+
+_WIDTH: Final = 110
+_LIMIT: Final = 60  # s for Node.js
+_UNSAID: Final = tuple(
+    f'"{name}:'.encode()
+    for name in (
+        *("Generated-By", "Language-Team", "Last-Translator", "PO-Revision-Date", "POT-Creation-Date"),
+        *("Project-Id-Version", "Report-Msgid-Bugs-To"),
+    )
+)
+"""Fields of a catalog that would change with each run, or that Git knows better."""
+_SAMPLES: Final = (*range(1000), 1_000_000)
+"""Numbers with which the rules of a catalog are compared with CLDR's, which browsers use."""
+
+
+class TextsError(Exception):
+    """The catalogs cannot be brought up to date."""
+
+
+def page_texts() -> Catalog:
+    """Return the texts of the page.
+
+    Raises TextsError when Node.js is not installed, or a text is no constant.
+    """
+    command = ["node", str(ROOT / "tests" / "page" / "page-texts.js")]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=_LIMIT, check=True)
+    except FileNotFoundError as error:
+        raise TextsError(
+            "the texts of the page are found with Node.js: install it, then run npm ci"
+        ) from error
+    except subprocess.CalledProcessError as error:
+        raise TextsError(error.stderr.strip()) from error
+    catalog = Catalog()
+    for each in json.loads(done.stdout)["messages"]:
+        names = (each["id"], each["plural"]) if "plural" in each else each["id"]
+        comments = [each["comment"]] if "comment" in each else []
+        catalog.add(names, locations=[(each["file"], 1)], flags=[], auto_comments=comments)
+    for message in catalog:
+        message.flags.discard("python-format")
+    return catalog
+
+
+def page_json(catalog: Catalog) -> bytes:
+    """Return a catalog as the page reads it: texts by those of the code.
+
+    A text with a number is an object of texts by the categories of `Intl.PluralRules`. Raises TextsError when
+    the rules of the catalog are not those of CLDR.
+    """
+    forms = forms_by_category(catalog)
+    texts: dict[str, Any] = {}
+    for message in catalog:
+        if not message.id or not message.string or not is_translated(message):
+            continue
+        if isinstance(message.id, str):
+            texts[message.id] = message.string
+        else:
+            texts[message.id[0]] = {category: message.string[form] for category, form in forms.items()}
+    return (json.dumps(texts, ensure_ascii=False, indent=0, sort_keys=True) + "\n").encode()
+
+
+def forms_by_category(catalog: Catalog) -> dict[str, int]:
+    """Return the index of the catalog's form for each category of CLDR.
+
+    Raises TextsError when a category would have several.
+    """
+    locale = Locale.parse(str(catalog.locale))
+    found: dict[str, int] = {}
+    form = _form_of(catalog)
+    for number in _SAMPLES:
+        category = locale.plural_form(number)
+        if found.setdefault(category, form(number)) != form(number):
+            raise TextsError(
+                f"{catalog.locale}: {catalog.plural_expr} has other forms than CLDR for {category}, such as "
+                f"for {number}"
+            )
+    # Numbers with decimals have separate categories in some languages: the last form is for all others.
+    return {**dict.fromkeys(("other", *locale.plural_form.tags), catalog.num_plurals - 1), **found}
+
+
+def _form_of(catalog: Catalog) -> Callable[[int], int]:
+    """Return the rule of a catalog, as gettext evaluates it."""
+    rule = Catalog(locale=catalog.locale)
+    rule.mime_headers = [
+        ("Plural-Forms", catalog.plural_forms),
+        ("Content-Type", "text/plain; charset=utf-8"),
+    ]
+    rule.add(("one", "other"), [str(form) for form in range(catalog.num_plurals)])
+    file = io.BytesIO()
+    write_mo(file, rule)
+    file.seek(0)
+    translations = GNUTranslations(file)
+    return lambda number: int(translations.ngettext("one", "other", number))
+
+
+def is_translated(message: Message) -> bool:
+    """Whether a message of a catalog has all its texts."""
+    texts = (message.string,) if isinstance(message.string, str) else message.string or ()
+    return bool(texts) and all(texts) and not message.fuzzy
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """What is translated in one catalog: `extract` finds its texts, `compile` makes what is read at run time.
+
+    `compiled` is the path of that, relative to the repository, for a language.
+    """
+
+    name: str
+    extract: Callable[[], Catalog]
+    compile: Callable[[Catalog], bytes]
+    compiled: str
+
+    def catalog_of(self, language: str, folder: Path = LANGUAGES) -> Catalog:
+        """Return a catalog as it is on disk. Raises TextsError when it is no catalog."""
+        path = folder / language / f"{self.name}.po"
+        try:
+            return read_po(io.BytesIO(path.read_bytes()), locale=_locale(language), abort_invalid=True)
+        except (OSError, PoFileError, ValueError) as error:
+            raise TextsError(f"{path}: {error}") from error
+
+
+DOMAINS: Final = (Domain("page", page_texts, page_json, "visualhfsm/_web/static/languages/{language}.json"),)
+
+
+def updated(catalog: Catalog, texts: Catalog) -> bytes:
+    """Return a catalog with exactly the texts of the code, as a file; translations of these are kept."""
+    catalog.update(texts, no_fuzzy_matching=True, update_creation_date=False)
+    file = io.BytesIO()
+    write_po(file, catalog, width=_WIDTH, sort_output=True, ignore_obsolete=True, include_lineno=False)
+    return b"".join(
+        line for line in file.getvalue().splitlines(keepends=True) if not line.startswith(_UNSAID)
+    )
+
+
+def added(domain: Domain, language: str) -> Catalog:
+    """Return an empty catalog for a language. Raises TextsError when CLDR does not know the language."""
+    locale = _locale(language)
+    name = Locale.parse(locale).english_name
+    comment = f"# {name} texts of VisualHFSM. Terms: docs/how-to/translate.md"
+    return Catalog(locale, domain.name, comment, fuzzy=False)
+
+
+def _locale(language: str) -> str:
+    name = language.replace("-", "_")
+    try:
+        Locale.parse(name)
+    except (ValueError, UnknownLocaleError) as error:
+        raise TextsError(f"{language!r} is no language of CLDR: write it such as fr or pt-BR") from error
+    return name
+
+
+def languages(folder: Path = LANGUAGES) -> list[str]:
+    """Return the languages that there are catalogs for."""
+    return sorted(path.name for path in folder.iterdir() if any(path.glob("*.po")))
+
+
+def update(root: Path, new: str | None, domains: Sequence[Domain] = DOMAINS) -> Mapping[str, int]:
+    """Update all catalogs below a folder like the repository.
+
+    Returns how many texts each language lacks. Raises TextsError.
+    """
+    folder = root / LANGUAGES.relative_to(ROOT)
+    names = sorted({*languages(folder), *([new] if new else [])})
+    missing = dict.fromkeys(names, 0)
+    for domain in domains:
+        texts = domain.extract()
+        for language in names:
+            path = folder / language / f"{domain.name}.po"
+            catalog = domain.catalog_of(language, folder) if path.exists() else added(domain, language)
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(updated(catalog, texts))
+            catalog = domain.catalog_of(language, folder)
+            compiled = root / domain.compiled.format(language=language)
+            compiled.parent.mkdir(parents=True, exist_ok=True)
+            compiled.write_bytes(domain.compile(catalog))
+            missing[language] += sum(bool(each.id) and not is_translated(each) for each in catalog)
+    return missing
+
+
+def main() -> int:
+    """Update the catalogs of the repository."""
+    parser = argparse.ArgumentParser(
+        description="Bring the catalogs of all languages up to date with the code."
+    )
+    parser.add_argument("--new", metavar="LANGUAGE", help="add a language, such as fr or pt-BR")
+    try:
+        missing = update(ROOT, parser.parse_args().new)
+    except TextsError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    for language, count in missing.items():
+        sys.stdout.write(f"{language}: {f'{count} texts are not translated' if count else 'complete'}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
