@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ._text_layout import Place, TextLayout
+from .messages import Message
 
 _LONGEST_EXCERPT = 160
 _COLORS = {"error": "31;1", "warning": "33;1", "note": "36;1", "caret": "32;1", "bold": "1"}
@@ -45,7 +46,7 @@ class Location:
 class Note:
     """An explanation of a diagnostic, perhaps with another place in a file."""
 
-    message: str
+    message: Message
     location: Location | None = None
 
 
@@ -55,7 +56,7 @@ class Diagnostic:
 
     severity: Severity
     code: str
-    message: str
+    message: Message
     location: Location
     notes: tuple[Note, ...] = ()
 
@@ -88,15 +89,15 @@ class Diagnostics:
         """The files that were read."""
         return list(self._lines)
 
-    def error(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
+    def error(self, code: str, message: Message, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a problem that makes the sources unusable, with a code such as `E012`."""
         self._report(Severity.ERROR, code, message, location, notes)
 
-    def warning(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
+    def warning(self, code: str, message: Message, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a possible mistake, with a code such as `W003`; the files are written anyway."""
         self._report(Severity.WARNING, code, message, location, notes)
 
-    def note(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
+    def note(self, code: str, message: Message, location: Location, notes: Iterable[Note] = ()) -> None:
         """Report a fact that needs no change, with a code such as `N001`."""
         self._report(Severity.NOTE, code, message, location, notes)
 
@@ -109,7 +110,7 @@ class Diagnostics:
                 self._add(diagnostic)
 
     def _report(
-        self, severity: Severity, code: str, message: str, location: Location, notes: Iterable[Note]
+        self, severity: Severity, code: str, message: Message, location: Location, notes: Iterable[Note]
     ) -> None:
         located = tuple(
             note if note.location is None else Note(note.message, self._in_file(note.location))
@@ -197,7 +198,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> tuple[Note, ...]:
     near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.65)
     if not near:
         near = [candidate for candidate in candidates if candidate.lower() == name.lower()]
-    return (Note(f"did you mean `{near[0]}`?"),) if near else ()
+    return (Note(Message("did you mean `{name}`?", name=near[0])),) if near else ()
 
 
 def _printable(text: str) -> str:

@@ -19,10 +19,11 @@ from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.formats.xml_tree import read_bytes
 from codegen.hfsm.scxml import is_scxml, write_scxml
+from codegen.messages import NO_MESSAGE, Message, reason
 from visualhfsm._editing.serialization import read_scxml
 
 _WORD: Final = string.ascii_letters + string.digits + "_"
-_DIVISION: Final = "`/` rounds whole numbers down in Python 2, and does not in Python 3"
+_DIVISION: Final = Message("`/` rounds whole numbers down in Python 2, and does not in Python 3")
 
 
 def convert_document(
@@ -37,8 +38,8 @@ def convert_document(
         return ""
     if is_undeclared_cpp(document):
         place = next(code_of(document, source)).place
-        message = "most of the code looks like C++: it is kept, but cannot run"
-        note = Note(f"if it is, declare it: `<language>{CPP}</language>`")
+        message = Message("most of the code looks like C++: it is kept, but cannot run")
+        note = Note(Message("if it is, declare it: `<language>{cpp}</language>`", cpp=CPP))
         diagnostics.note(Code.KEPT_LANGUAGE, message, place, [note])
     elif not is_foreign(document):
         document = convert_python2(document, source, diagnostics, fixes=fixes_python2)
@@ -46,7 +47,7 @@ def convert_document(
         language = document.language.text.strip()
         first = next(code_of(document, source), None)
         place = Location(source) if first is None else first.place
-        message = f"the code is {language}: it is kept, but cannot run"
+        message = Message("the code is {language}: it is kept, but cannot run", language=language)
         diagnostics.note(Code.KEPT_LANGUAGE, message, place)
     return write_scxml(document, source, diagnostics) if to_scxml else write_document(document)
 
@@ -76,7 +77,7 @@ class _Python2Converter:
         self._path = path
         self._diagnostics = diagnostics
         self._fixes = fixes
-        self._missing = ""
+        self._missing = NO_MESSAGE
         """Why nothing can be fixed: the library is missing."""
 
     def document(self) -> Document:
@@ -104,9 +105,10 @@ class _Python2Converter:
             mark = python2_mark(text.text)
             if mark is not None:
                 before = text.text[: mark.start()].split("\n")
-                note = Note(self._missing or "more than this is wrong with the code: fix it by hand")
+                note = Note(self._missing or Message("more than this is wrong with the code: fix it by hand"))
                 place = self._place(text, len(before), len(before[-1]))
-                self._diagnostics.warning(Code.PYTHON2, f"Python 2: `{mark[0].strip()}`", place, [note])
+                message = Message("Python 2: `{mark}`", mark=mark[0].strip())
+                self._diagnostics.warning(Code.PYTHON2, message, place, [note])
             return text
         if fixed == text.text:
             return text
@@ -114,12 +116,14 @@ class _Python2Converter:
         for line, (old, new) in enumerate(zip(text.text.split("\n"), fixed.split("\n"), strict=True), 1):
             if old != new:
                 place = self._place(text, line, _first_difference(old, new))
-                message = f"`{old.strip()[:60]}` is `{new.strip()[:60]}` in Python 3"
+                both = {"old": old.strip()[:60], "new": new.strip()[:60]}
                 if self._fixes:
-                    self._diagnostics.note(Code.PYTHON2_FIXED, f"fixed: {message}", place, notes)
+                    message = Message("fixed: `{old}` is `{new}` in Python 3", **both)
+                    self._diagnostics.note(Code.PYTHON2_FIXED, message, place, notes)
                 else:
-                    how = Note("`visualhfsm convert --fix-python2` fixes it")
-                    self._diagnostics.warning(Code.PYTHON2, f"Python 2: {message}", place, [how, *notes])
+                    how = Note(Message("`visualhfsm convert --fix-python2` fixes it"))
+                    message = Message("Python 2: `{old}` is `{new}` in Python 3", **both)
+                    self._diagnostics.warning(Code.PYTHON2, message, place, [how, *notes])
                 notes = []
         return replace(text, text=fixed) if self._fixes else text
 
@@ -129,7 +133,7 @@ class _Python2Converter:
         except ModuleNotFoundError as error:
             if self._fixes:
                 raise
-            self._missing = str(error)
+            self._missing = reason(error)
             return None
 
     def _place(self, text: Text, line: int, column: int) -> Location:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
+from ..messages import Message
 from . import ast
 from .codes import Code
 from .constants import ConstantChecker
@@ -112,15 +113,19 @@ class _Checker:
         for metadata in definition.metadata:
             text = metadata.text
             if text == "stream" and not is_operation:
-                self._error(Code.BAD_STREAM, f"only operations can be streamed, not {kind}", metadata.token)
+                self._error(
+                    Code.BAD_STREAM,
+                    Message("only operations can be streamed, not {kind}", kind=kind),
+                    metadata.token,
+                )
             elif text == "stop" and not is_operation:
-                message = f'["stop"] is for operations, not for {kind}'
+                message = Message('["stop"] is for operations, not for {kind}', kind=kind)
                 self._error(Code.BAD_STOP, message, metadata.token)
             elif text == "amd":
-                message = '["amd"] has no effect: a servant answers a call when its method returns'
+                message = Message('["amd"] has no effect: a servant answers a call when its method returns')
                 self._warning(Code.IGNORED_AMD, message, metadata.token)
             elif ":" not in text and text not in _METADATA:
-                message = f'unknown metadata ["{text}"] is ignored'
+                message = Message('unknown metadata ["{text}"] is ignored', text=text)
                 self._warning(Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _METADATA))
 
     def _limit_depth(self, definition: ast.Definition) -> None:
@@ -131,7 +136,11 @@ class _Checker:
             if part is None or isinstance(part, ast.ForwardDeclaration):
                 continue
             if self._depths.get(part.scoped, 0) >= _DEEPEST_TYPE:
-                message = f"`{named.name}` is nested too deeply: more than {_DEEPEST_TYPE} levels"
+                message = Message(
+                    "`{named}` is nested too deeply: more than {deepest_type} levels",
+                    named=named.name,
+                    deepest_type=_DEEPEST_TYPE,
+                )
                 self._error(Code.TOO_DEEP, message, named.token)
                 named.definition = None
             else:
@@ -160,8 +169,8 @@ class _Checker:
     def _member(self, member: ast.Member, owner: ast.Definition, scope: Scope, inherited: _Inherited) -> None:
         if isinstance(owner, ast.Struct):
             if member.tag is not None:
-                message = f"member `{member.name}` cannot be optional in a struct"
-                note = Note("use a class or an exception")
+                message = Message("member `{member}` cannot be optional in a struct", member=member.name)
+                note = Note(Message("use a class or an exception"))
                 self._error(Code.BAD_TAG, message, member.tag.token, note)
         elif member.tag is not None:
             self._constants.check_number(member.tag, _TAG, scope)
@@ -177,7 +186,11 @@ class _Checker:
             and isinstance(member.type, ast.NamedType)
             and member.type.definition is owner
         ):
-            self._error(Code.CONTAINS_ITSELF, f"struct `{owner.name}` contains itself", member.type.token)
+            self._error(
+                Code.CONTAINS_ITSELF,
+                Message("struct `{owner}` contains itself", owner=owner.name),
+                member.type.token,
+            )
             member.type.definition = None
         self._resolver.warn_of_deprecated_type(member.type)
         if new:
@@ -197,7 +210,7 @@ class _Checker:
         self._unique_number(number, "compact id", self._compact_ids)
         if not definition.local and (definition.implements or definition.operations):
             what = "operations" if definition.operations else "implemented interfaces"
-            message = f"{what} of a class are deprecated and ignored; use an interface"
+            message = Message("{what} of a class are deprecated and ignored; use an interface", what=what)
             self._warning(Code.DEPRECATED, message, definition.token)
 
     # Dictionaries
@@ -216,11 +229,17 @@ class _Checker:
         reason = _why_not_a_key(dictionary.key)
         token = dictionary.key.token
         if reason:
-            message = f"the key of dictionary `{dictionary.name}` {reason}"
-            note = Note("a key can be a bool, an integer, a string, an enumeration, or a struct of these")
+            message = Message(
+                "the key of dictionary `{dictionary}` {reason}", dictionary=dictionary.name, reason=reason
+            )
+            note = Note(
+                Message("a key can be a bool, an integer, a string, an enumeration, or a struct of these")
+            )
             self._error(Code.BAD_DICTIONARY_KEY, message, token, note)
         elif _holds_sequence(dictionary.key):
-            message = f"sequences in the key of dictionary `{dictionary.name}` are deprecated"
+            message = Message(
+                "sequences in the key of dictionary `{dictionary}` are deprecated", dictionary=dictionary.name
+            )
             self._warning(Code.DEPRECATED, message, token)
 
     # Interfaces, and what classes implement
@@ -254,9 +273,13 @@ class _Checker:
             for name, operation in _names_in([base]).items():
                 other = inherited.setdefault(name, operation)
                 if other is not operation and isinstance(operation, ast.Operation):
-                    notes = [Note("one is here", other.token.location)]
-                    notes.append(Note("the other is here", operation.token.location))
-                    message = f"`{derived.name}` inherits `{operation.name}` from two unrelated interfaces"
+                    notes = [Note(Message("one is here"), other.token.location)]
+                    notes.append(Note(Message("the other is here"), operation.token.location))
+                    message = Message(
+                        "`{derived}` inherits `{operation}` from two unrelated interfaces",
+                        derived=derived.name,
+                        operation=operation.name,
+                    )
                     self._error(Code.AMBIGUOUS_OPERATION, message, derived.token, *notes)
         return inherited
 
@@ -270,10 +293,16 @@ class _Checker:
         new = self._resolver.declare_inside(operation, scope)
         self._resolver.report_inherited(operation, inherited)
         if operation.name.lower() == owner.name.lower():
-            message = f"operation `{operation.name}` has the name of its {owner.kind}"
+            message = Message(
+                "operation `{operation}` has the name of its {kind}",
+                operation=operation.name,
+                kind=owner.kind,
+            )
             self._error(Code.REDEFINITION, message, operation.token)
         if operation.streamed and operation.returns is None and not operation.outputs:
-            message = f"operation `{operation.name}` is streamed but returns nothing"
+            message = Message(
+                "operation `{operation}` is streamed but returns nothing", operation=operation.name
+            )
             self._error(Code.BAD_STREAM, message, operation.token)
         if new:
             self._resolver.introduce(operation.name, scope, operation.token, operation)
@@ -293,15 +322,19 @@ class _Checker:
             if self._resolver.declare_inside(parameter, scope):
                 self._resolver.introduce(parameter.name, scope, parameter.token, parameter)
             if before is not None and before.out and not parameter.out:
-                note = Note("the out parameter is here", before.token.location)
-                message = f"in parameter `{parameter.name}` comes after an out parameter"
+                note = Note(Message("the out parameter is here"), before.token.location)
+                message = Message(
+                    "in parameter `{parameter}` comes after an out parameter", parameter=parameter.name
+                )
                 self._error(Code.OUT_BEFORE_IN, message, parameter.token, note)
             self._unique_number(parameter.tag, "tag", tags)
             before = parameter
 
     def _never_local(self, exception: ast.ExceptionType | None, named: ast.NamedType) -> None:
         if exception is not None and exception.local:
-            self._error(Code.LOCAL, f"`{named.name}` is local: it is never sent", named.token)
+            self._error(
+                Code.LOCAL, Message("`{named}` is local: it is never sent", named=named.name), named.token
+            )
 
     def _unique_number(self, number: ast.Literal | None, what: str, used: dict[int, ast.Literal]) -> None:
         """Report a tag or a compact id that is in `used`, or add it."""
@@ -309,8 +342,13 @@ class _Checker:
             return
         first = used.setdefault(number.value, number)
         if first is not number:
-            note = Note("first used here", first.token.location)
-            self._error(Code.BAD_TAG, f"{what} {number.value} is used twice", number.token, note)
+            note = Note(Message("first used here"), first.token.location)
+            self._error(
+                Code.BAD_TAG,
+                Message("{what} {number} is used twice", what=what, number=number.value),
+                number.token,
+                note,
+            )
 
     def _throws(self, operation: ast.Operation, scope: Scope) -> None:
         thrown: dict[str, ast.NamedType] = {}
@@ -320,16 +358,23 @@ class _Checker:
                 self._never_local(exception, named)
             first = thrown.setdefault(exception.scoped, named) if exception else named
             if first is not named:
-                note = Note("first named here", first.token.location)
-                self._error(Code.BAD_THROWS, f"`{named.name}` is in `throws` twice", named.token, note)
+                note = Note(Message("first named here"), first.token.location)
+                self._error(
+                    Code.BAD_THROWS,
+                    Message("`{named}` is in `throws` twice", named=named.name),
+                    named.token,
+                    note,
+                )
 
     def _stops(self, owner: ast.Interface) -> None:
         """Report stop operations that cannot be called without further information, or several of them."""
         marked = [operation for operation in owner.operations if operation.stop]
         for operation in marked:
             if operation is not marked[0]:
-                note = Note("the first is here", marked[0].token.location)
-                message = f'`{owner.name}` has two operations marked ["stop"]; one must stop everything'
+                note = Note(Message("the first is here"), marked[0].token.location)
+                message = Message(
+                    '`{owner}` has two operations marked ["stop"]; one must stop everything', owner=owner.name
+                )
                 self._error(Code.BAD_STOP, message, operation.token, note)
             problems = []
             if operation.returns is not None or operation.outputs:
@@ -339,7 +384,11 @@ class _Checker:
             if not operation.idempotent:
                 problems.append("is not idempotent")
             if problems:
-                message = f'operation `{operation.name}` is marked ["stop"] but {" and ".join(problems)}'
+                message = Message(
+                    'operation `{operation}` is marked ["stop"] but {problems}',
+                    operation=operation.name,
+                    problems=" and ".join(problems),
+                )
                 self._error(Code.BAD_STOP, message, operation.token)
 
     def _generated_names(self, interface: ast.Interface, inherited: _Inherited) -> None:
@@ -347,19 +396,24 @@ class _Checker:
         own = interface.operations
         for operation in own:
             if operation.name.startswith("ice_"):
-                message = f"operation `{operation.name}`: names with `ice_` are reserved"
+                message = Message(
+                    "operation `{operation}`: names with `ice_` are reserved", operation=operation.name
+                )
                 self._error(Code.RESERVED_NAME, message, operation.token)
             for parameter in operation.outputs:
                 if parameter.name == "returnValue" and operation.returns is not None:
-                    message = "`returnValue` is reserved: it is the return value in the protocol"
+                    message = Message("`returnValue` is reserved: it is the return value in the protocol")
                     self._error(Code.RESERVED_NAME, message, parameter.token)
         operations = {each.name: each for each in inherited.values() if isinstance(each, ast.Operation)}
         operations |= {operation.name: operation for operation in own}
         for operation in operations.values():
             other = operations.get(f"{operation.name}Publisher")
             if operation.streamed and other is not None and (operation in own or other in own):
-                note = Note(f"it is generated for the stream `{operation.name}`", operation.token.location)
-                message = f"operation `{other.name}` has the name of a generated method"
+                note = Note(
+                    Message("it is generated for the stream `{operation}`", operation=operation.name),
+                    operation.token.location,
+                )
+                message = Message("operation `{other}` has the name of a generated method", other=other.name)
                 self._error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
 
 

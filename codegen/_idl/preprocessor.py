@@ -15,6 +15,7 @@ from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
+from ..messages import Message, reason
 from .codes import Code
 from .conditions import ConditionError
 from .lexer import Kind, Source, Token
@@ -80,15 +81,15 @@ class Preprocessor:
                 raise OSError(errno.EFBIG, f"{status.st_size} bytes are more than {_LARGEST_FILE}")
             content = path.read_bytes()
         except OSError as error:
-            reason = error.strerror or str(error)
-            self._diagnostics.error(Code.UNREADABLE_FILE, f"{path} cannot be read: {reason}", requested_at)
+            message = Message("{file} cannot be read: {reason}", file=str(path), reason=reason(error))
+            self._diagnostics.error(Code.UNREADABLE_FILE, message, requested_at)
             return None
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             line = content.count(b"\n", 0, error.start) + 1
             column = error.start - content.rfind(b"\n", 0, error.start)
-            message = "the file is not UTF-8 and is read as Latin-1"
+            message = Message("the file is not UTF-8 and is read as Latin-1")
             self._diagnostics.warning(Code.UNKNOWN_ENCODING, message, Location(path, line, column))
             text = content.decode("latin-1")
         text = text.replace("\r\n", "\n")
@@ -181,29 +182,31 @@ class _Reader:
                 output.append(token)
         for condition in conditions:
             end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))
-            begin = Note("the condition starts here", condition.token.location)
-            self._error(Code.BAD_DIRECTIVE, "the file ends without an #endif", end, begin)
+            begin = Note(Message("the condition starts here"), condition.token.location)
+            self._error(Code.BAD_DIRECTIVE, Message("the file ends without an #endif"), end, begin)
 
-    def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
+    def _error(self, code: Code, message: Message, token: Token, *notes: Note) -> None:
         self._diagnostics.error(code, message, token.location, notes)
 
     def _report_bad_token(self, token: Token) -> None:
         if token.kind is Kind.UNTERMINATED:
             if token.text.startswith("/*"):
-                self._diagnostics.warning(Code.COMMENT_WITHOUT_END, "this comment has no end", token.location)
+                self._diagnostics.warning(
+                    Code.COMMENT_WITHOUT_END, Message("this comment has no end"), token.location
+                )
             else:
-                self._error(Code.UNTERMINATED, "this string has no end", token)
+                self._error(Code.UNTERMINATED, Message("this string has no end"), token)
         elif token.text[0].isdigit() or token.text[1:2].isdigit():
-            self._error(Code.BAD_LITERAL, f"`{_cut(token.text)}` is not a number", token)
+            self._error(Code.BAD_LITERAL, Message("`{cut}` is not a number", cut=_cut(token.text)), token)
         else:
-            self._error(Code.UNEXPECTED_CHARACTER, f"unexpected {_cut(token.text)!r}", token)
+            self._error(Code.UNEXPECTED_CHARACTER, Message("unexpected {cut!r}", cut=_cut(token.text)), token)
 
     def _replace(self, tokens: list[Token], index: int) -> int:
         """Add what replaces the use of a macro at `index` to the result; return the index after the use."""
         try:
             replacement, end = self._macros.replace(tokens, index)
         except MacroError as error:
-            self._incomplete(str(error), tokens[index])
+            self._incomplete(reason(error), tokens[index])
             self._stopped = isinstance(error, MacroGrowthError)
             return index + 1
         for token in replacement:
@@ -220,7 +223,7 @@ class _Reader:
         spliced = token.text.replace("\\\n", " ")
         text = _STRING_OR_COMMENT.sub(lambda match: match[1] or " ", spliced)
         if "/*" in text:
-            self._error(Code.UNTERMINATED, "a comment that starts on this line has no end", token)
+            self._error(Code.UNTERMINATED, Message("a comment that starts on this line has no end"), token)
             text = text.partition("/*")[0]
         match = _DIRECTIVE.match(text)
         name, rest = (match["name"], match["rest"].strip()) if match else ("", "")
@@ -238,22 +241,24 @@ class _Reader:
             case "pragma" if active and rest == "once":
                 self._once.add(token.source)
             case "error" if active:
-                self._incomplete(f"#error {rest}", token)
+                self._incomplete(Message("#error {rest}", rest=rest), token)
             case "line" if active and rest[:1].isdigit():
                 pass  # places stay those of the file
             case _ if active and (name or rest):  # `#` alone does nothing
                 directive = f"#{name or rest} {rest if name == 'pragma' else ''}".strip()
-                self._incomplete(f"unknown directive `{_cut(directive)}`", token)
+                self._incomplete(Message("unknown directive `{cut}`", cut=_cut(directive)), token)
         return not conditions or conditions[-1].active
 
-    def _incomplete(self, message: str, token: Token) -> None:
+    def _incomplete(self, message: Message, token: Token) -> None:
         """Report a part that cannot be read, so that names of the rest may be undefined."""
         self.result.complete = False
         self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _nothing_behind(self, rest: str, name: str, token: Token) -> None:
         if rest.strip():
-            message = f"only a comment can follow #{name}, not `{_cut(rest.strip())}`"
+            message = Message(
+                "only a comment can follow #{name}, not `{cut}`", name=name, cut=_cut(rest.strip())
+            )
             self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _holds(self, name: str, rest: str, token: Token) -> bool:
@@ -262,18 +267,23 @@ class _Reader:
             try:
                 return self._macros.holds(rest)
             except (ConditionError, MacroError) as error:
-                self._incomplete(f"the condition of #{name} cannot be evaluated: {error}", token)
+                why = reason(error)
+                self._incomplete(
+                    Message("the condition of #{name} cannot be evaluated: {why}", name=name, why=why), token
+                )
                 return False
         match = _NAME.match(rest)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
+            self._error(Code.BAD_DIRECTIVE, Message("#{name} needs a name", name=name), token)
             return False
         self._nothing_behind(rest[match.end() :], name, token)
         return (match[0] in self._macros) == (name == "ifdef")
 
     def _next_branch(self, name: str, rest: str, token: Token, conditions: list[_Condition]) -> None:
         if not conditions:
-            self._error(Code.BAD_DIRECTIVE, f"#{name} without #if, #ifdef or #ifndef", token)
+            self._error(
+                Code.BAD_DIRECTIVE, Message("#{name} without #if, #ifdef or #ifndef", name=name), token
+            )
             return
         condition = conditions[-1]
         if name != "elif":
@@ -282,8 +292,8 @@ class _Reader:
             conditions.pop()
             return
         if condition.else_seen:
-            begin = Note("the condition starts here", condition.token.location)
-            self._error(Code.BAD_DIRECTIVE, f"#{name} after #else", token, begin)
+            begin = Note(Message("the condition starts here"), condition.token.location)
+            self._error(Code.BAD_DIRECTIVE, Message("#{name} after #else", name=name), token, begin)
         condition.active = condition.otherwise and (name == "else" or self._holds(name, rest, token))
         condition.otherwise = condition.otherwise and not condition.active
         condition.else_seen = condition.else_seen or name == "else"
@@ -294,11 +304,11 @@ class _Reader:
             try:
                 self._macros.define(rest)
             except MacroError as error:
-                self._incomplete(str(error), token)
+                self._incomplete(reason(error), token)
             return
         match = _NAME.match(rest)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, "#undef needs a name", token)
+            self._error(Code.BAD_DIRECTIVE, Message("#undef needs a name"), token)
             return
         self._nothing_behind(rest[match.end() :], name, token)
         self._macros.undefine(match[0])
@@ -306,18 +316,27 @@ class _Reader:
     def _include(self, rest: str, token: Token) -> None:
         match = _INCLUDE.match(rest)
         if match is None:
-            self._error(Code.BAD_DIRECTIVE, '#include needs a file: "name.idl" or <name.idl>', token)
+            self._error(Code.BAD_DIRECTIVE, Message('#include needs a file: "name.idl" or <name.idl>'), token)
             return
         name = match["quoted"] or match["angled"]
         self._nothing_behind(rest[match.end() :], "include", token)
         own = token.source.path.parent
         path = self._preprocessor.find(name, own, own_directory_first=match["quoted"] is not None)
         if path is None:
-            notes = [Note(f"searched in {self._preprocessor.searched(own)}; -I DIR adds a directory")]
+            notes = [
+                Note(
+                    Message(
+                        "searched in {searched}; -I DIR adds a directory",
+                        searched=self._preprocessor.searched(own),
+                    )
+                )
+            ]
             if name.partition("/")[0] in _FOLDERS_OF_ICE:
-                text = "it belongs to Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
+                text = Message(
+                    "it belongs to Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
+                )
                 notes.append(Note(text))
-            self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, *notes)
+            self._error(Code.INCLUDE_NOT_FOUND, Message("`{name}` is not found", name=name), token, *notes)
             self.result.complete = False
             return
         source = self._preprocessor.load(path, token.location)
@@ -327,7 +346,7 @@ class _Reader:
         too_large = self._includes > _MOST_INCLUDES or len(self.result.tokens) > _MOST_TOKENS
         if self._depth >= _DEEPEST_INCLUDE or too_large:
             self._stopped = True
-            message = f"`{name}` is included recursively: are there include guards?"
+            message = Message("`{name}` is included recursively: are there include guards?", name=name)
             self._error(Code.INCLUDE_TOO_DEEP, message, token)
             return
         if source not in self.result.included and source is not self._main:

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Final
 
 from ..diagnostics import Location, Note
+from ..messages import Message
 from ._definitions import UNKNOWN, Definitions, is_static
 from ._evaluation import Evaluation
 from ._piece_effects import Effects, anything
@@ -91,7 +92,7 @@ class CodeEffects:
         found = []
         if self.analysis.extension is not None:
             place = Location(self.analysis.path)
-            found.append(Note("hand-written code beside the document may send any event", place))
+            found.append(Note(Message("hand-written code beside the document may send any event"), place))
         for text, path, piece in self.analysis.by_text.values():
             effects = self.of(text)
             if effects.any_event:
@@ -99,7 +100,7 @@ class CodeEffects:
                 if piece is not None:
                     first = min(effects.any_event, key=lambda node: getattr(node, "lineno", 1))
                     place = piece.place(first)
-                found.append(Note("this code may send any event", place))
+                found.append(Note(Message("this code may send any event"), place))
         return tuple(found)
 
     def _follow(self) -> None:

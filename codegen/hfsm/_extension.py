@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..files import read_regular
+from ..messages import NO_MESSAGE, Message, reason
 from .code.names import camel_case, component_name, identifier
 from .code.text import parse_python
 
@@ -29,7 +30,7 @@ class Extension:
     source: str = ""
     attributes: frozenset[str] = frozenset()
     is_open: bool = True
-    problem: str = ""
+    problem: Message = NO_MESSAGE
     line: int = 0
     column: int = 1
 
@@ -56,18 +57,25 @@ def find_extension(document: Path, output: Path | None) -> Extension | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        return replace(found, problem=f"cannot be read: {error.strerror or error}")
+        return replace(found, problem=Message("cannot be read: {reason}", reason=reason(error)))
     found = replace(found, source=content.decode("utf-8", errors="replace"))
     try:
         tree = parse_python(content, filename=str(path))
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        reason = error.msg if isinstance(error, SyntaxError) else str(error)
+        why = error.msg if isinstance(error, SyntaxError) else str(error)
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
-        return replace(found, problem=f"not valid Python: {reason}", line=line, column=column)
+        return replace(
+            found, problem=Message("not valid Python: {reason}", reason=why), line=line, column=column
+        )
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
     if not any(each.name == found.class_name for each in classes):
-        what = f"there is no class `{found.class_name}`, which extends the component of {document.name}"
-        return replace(found, problem=f"{what}: write it, or rename the file", line=1)
+        problem = Message(
+            "there is no class `{name}`, which extends the component of {document}: write it, or rename "
+            "the file",
+            name=found.class_name,
+            document=document.name,
+        )
+        return replace(found, problem=problem, line=1)
     is_open = any(
         not isinstance(base, ast.Name) or base.id != "Component" for each in classes for base in each.bases
     )

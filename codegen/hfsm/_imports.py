@@ -16,6 +16,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
 from ..files import is_regular
+from ..messages import Message
 from .analysis import library_names
 from .code.language import change_code, first_foreign, report_foreign
 from .codes import Code
@@ -95,7 +96,7 @@ class _Resolver:
             if part is None:
                 automata.append(stub)
             elif len(automata) + len(part.automata) > _MAX_AUTOMATA:
-                message = f"more than {_MAX_AUTOMATA} automata in total"
+                message = Message("more than {limit} automata in total", limit=_MAX_AUTOMATA)
                 self._error(Code.RECURSIVE_IMPORT, message, _place(stub, path))
                 break
             else:
@@ -110,8 +111,10 @@ class _Resolver:
         """Return the part that an automaton imports, or None after an error."""
         place = _place(imported, path)
         if stub.states or stub.transitions or stub.inputs:
-            message = f"automaton {stub.id} is imported, but also has states, transitions or inputs here"
-            note = Note("they belong into the imported file")
+            message = Message(
+                "automaton {id} is imported, but also has states, transitions or inputs here", id=stub.id
+            )
+            note = Note(Message("they belong into the imported file"))
             self._error(Code.IMPORT_OF_WRONG_KIND, message, place, note)
             return None
         file = self._find(imported, path, place)
@@ -122,8 +125,12 @@ class _Resolver:
             return None
         top = document.automaton(imported.automaton) if imported.automaton != NO_CHILD else document.root
         if top is None:
-            wanted = f"no automaton {imported.automaton}" if imported.automaton else "not exactly one root"
-            self._error(Code.IMPORT_OF_WRONG_KIND, f"`{_shown(imported)}` has {wanted}", place)
+            message = Message("`{file}` has not exactly one root", file=_shown(imported))
+            if imported.automaton:
+                message = Message(
+                    "`{file}` has no automaton {id}", file=_shown(imported), id=imported.automaton
+                )
+            self._error(Code.IMPORT_OF_WRONG_KIND, message, place)
             return None
         return _Part(document, tuple(_with_all_below(top, document)))
 
@@ -131,12 +138,12 @@ class _Resolver:
         """Return the path of an imported file, or None after an error."""
         name = imported.file.text.strip()
         if not name:
-            message = "the import has no file: write its path, relative to this document"
+            message = Message("the import has no file: write its path, relative to this document")
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place)
             return None
-        shown = f"`{_shown(imported)}`"
+        shown = _shown(imported)
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\0" in name:
-            message = f"{shown} is not a path relative to this document"
+            message = Message("`{file}` is not a path relative to this document", file=shown)
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place)
             return None
         searched = (path.parent, *self._directories[1:])
@@ -146,12 +153,12 @@ class _Resolver:
             if any(file.resolve().is_relative_to(directory) for directory in allowed):
                 return file
         if found:
-            note = Note("allow its directory with -I")
-            message = f"{shown} is outside the directory of the document"
+            note = Note(Message("allow its directory with -I"))
+            message = Message("`{file}` is outside the directory of the document", file=shown)
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place, note)
         else:
-            note = Note(f"searched in {', '.join(map(str, searched))}")
-            self._error(Code.IMPORT_NOT_FOUND, f"{shown} is not found", place, note)
+            note = Note(Message("searched in {folders}", folders=", ".join(map(str, searched))))
+            self._error(Code.IMPORT_NOT_FOUND, Message("`{file}` is not found", file=shown), place, note)
         return None
 
     def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:
@@ -159,11 +166,14 @@ class _Resolver:
         if file.resolve() in files:
             first = files.index(file.resolve())
             circle = " -> ".join(f"`{file.name}`" for file in (*files[first:], file))
-            notes = [Note("imported here", stacked.place) for stacked in stack[first:] if stacked.place]
-            self._error(Code.RECURSIVE_IMPORT, f"the files import one another: {circle}", place, *notes)
+            notes = [
+                Note(Message("imported here"), stacked.place) for stacked in stack[first:] if stacked.place
+            ]
+            message = Message("the files import one another: {circle}", circle=circle)
+            self._error(Code.RECURSIVE_IMPORT, message, place, *notes)
             return False
         if len(stack) > _MAX_DEPTH:
-            message = f"more than {_MAX_DEPTH} files import one another in a chain"
+            message = Message("more than {limit} files import one another in a chain", limit=_MAX_DEPTH)
             self._error(Code.RECURSIVE_IMPORT, message, place)
             return False
         return True
@@ -176,7 +186,7 @@ class _Resolver:
             piece = None if document is None else first_foreign(document, file)
             if document is not None and piece is not None:
                 language = document.language.text.strip()[:20]
-                report_foreign(piece, language, self._diagnostics, Note("imported here", place))
+                report_foreign(piece, language, self._diagnostics, Note(Message("imported here"), place))
                 document = None
             if document is not None:
                 document = self.resolve(_located(document, file), file, (*stack, _Stacked(key, place)))
@@ -191,15 +201,19 @@ class _Resolver:
         return replace(
             document,
             libraries=self._merge_libraries(document.libraries, other.libraries, path),
-            interfaces=self._merge_named("interface", document.interfaces, other.interfaces, path, _servant),
-            ros=self._merge_named("ROS interface", document.ros, other.ros, path, _endpoint),
-            parameters=self._merge_named("parameter", document.parameters, other.parameters, path, _value),
-            events=self._merge_named("event", document.events, other.events, path, lambda _: ()),
+            interfaces=self._merge_named(
+                Message("interface"), document.interfaces, other.interfaces, path, _servant
+            ),
+            ros=self._merge_named(Message("ROS interface"), document.ros, other.ros, path, _endpoint),
+            parameters=self._merge_named(
+                Message("parameter"), document.parameters, other.parameters, path, _value
+            ),
+            events=self._merge_named(Message("event"), document.events, other.events, path, lambda _: ()),
         )
 
     def _merge_named(
         self,
-        kind: str,
+        kind: Message,
         own: tuple[_N, ...],
         others: tuple[_N, ...],
         path: Path,
@@ -209,8 +223,10 @@ class _Resolver:
         known = {item.name: item for item in own}
         for item in others:
             if item.name in known and meaning(item) != meaning(known[item.name]):
-                message = f"the {kind} `{item.name}` differs from the one of the same name"
-                note = Note("the other one is here", _place(known[item.name], path))
+                message = Message(
+                    "the {kind} `{name}` differs from the one of the same name", kind=kind, name=item.name
+                )
+                note = Note(Message("the other one is here"), _place(known[item.name], path))
                 self._error(Code.CONFLICTING_IMPORTS, message, _place(item, path), note)
         return own + tuple(item for item in others if item.name not in known)
 
@@ -224,14 +240,16 @@ class _Resolver:
         for library in new:
             for name, target in library_names(library).items():
                 if name in known and known[name][0] != target:
-                    message = (
-                        f"the library `{library.name.text.strip()}` and another one are both named `{name}`"
+                    message = Message(
+                        "the library `{library}` and another one are both named `{name}`",
+                        library=library.name.text.strip(),
+                        name=name,
                     )
-                    note = Note("the other one is here", _place(known[name][1], path))
+                    note = Note(Message("the other one is here"), _place(known[name][1], path))
                     self._error(Code.CONFLICTING_IMPORTS, message, _place(library, path), note)
         return (*own, *new)
 
-    def _error(self, code: str, message: str, place: Location, *notes: Note) -> None:
+    def _error(self, code: str, message: Message, place: Location, *notes: Note) -> None:
         self._diagnostics.error(code, message, place, notes)
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
 from ..diagnostics import Location
+from ..messages import Message
 from ._extension import Extension, find_extension
 from ._old_names import OldNames, find_old_names
 from .code._scopes import INSPECTING, free_names, local_names
@@ -472,7 +473,8 @@ class _Reader:
         code = split(text)
         if code is None:
             if kind == "value":
-                self._add_problem(text, path, CodeError("the value is empty", text.line, text.column))
+                error = CodeError(Message("the value is empty"), text.line, text.column)
+                self._add_problem(text, path, error)
             return None
         piece = None
         try:
@@ -500,13 +502,13 @@ def _parse(code: CodeText, kind: _Kind) -> tuple[ast.Module, int]:
     if kind not in ("condition", "value"):
         return parse(code, code.lines), 0
     try:
-        return parse_expression(code, kind), 1
+        return parse_expression(code, Message("condition") if kind == "condition" else Message("value")), 1
     except CodeError:
         if kind == "value" or not any(re.search(r"\breturn\b", line) for line in code.lines):
             raise
     tree = parse(code, code.lines)
     if not any(isinstance(node, ast.Return) and node.value is not None for node in own_nodes(tree)):
-        raise code.error("a condition is one expression, or statements that return whether it holds")
+        raise code.error(Message("a condition is one expression, or statements that return whether it holds"))
     return tree, 0
 
 

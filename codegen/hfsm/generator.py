@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from ..diagnostics import Diagnostics, Location
+from ..messages import Message
 from ._automaton_writer import AutomatonWriter, CodeLines, Line, Method
 from ._bindings import ambiguous_names
 from ._checks.component import ON_ERROR, ON_REFUSED
@@ -74,7 +75,7 @@ def check_component(component: GeneratedComponent, analysis: Analysis, diagnosti
     try:
         compile_source(component.text, CodeText(tuple(component.text.split("\n")), line=1))
     except CodeError as error:
-        diagnostics.error(Code.BAD_CODE, str(error), _place(component, error, path))
+        diagnostics.error(Code.BAD_CODE, error.message, _place(component, error, path))
         return
     if SourceMap.read(component.text).rows != component.source_map.rows:
         _report_marks(component, diagnostics)
@@ -82,7 +83,7 @@ def check_component(component: GeneratedComponent, analysis: Analysis, diagnosti
     for name in ambiguous_names(component.text, component.source_map):
         node = next((each for each in declared if each.name == name), analysis.document)
         place = Location(node.path or path, node.line, max(1, node.column))
-        message = f"`{name}` would have two meanings in the component: choose another name"
+        message = Message("`{name}` would have two meanings in the component: choose another name", name=name)
         diagnostics.error(Code.RESERVED_NAME, message, place)
 
 
@@ -93,7 +94,9 @@ def _report_marks(component: GeneratedComponent, diagnostics: Diagnostics) -> No
         end = lines[row.last]
         for index, line in enumerate(piece.lines):
             if line == end:
-                message = f"`{line.strip()}` is what ends code in a component: change this comment"
+                message = Message(
+                    "`{line}` is what ends code in a component: change this comment", line=line.strip()
+                )
                 place = Location(piece.path, *piece.code.place(index + 1, 1))
                 diagnostics.error(Code.BAD_CODE, message, place)
 
@@ -107,7 +110,7 @@ def _place(component: GeneratedComponent, wrong: CodeError, path: Path) -> Locat
     code = piece.code
     index = min(max(0, wrong.line - row.first), len(code.lines) - 1)
     line = component.text.split("\n")[wrong.line - 1]
-    error = code.error("", index + 1, wrong.column - max(0, line.find(code.lines[index])))
+    error = code.error(wrong.message, index + 1, wrong.column - max(0, line.find(code.lines[index])))
     return Location(piece.path, error.line, error.column)
 
 

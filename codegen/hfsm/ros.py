@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from ..files import read_regular
+from ..messages import Message
 
 if TYPE_CHECKING:
     from zenoh_ros2 import Types
@@ -54,10 +55,18 @@ def is_ros_name(name: str) -> bool:
     return len(name) <= _LONGEST_NAME and "__" not in name and _NAME.fullmatch(name) is not None
 
 
+class QosError(ValueError):
+    """A word means no quality of service."""
+
+    def __init__(self, message: Message) -> None:
+        super().__init__(message)
+        self.message = message
+
+
 def parse_qos(text: str) -> dict[str, object]:
     """Return the fields of `QoS` from words, such as `best_effort depth=5`, of which later ones win.
 
-    Raises ValueError.
+    Raises QosError.
     """
     found: dict[str, object] = {}
     for word in text.split():
@@ -67,8 +76,13 @@ def parse_qos(text: str) -> dict[str, object]:
         elif depth.isascii() and depth.isdigit() and 1 <= int(depth[:9]) <= _LARGEST_DEPTH:
             found["depth"] = int(depth)
         else:
-            known = ", ".join(_QOS)
-            raise ValueError(f"`{word[:40]}` is none of {known} and depth=1 to depth={_LARGEST_DEPTH}")
+            message = Message(
+                "`{word}` is none of {known} and depth=1 to depth={most}",
+                word=word[:40],
+                known=", ".join(_QOS),
+                most=_LARGEST_DEPTH,
+            )
+            raise QosError(message)
     return found
 
 
@@ -91,16 +105,20 @@ class RosTypes:
         types = self._loaded.types
         return [] if types is None else [*types.names(FOLDERS[kind])]
 
-    def problem(self, name: str, kind: str) -> str | None:
+    def problem(self, name: str, kind: str) -> Message | None:
         """Return why an interface of a kind cannot have a type, None if it can."""
         if re.fullmatch(rf"[a-z][a-z0-9_]*/{FOLDERS[kind]}/[A-Z][A-Za-z0-9]*", name) is None:
-            return f"`{name[:60]}` is not the type of {_WANTED[kind]}"
+            return Message("`{name}` is not the type of {wanted}", name=name[:60], wanted=_WANTED[kind])
         if name in self._loaded.failures:
-            return self._loaded.failures[name]
+            return Message.verbatim(self._loaded.failures[name])
         types = self._loaded.types
         if types is None:
-            return "the types of ROS are not installed: `pip install 'visualhfsm[ros2]'`"
-        return None if name in types.names(FOLDERS[kind]) else f"there is no type `{name}`"
+            return Message(
+                "the types of ROS are not installed: `{command}`", command="pip install 'visualhfsm[ros2]'"
+            )
+        if name in types.names(FOLDERS[kind]):
+            return None
+        return Message("there is no type `{name}`", name=name)
 
     def fields(self, type_name: str, operation: str = "publish") -> dict[str, str] | None:
         """Return the fields of the message that an operation takes, with their types as in a .msg file.
@@ -141,10 +159,10 @@ class _Loaded(NamedTuple):
 
 
 _WANTED: Final = {
-    "publish": "a topic, such as geometry_msgs/msg/Twist",
-    "subscribe": "a topic, such as sensor_msgs/msg/LaserScan",
-    "service": "a service, such as std_srvs/srv/Trigger",
-    "action": "an action, such as control_msgs/action/FollowJointTrajectory",
+    "publish": Message("a topic, such as geometry_msgs/msg/Twist"),
+    "subscribe": Message("a topic, such as sensor_msgs/msg/LaserScan"),
+    "service": Message("a service, such as std_srvs/srv/Trigger"),
+    "action": Message("an action, such as control_msgs/action/FollowJointTrajectory"),
 }
 
 

@@ -88,7 +88,7 @@ class Typing:
 
     async def problems(self, place: Place, code: str) -> list[tuple[str, int, int]]:
         found = await self.questions.ask("lint", self.version, place, code)
-        return [(each["code"], each["line"], each["column"]) for each in found]
+        return [(each.code, each.line, each.column) for each in found]
 
 
 def _at_cursor(text: str) -> tuple[str, int, int]:

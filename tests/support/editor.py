@@ -226,11 +226,11 @@ class Editor:
             yield client.sendall
 
     @contextlib.contextmanager
-    def window(self) -> Iterator[Window]:
-        """Open a window that has said hello."""
+    def window(self, language: str = "en") -> Iterator[Window]:
+        """Open a window that has said hello, in a language."""
         with self.socket() as socket:
             window = Window(socket)
-            window.hello = window.ask("hello")
+            window.hello = window.ask("hello", language=language)
             yield window
 
 

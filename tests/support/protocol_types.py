@@ -17,6 +17,7 @@ import msgspec
 from msgspec import inspect as shapes
 
 from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
+from codegen.messages import Message
 from interfaces.hfsm import Explanation, ReloadReport
 from visualhfsm._bodies import KnownBody
 from visualhfsm._code_help.answers import Completions, InterfaceDescription, Signature
@@ -191,6 +192,8 @@ class _Writer:
             case shapes.IntType() | shapes.FloatType() | shapes.EnumType():
                 return "number"
             case shapes.StrType():
+                return "string"
+            case shapes.CustomType(cls=kind) if kind is Message:
                 return "string"
             case shapes.NoneType():
                 return "null"

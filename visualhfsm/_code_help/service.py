@@ -12,9 +12,10 @@ import msgspec
 from codegen.hfsm.document import Document, Text
 from visualhfsm._editing.commands.text import with_code
 from visualhfsm._editing.places import Place
-from visualhfsm._editing.problems import UNTITLED
+from visualhfsm._editing.problems import UNTITLED, Problem
 from visualhfsm._editing.serialization import written
 from visualhfsm._errors import VisualHfsmError
+from visualhfsm._languages import decode_message
 from visualhfsm._line_process import LineProcess, NoAnswerError
 
 from .question import Question, Wanted
@@ -96,6 +97,8 @@ class CodeHelp:
             self._warm.discard(process)
             raise VisualHfsmError(f"no help with this code: {error}") from error
         self._warm.add(process)
+        if question.wanted == "lint":
+            return msgspec.json.decode(line, type=list[Problem], dec_hook=decode_message)
         return msgspec.json.decode(line)
 
     def _context_of(self, document: Document, place: Place) -> str:

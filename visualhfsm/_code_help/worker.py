@@ -18,6 +18,7 @@ from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterface, KnownInterfaces, find_interfaces
 from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Problem, find_problems
+from visualhfsm._languages import encode_message
 from visualhfsm._line_process import answer_lines
 
 from .answers import InterfaceDescription, OperationDescription
@@ -34,7 +35,7 @@ _FINDERS: Final = {"complete": complete, "explain": explain, "signature": signat
 
 def answer(line: bytes) -> bytes:
     """Answer a question."""
-    return msgspec.json.encode(_answer(msgspec.json.decode(line, type=Question)))
+    return msgspec.json.encode(_answer(msgspec.json.decode(line, type=Question)), enc_hook=encode_message)
 
 
 def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several

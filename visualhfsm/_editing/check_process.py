@@ -11,7 +11,9 @@ import msgspec
 
 from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from visualhfsm._errors import EditError
+from visualhfsm._languages import decode_message
 from visualhfsm._line_process import LineProcess, NoAnswerError
 
 from . import problems
@@ -44,13 +46,29 @@ class CheckProcess:
             question = Question(text, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
             try:
                 answer = self._process.ask(msgspec.json.encode(question), self._patience)
-                found = msgspec.json.decode(answer, type=Findings)
+                found = msgspec.json.decode(answer, type=Findings, dec_hook=decode_message)
             except (NoAnswerError, msgspec.MsgspecError):
                 continue
             if limit is None:
                 return found
-            return msgspec.structs.replace(found, problems=(*found.problems, _unchecked("model checker")))
-        return Findings(problems=(_unchecked("checks"),))
+            return msgspec.structs.replace(
+                found,
+                problems=(
+                    *found.problems,
+                    _unchecked(
+                        Message(
+                            "this revision is not checked by the model checker, which took too long or failed"
+                        )
+                    ),
+                ),
+            )
+        return Findings(
+            problems=(
+                _unchecked(
+                    Message("this revision is not checked by the checks, which took too long or failed")
+                ),
+            )
+        )
 
     def close(self) -> None:
         """End the process; a check that is running ends without a result."""
@@ -58,6 +76,5 @@ class CheckProcess:
         self._process.close()
 
 
-def _unchecked(what: str) -> Problem:
-    message = f"this revision is not checked by the {what}, which took too long or failed"
+def _unchecked(message: Message) -> Problem:
     return Problem(code="", severity=Severity.WARNING, message=message)

@@ -11,6 +11,7 @@ from typing import Final, Literal, NamedTuple
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Node, Parameter, State, Text, Transition
+from codegen.messages import Message
 
 CODE: Final = frozenset(
     ("argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables")
@@ -21,6 +22,27 @@ TEXTS: Final = CODE | frozenset(
 )
 """The parts of a document, automaton, state or transition that are typed."""
 
+_NAMED: Final = {
+    "argument": Message("argument"),
+    "code": Message("code"),
+    "entry": Message("entry"),
+    "events": Message("events"),
+    "exit": Message("exit code"),
+    "fired": Message("fired"),
+    "functions": Message("functions"),
+    "guard": Message("guard"),
+    "import": Message("import"),
+    "inputs": Message("inputs"),
+    "interfaces": Message("interfaces"),
+    "libraries": Message("libraries"),
+    "parameters": Message("parameters"),
+    "period": Message("period"),
+    "priority": Message("priority"),
+    "properties": Message("properties"),
+    "trigger": Message("trigger"),
+    "variables": Message("variables"),
+}
+"""What the parts of a document are called in messages; the others have the names of their elements."""
 _MOST_HITS: Final = 1000
 _LONGEST_EXCERPT: Final = 160
 
@@ -205,7 +227,7 @@ class Locator:
         best = max(found, key=likeness)  # the first of those that are alike
         return Located(best.place, line - best.line + 1, 0)
 
-    def name(self, located: Located) -> str:
+    def name(self, located: Located) -> Message:
         """Return a place in a few words, such as `code of look, line 2`."""
         place, line, _ = located
         automaton = self._document.automaton(place.automaton)
@@ -213,12 +235,26 @@ class Locator:
         if automaton is not None:
             elements = automaton.states if place.kind == "state" else automaton.transitions
         names = [each.name.strip() for each in elements if each.id == place.id]
-        owner = f"{place.kind} {place.id or place.automaton}" if place.automaton else "the component"
-        if place.kind == "automaton":
-            state = None if automaton is None else self._document.owner(automaton)
-            owner = "the root automaton" if state is None else f"the automaton of {state.name.strip()}"
-        words = f"{place.part} of {names[0] if names and names[0] else owner}" if place.part else owner
-        return f"{words}, line {line}" if line > 1 else words
+        name = names[0] if names else ""
+        words = self._owner(place, automaton)
+        if place.part:
+            owner = Message.verbatim(name) if name else words
+            words = Message("{part} of {owner}", part=_NAMED.get(place.part, place.part), owner=owner)
+        return Message("{place}, line {line}", place=words, line=line) if line > 1 else words
+
+    def _owner(self, place: Place, automaton: Automaton | None) -> Message:
+        match place.kind:
+            case "automaton":
+                state = None if automaton is None else self._document.owner(automaton)
+                if state is None:
+                    return Message("the root automaton")
+                return Message("the automaton of {state}", state=state.name.strip())
+            case "state":
+                return Message("state {id}", id=place.id)
+            case "transition":
+                return Message("transition {id}", id=place.id)
+            case "document":
+                return Message("the component")
 
     def _near(self, automaton: int, state: int) -> frozenset[tuple[str, int]]:
         """Return a state and the transitions that leave or enter it, as kinds and ids of places."""

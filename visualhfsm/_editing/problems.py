@@ -16,6 +16,8 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.loading import check_document
+from codegen.messages import Message
+from visualhfsm._languages import encode_message
 from visualhfsm._line_process import answer_lines
 
 from .places import Locator, Place
@@ -40,7 +42,7 @@ class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
     time_ms: float
     automaton: int
     kind: str
-    text: str
+    text: Message
     state: int
     origin: int | None = None
     transition: int | None = None
@@ -63,8 +65,8 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
 
     code: str
     severity: Severity
-    message: str
-    notes: tuple[str, ...] = ()
+    message: Message
+    notes: tuple[Message, ...] = ()
     place: Place | None = None
     line: int = 0
     column: int = 0
@@ -163,7 +165,9 @@ def _view(result: PropertyResult) -> CounterexampleView | None:
 def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:
     location = found.location
     notes = tuple(
-        f"{note.message} ({_where(note.location, file, locator)})" if note.location else note.message
+        Message("{note} ({place})", note=note.message, place=_where(note.location, file, locator))
+        if note.location
+        else note.message
         for note in found.notes
     )
     problem = Problem(
@@ -195,12 +199,17 @@ def _importers(document: Document, file: Path) -> Iterator[tuple[Path, Place]]:
             yield (file.parent / name).resolve(), place
 
 
-def _where(location: Location, file: Path, locator: Locator) -> str:
+def _where(location: Location, file: Path, locator: Locator) -> Message:
     """Return the place of a note in words: in this document, or a line of another file."""
     if location.path != file:
-        return f"{location.path.name}, line {location.line}" if location.line else location.path.name
+        name = location.path.name
+        return (
+            Message("{file}, line {line}", file=name, line=location.line)
+            if location.line
+            else Message.verbatim(name)
+        )
     located = locator.find(location.line, location.column) if location.line else None
-    return locator.name(located) if located else "in this document"
+    return locator.name(located) if located else Message("in this document")
 
 
 class Question(msgspec.Struct, frozen=True):
@@ -220,7 +229,7 @@ def _answer(line: bytes) -> bytes:
         [Path(directory) for directory in question.include],
         limit=question.limit,
     )
-    return msgspec.json.encode(found)
+    return msgspec.json.encode(found, enc_hook=encode_message)
 
 
 if __name__ == "__main__":

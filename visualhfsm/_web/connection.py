@@ -16,6 +16,7 @@ from typing import Final
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from codegen.messages import Message, reason
 from visualhfsm._errors import ErrorKind, VisualHfsmError
 
 from . import protocol as p
@@ -89,7 +90,7 @@ class _Connection:
                 request = p.decode_request(text)
             except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
                 why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-                self._refuse(p.request_id(text), f"not a request: {why}", "malformed")
+                self._refuse(p.request_id(text), Message.verbatim(f"not a request: {why}"), "malformed")
                 continue
             match lane_of(request):
                 case Lane.AT_ONCE:
@@ -113,7 +114,7 @@ class _Connection:
         """Answer a request concurrently, unless too many of its lane are under way."""
         tasks = self._under_way[lane]
         if len(tasks) >= self._limits.concurrent_operations:
-            self._refuse(request.id, "too many requests are under way", "busy")
+            self._refuse(request.id, Message("too many requests are under way"), "busy")
             return
         task = asyncio.create_task(self._answer(request), name=type(request).__name__)
         tasks.add(task)
@@ -125,12 +126,13 @@ class _Connection:
                 value = await HANDLERS[type(request)].handle(self._workspace, self._window, request)
             self._window.answer(p.Answer(re=request.id, ok=value))
         except VisualHfsmError as error:
-            self._refuse(request.id, str(error), error.kind)
+            self._refuse(request.id, reason(error), error.kind)
         except TimeoutError:
-            self._refuse(request.id, "it took too long", "timeout")
+            self._refuse(request.id, Message("it took too long"), "timeout")
         except Exception:  # the page gets no details of an internal error
             _logger.exception("the request %s failed", type(request).__name__)
-            self._refuse(request.id, "an internal error; the log of the editor has the details", "internal")
+            message = Message("an internal error; the log of the editor has the details")
+            self._refuse(request.id, message, "internal")
 
-    def _refuse(self, request: int | None, error: str, kind: ErrorKind) -> None:
+    def _refuse(self, request: int | None, error: Message, kind: ErrorKind) -> None:
         self._window.answer(p.ErrorAnswer(re=request, error=error, kind=kind))

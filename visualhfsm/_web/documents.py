@@ -12,6 +12,7 @@ from typing import Any
 
 from visualhfsm._bodies import find_bodies
 from visualhfsm._errors import EditError
+from visualhfsm._languages import known_language
 from visualhfsm._robots import find_worlds
 from visualhfsm._services import complete
 from visualhfsm._sessions.templates import find_templates
@@ -23,11 +24,11 @@ from .window import Window
 from .workspace import Workspace
 
 
-async def hello(workspace: Workspace, window: Window, _: p.Hello) -> dict[str, Any]:
+async def hello(workspace: Workspace, window: Window, request: p.Hello) -> dict[str, Any]:
     """Send a window the whole state."""
     templates = await workspace.threads.do(find_templates)
     root = workspace.project.root.directory
-    workspace.greet(window)
+    workspace.greet(window, known_language(request.language))
     return {
         "root": str(root),
         "templates": [{"name": each.name, "description": each.description} for each in templates],

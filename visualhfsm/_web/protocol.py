@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 
 import msgspec
 
+from codegen.messages import Message
 from visualhfsm._editing.commands import AnyCommand
 from visualhfsm._editing.commands.transitions import TransitionType
 from visualhfsm._editing.places import Place
 from visualhfsm._editing.problems import Problem
 from visualhfsm._errors import ErrorKind
+from visualhfsm._languages import ENGLISH, encoder
 from visualhfsm._services import Push, tag
 from visualhfsm._sessions.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
@@ -43,7 +45,9 @@ class _Request(
 
 
 class Hello(_Request):
-    """Ask for the whole state; the first request of a window."""
+    """Ask for the whole state, in a language such as `es`; the first request of a window."""
+
+    language: Name = ENGLISH
 
 
 class Open(_Request):
@@ -462,7 +466,7 @@ class ErrorAnswer(msgspec.Struct, kw_only=True):
     """Why an operation was not done; `re` is missing when the request's own id could not be read."""
 
     re: int | None
-    error: str
+    error: Message
     kind: ErrorKind
 
 
@@ -559,5 +563,6 @@ class Outside(Push):
     message: str = ""
 
 
-encode: Final[Callable[[Answer | ErrorAnswer | Push], bytes]] = msgspec.json.Encoder().encode
-"""Return the text of a message."""
+def encode(message: Answer | ErrorAnswer | Push, language: str = ENGLISH) -> bytes:
+    """Return the text of a message, in the language of a window."""
+    return encoder(language).encode(message)

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from visualhfsm._editing.diff import differ
 from visualhfsm._editing.places import texts_at
 from visualhfsm._editing.problems import Problem
@@ -209,7 +210,7 @@ def _problem(failed: Failed) -> Problem:
     return Problem(
         code=FAILED,
         severity=Severity.ERROR,
-        message=failed.message,
+        message=Message.verbatim(failed.message),
         place=failed.place,
         line=failed.line,
         column=len(written) - len(written.lstrip()) + 1 if failed.line else 0,

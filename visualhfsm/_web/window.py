@@ -23,6 +23,7 @@ import msgspec
 
 from codegen.hfsm.document import Automaton, Document, State, Transition
 from visualhfsm._editing.views import view
+from visualhfsm._languages import ENGLISH
 from visualhfsm._services import Output, Push, RecentLines, RunPush, Snapshot, Stale, Structure
 from visualhfsm._sessions import session as sessions
 
@@ -53,6 +54,7 @@ class Window:
         self.greeted = False
         self.key: Final = key
         """The key by which its page is let in again after a restart of the editor."""
+        self._language = ENGLISH
         self._sent: dict[int, Sent] = {}  # the documents as the window has them, by tab
         self._answers: list[bytes] = []
         self._pushes: dict[tuple[Hashable, object], Push | Tab] = {}
@@ -63,14 +65,15 @@ class Window:
         """Set while the window shows output: the end of our patience."""
         self._filled = asyncio.Event()
 
-    def greet(self) -> None:
-        """Send everything from now on; the window knows nothing yet."""
+    def greet(self, language: str = ENGLISH) -> None:
+        """Send everything from now on, in one of LANGUAGES; the window knows nothing yet."""
         self.greeted = True
+        self._language = language
         self._sent.clear()
 
     def answer(self, answer: Answer | ErrorAnswer) -> None:
         """Send an answer; everything that was pushed before goes first."""
-        self._answers.append(encode(answer))
+        self._answers.append(encode(answer, self._language))
         self._filled.set()
 
     def push(self, push: Push) -> None:
@@ -121,7 +124,7 @@ class Window:
                 for message in self._news():
                     await send(message.decode())
                 if self._output and self._showing is None and not self._filled.is_set():
-                    output = encode(self._take_output(next(iter(self._output))))
+                    output = encode(self._take_output(next(iter(self._output))), self._language)
                     self._showing = asyncio.get_running_loop().call_later(_SHOWN, self.output_shown)
                     await send(output.decode())
         finally:
@@ -137,7 +140,7 @@ class Window:
             if isinstance(news, RunPush) and news.status == "ended" and news.tab in self._output:
                 messages.append(self._take_output(news.tab))  # its last lines say why it ended
             messages.append(self._document(news) if isinstance(news, Tab) else news)
-        return [*map(encode, messages), *answers]
+        return [*(encode(each, self._language) for each in messages), *answers]
 
     def _take_output(self, tab: int) -> Output:
         output = self._output.pop(tab)

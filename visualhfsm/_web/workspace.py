@@ -191,10 +191,10 @@ class Workspace:
 
     # ---------------------------------------------------------------------------------------- windows
 
-    def greet(self, window: Window) -> None:
-        """Send a window everything, and from now on every change."""
+    def greet(self, window: Window, language: str) -> None:
+        """Send a window everything, and from now on every change, in its language."""
         self.windows.add(window)
-        window.greet()
+        window.greet(language)
         window.push(self._state())
         window.push(self._shelf)
         window.push(self.realm.robot)

@@ -7,6 +7,7 @@ with the original generators is a warning and not an error, so that old document
 from __future__ import annotations
 
 from ...diagnostics import Diagnostics, Location, Note
+from ...messages import Message
 from .._effects import CodeEffects
 from ..analysis import Analysis
 from ..code.language import first_foreign, is_undeclared_cpp, notes_about, report_foreign
@@ -67,7 +68,7 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
         return
     for text, file, error in analysis.problems:
         place = Location(file, error.line, max(1, error.column))
-        report.error(Code.BAD_CODE, str(error), place, notes_about(text.text))
+        report.error(Code.BAD_CODE, error.message, place, notes_about(text.text))
     reserved = reserved_names(document)
     if extension is not None:
         reserved |= {"load_extension", extension.class_name}
@@ -86,8 +87,11 @@ def _report_cpp(analysis: Analysis, report: Report) -> None:
     """Report once that the code is C++, instead of each place where it is not Python."""
     first = analysis.problems[0]
     place = Location(first.path, first.error.line, max(1, first.error.column))
-    notes = [Note(f"as Python it is wrong here: {first.error}"), *notes_about(first.text.text)]
-    message = "most of the code looks like C++: it is kept, but only Python can run"
+    notes = [
+        Note(Message("as Python it is wrong here: {error}", error=first.error.message)),
+        *notes_about(first.text.text),
+    ]
+    message = Message("most of the code looks like C++: it is kept, but only Python can run")
     report.error(Code.FOREIGN_LANGUAGE, message, place, notes)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from ...diagnostics import Note, did_you_mean
+from ...messages import Message, all_of
 from .._old_names import CLIENT_METHODS, LOCK
 from ..analysis import Access, Analysis, Piece
 from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
@@ -82,8 +83,13 @@ def _check_known(found: Iterable[Access], names: set[str], known: KnownInterface
             continue
         notes = list(did_you_mean(name, names))
         if len(access.path) > 1 and (interface := _guess(name, known)):
-            notes.append(Note(f"a proxy of `{interface}` has to be declared as an interface"))
-        message = f"`self.{name}` is not an interface, function or parameter, and is never assigned"
+            advice = Message(
+                "a proxy of `{interface}` has to be declared as an interface", interface=interface
+            )
+            notes.append(Note(advice))
+        message = Message(
+            "`self.{name}` is not an interface, function or parameter, and is never assigned", name=name
+        )
         report.warning(Code.UNKNOWN_ATTRIBUTE, message, access.place(0), notes)
 
 
@@ -112,7 +118,11 @@ def _check_calls(
         if access.path[1] in CLIENT_METHODS.get(interface.scoped_name, ()):
             _note_client_method(access, report)
         elif operation is None:
-            message = f"`{interface.scoped_name}` has no operation `{access.path[1]}`"
+            message = Message(
+                "`{interface}` has no operation `{name}`",
+                interface=interface.scoped_name,
+                name=access.path[1],
+            )
             notes = did_you_mean(access.path[1], available)
             report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), notes)
         elif len(access.path) == 2:
@@ -123,7 +133,10 @@ def _check_calls(
 
 def _note_client_method(access: Access, report: Report) -> None:
     method = access.path[1]
-    message = f"`{method}` is a method of JdeRobot's library for clients, and no operation of the interface"
+    message = Message(
+        "`{method}` is a method of JdeRobot's library for clients, and no operation of the interface",
+        method=method,
+    )
     report.note(Code.OLD_NAME, message, access.place(1))
 
 
@@ -139,10 +152,18 @@ def _check_stream(access: Access, operation: Operation, report: Report) -> None:
         if len(access.path) == 3:
             check_call(access, operation, report)
     elif not operation.is_streamed:
-        message = f"`{operation.name}` is not streamed and has no `{name}`: it can only be called"
+        message = Message(
+            "`{operation}` is not streamed and has no `{name}`: it can only be called",
+            operation=operation.name,
+            name=name,
+        )
         report.warning(Code.UNKNOWN_OPERATION, message, access.place(2))
     elif name not in STREAM:
-        message = f"a streamed operation has no `{name}`: it has {', '.join([_BEGIN, *STREAM])}"
+        message = Message(
+            "a streamed operation has no `{name}`: it has {offered}",
+            name=name,
+            offered=", ".join([_BEGIN, *STREAM]),
+        )
         report.warning(Code.UNKNOWN_OPERATION, message, access.place(2), did_you_mean(name, STREAM))
     elif len(access.path) == 3:
         check_call(access, STREAM[name], report)
@@ -161,18 +182,30 @@ def check_call(access: Access, operation: Operation, report: Report) -> None:
     wrong = next((name for name in names if name not in parameters and name not in operation.by_name), None)
     missing = [name for name in parameters[: operation.required] if name not in (*given, *names)]
     if len(call.args) > len(parameters):
-        message = f"`{operation.name}` takes {_count(parameters)}, but gets {len(call.args)}"
+        message = Message(
+            "`{operation}` takes {parameters}, but gets {given}",
+            operation=operation.name,
+            parameters=_count(parameters),
+            given=len(call.args),
+        )
     elif wrong is not None:
-        message = f"`{operation.name}` has no parameter `{wrong}`"
+        message = Message("`{operation}` has no parameter `{name}`", operation=operation.name, name=wrong)
     elif missing:
-        message = f"`{operation.name}` is called without {' and '.join(f'`{name}`' for name in missing)}"
+        message = Message(
+            "`{operation}` is called without {missing}",
+            operation=operation.name,
+            missing=all_of([f"`{name}`" for name in missing]),
+        )
     elif repeated := [name for name in names if name in given]:
-        message = f"`{operation.name}` gets `{repeated[0]}` twice"
+        message = Message("`{operation}` gets `{name}` twice", operation=operation.name, name=repeated[0])
     else:
         return
-    note = Note(f"call it as `{operation.name}({', '.join(parameters)})`")
+    example = f"`{operation.name}({', '.join(parameters)})`"
+    note = Note(Message("call it as {example}", example=example))
     report.warning(Code.BAD_CALL, message, access.place(-1), [note])
 
 
-def _count(parameters: Sequence[str]) -> str:
-    return {0: "no argument", 1: "1 argument"}.get(len(parameters), f"{len(parameters)} arguments")
+def _count(parameters: Sequence[str]) -> Message:
+    if not parameters:
+        return Message("no argument")
+    return Message.counted("{count} argument", "{count} arguments", count=len(parameters))

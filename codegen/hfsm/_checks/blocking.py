@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from ...diagnostics import Note
+from ...messages import Message
 from ..analysis import Analysis, Piece, imported_names
 from ..code._values import milliseconds, seconds, truth
 from ..code.text import dotted, own_nodes
@@ -31,7 +32,7 @@ _WAITS_WITHOUT_TIMEOUT: Final = frozenset(
     }
 )
 _EXITS: Final = frozenset({"exit", "os._exit", "quit", "sys.exit"})
-_ENDLESS: Final = "this loop never ends"
+_ENDLESS: Final = Message("this loop never ends")
 
 
 def check_blocking(analysis: Analysis, report: Report) -> None:
@@ -77,11 +78,11 @@ class _Checker:
     def check(self, piece: Piece, tree: ast.AST, self_name: str, period: float | None) -> None:
         """Check a piece of code, or a function in it; `period` is in ms, None before the first cycle."""
         if period is None:
-            note = Note("the variables are set before the first cycle, which waits for them")
+            note = Note(Message("the variables are set before the first cycle, which waits for them"))
         else:
-            who = "a cycle that calls the function" if piece.is_functions else "the cycle"
-            advice = "wait with a timed transition instead, or check in each cycle"
-            note = Note(f"{who} has {period:g} ms; {advice}")
+            who = Message("a cycle that calls the function") if piece.is_functions else Message("the cycle")
+            advice = Message("wait with a timed transition instead, or check in each cycle")
+            note = Note(Message("{who} has {period:g} ms; {advice}", who=who, period=period, advice=advice))
         modules = dict(self._libraries)
         for node in own_nodes(tree):
             if isinstance(node, ast.Import | ast.ImportFrom):
@@ -95,24 +96,28 @@ class _Checker:
                 case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples")) as where) if not _has_way_out(
                     node
                 ):
-                    message = f"{_ENDLESS}: `samples` continues as long as there are samples"
+                    message = Message(
+                        "this loop never ends: `samples` continues as long as there are samples"
+                    )
                 case _:
                     continue
             if message is not None:
                 self._report.warning(Code.BLOCKING_CALL, message, piece.place(where), [note])
 
-    def _blocking(self, call: ast.Call, name: str, period: float | None) -> str | None:
+    def _blocking(self, call: ast.Call, name: str, period: float | None) -> Message | None:
         """Return why a call of a function, given by its full name, blocks, or None if it does not."""
         if name in _WAITS:
-            return f"`{name}` waits without a limit"
+            return Message("`{name}` waits without a limit", name=name)
         has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
         if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
-            return f"`{name}` waits without a limit: it has no `timeout`"
+            return Message("`{name}` waits without a limit: it has no `timeout`", name=name)
         if name in self._sleeps and period is not None:
             argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
             duration = None if argument is None else seconds(argument)
             if duration is not None and duration * 1000 > period:
-                return f"`{name}` waits for {duration:g} s, longer than the period"
+                return Message(
+                    "`{name}` waits for {duration:g} s, longer than the period", name=name, duration=duration
+                )
         return None
 
 

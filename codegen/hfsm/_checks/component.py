@@ -17,6 +17,7 @@ from zenoh_ice.application import hidden_interfaces
 
 from ...diagnostics import Location, Note, did_you_mean
 from ...files import is_regular
+from ...messages import NO_MESSAGE, Message, any_of
 from .._extension import component_path
 from ..analysis import Analysis, imported_names
 from ..code._values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
@@ -74,7 +75,12 @@ def check_component(document: Document, known: KnownInterfaces, report: Report) 
     for element, text, values in policies:
         value = text.text.strip()
         if value not in ("", *values):
-            message = f"`{element}` must be {' or '.join(f'`{each}`' for each in values)}, not `{value[:40]}`"
+            message = Message(
+                "`{element}` must be {values}, not `{value}`",
+                element=element,
+                values=any_of([f"`{each}`" for each in values]),
+                value=value[:40],
+            )
             report.error(Code.BAD_POLICY, message, report.place(document, text))
     first: dict[str, Interface | RosInterface] = {}
     for each in document.all_interfaces:
@@ -82,8 +88,10 @@ def check_component(document: Document, known: KnownInterfaces, report: Report) 
         first.setdefault(each.name, each)
     for interface in document.interfaces:
         if not _IDENTITY.fullmatch(interface.identity):
-            message = f"`{interface.identity[:60]}` is not a valid identity of a servant"
-            note = Note("use only letters, digits and _ . -; `@realm` may follow")
+            message = Message(
+                "`{identity}` is not a valid identity of a servant", identity=interface.identity[:60]
+            )
+            note = Note(Message("use only letters, digits and _ . -; `@realm` may follow"))
             report.error(Code.BAD_IDENTITY, message, interface, [note])
         _check_type(interface, known, report)
 
@@ -93,8 +101,12 @@ def check_file_name(analysis: Analysis, report: Report) -> None:
     name = identifier(analysis.path.stem, "component")
     imported = analysis.libraries.values()
     if name in _LIBRARIES or name in {library.split(".")[0] for library in imported}:
-        message = f"its component {name}.py would shadow the library `{name}`: rename the document"
-        note = Note(f"programs that are started in its directory would import {name}.py instead")
+        message = Message(
+            "its component {name}.py would shadow the library `{name}`: rename the document", name=name
+        )
+        note = Note(
+            Message("programs that are started in its directory would import {name}.py instead", name=name)
+        )
         report.warning(Code.HIDDEN_LIBRARY, message, Location(analysis.path), [note])
 
 
@@ -108,7 +120,11 @@ def check_neighbors(path: Path, report: Report) -> None:
     for other in others:
         is_same = other.name != path.name and component_path(other, None) == target
         if is_same and is_regular(other) and looks_like_document(other):
-            message = f"{other.name} has the same component, {target.name}: rename one of them"
+            message = Message(
+                "{other} has the same component, {target}: rename one of them",
+                other=other.name,
+                target=target.name,
+            )
             report.error(Code.SAME_COMPONENT, message, Location(path))
 
 
@@ -116,14 +132,14 @@ def check_hidden_interfaces(analysis: Analysis, report: Report) -> None:
     """Check that no module hides the package `interfaces` from the component, which looks beside it first."""
     target = component_path(analysis.path, analysis.output)
     if hidden := hidden_interfaces([str(target.parent.resolve())]):
-        report.error(Code.HIDDEN_INTERFACES, hidden, Location(analysis.path))
+        report.error(Code.HIDDEN_INTERFACES, Message.verbatim(hidden), Location(analysis.path))
 
 
 def check_libraries(analysis: Analysis, reserved: Collection[str], report: Report) -> None:
     """Check that no library has a name that is `reserved` for the component."""
     for each in analysis.imports:
         for name in sorted(imported_names(each.node).keys() & reserved):
-            message = f"`{name}` is a reserved name: choose another"
+            message = Message("`{name}` is a reserved name: choose another", name=name)
             place = Location(each.library.path or analysis.path, each.library.name.line)
             report.error(Code.RESERVED_NAME, message, place)
 
@@ -135,18 +151,17 @@ def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
         for node in definitions(piece.tree):
             name, place = node.name, Location(piece.path, piece.code.line + node.lineno - 1)
             if name == "automaton" or name.startswith("_hfsm"):
-                message = f"`self.{name}` belongs to every component: rename the function"
+                message = Message("`self.{name}` belongs to every component: rename the function", name=name)
                 report.error(Code.FUNCTION_NAME_TAKEN, message, place)
             elif name in first:
-                note = Note("the first is here", first[name])
-                report.error(
-                    Code.FUNCTION_NAME_TAKEN, f"a second function has the name `{name}`", place, [note]
-                )
+                note = Note(Message("the first is here"), first[name])
+                message = Message("a second function has the name `{name}`", name=name)
+                report.error(Code.FUNCTION_NAME_TAKEN, message, place, [note])
             first.setdefault(name, place)
     for interface in analysis.document.all_interfaces:
         if interface.name in first:
-            note = Note("the function is here", first[interface.name])
-            message = f"`{interface.name}` is both an interface and a function"
+            note = Note(Message("the function is here"), first[interface.name])
+            message = Message("`{interface}` is both an interface and a function", interface=interface.name)
             report.error(Code.FUNCTION_NAME_TAKEN, message, interface, [note])
     return first
 
@@ -158,25 +173,31 @@ def check_parameters(document: Document, functions: dict[str, Location], report:
     for parameter in document.parameters:
         name = parameter.name
         notes: list[Note] = []
-        problem = ""
+        problem = NO_MESSAGE
         if not name.isidentifier() or not name.isascii() or keyword.iskeyword(name):
-            problem = f"`{name[:60]}` cannot be a parameter: use only ASCII letters, digits and _"
+            problem = Message(
+                "`{name}` cannot be a parameter: use only ASCII letters, digits and _", name=name[:60]
+            )
         elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
-            problem = f"`self.{name}` belongs to every component: choose another name"
+            problem = Message("`self.{name}` belongs to every component: choose another name", name=name)
         elif name in STANDARD_OPTIONS:
-            problem = f"`--{name.replace('_', '-')}` is an option of every component: choose another name"
+            problem = Message(
+                "`--{name}` is an option of every component: choose another name", name=name.replace("_", "-")
+            )
         elif name in first:
-            problem = f"a second parameter has the name `{name}`"
+            problem = Message("a second parameter has the name `{name}`", name=name)
             notes = [report.first(first[name])]
         elif name.startswith("no_") and _is_flag(first.get(name[3:])):
-            problem = f"`--no-{name[3:]}` turns the parameter `{name[3:]}` off: choose another name"
-            notes = [Note("that parameter is here", report.place(first[name[3:]]))]
+            problem = Message(
+                "`--no-{name}` turns the parameter `{name}` off: choose another name", name=name[3:]
+            )
+            notes = [Note(Message("that parameter is here"), report.place(first[name[3:]]))]
         elif name in interfaces:
-            problem = f"`{name}` is both a parameter and an interface"
-            notes = [Note("the interface is here", report.place(interfaces[name]))]
+            problem = Message("`{name}` is both a parameter and an interface", name=name)
+            notes = [Note(Message("the interface is here"), report.place(interfaces[name]))]
         elif name in functions:
-            problem = f"`{name}` is both a parameter and a function"
-            notes = [Note("the function is here", functions[name])]
+            problem = Message("`{name}` is both a parameter and a function", name=name)
+            notes = [Note(Message("the function is here"), functions[name])]
         if problem:
             report.error(Code.BAD_PARAMETER, problem, parameter, notes)
         first.setdefault(name, parameter)
@@ -187,20 +208,26 @@ def _check_default(parameter: Parameter, report: Report) -> None:
     type_name = parameter.type.text.strip()
     wrong = parameter.type
     if type_name not in PARAMETER_TYPES:
-        found = f", not `{type_name[:40]}`" if type_name else ""
-        problem = f"its type must be one of {', '.join(PARAMETER_TYPES)}{found}"
+        known = ", ".join(PARAMETER_TYPES)
+        problem = Message("its type must be one of {known}", known=known)
+        if type_name:
+            problem = Message(
+                "its type must be one of {known}, not `{type}`", known=known, type=type_name[:40]
+            )
     else:
         wrong = parameter.default
         try:
             if not wrong.is_blank:
                 parse_value(type_name, wrong)
                 return
-            problem = f"it has no default: write one, such as `{EXAMPLES[type_name]}`"
+            example = EXAMPLES[type_name]
+            problem = Message("it has no default: write one, such as `{example}`", example=example)
         except ValueTextError as error:
-            problem = str(error)
+            problem = error.message
     where = parameter if wrong.is_blank else wrong
     place = Location(report.place(parameter).path, where.line, max(1, where.column))
-    report.error(Code.BAD_PARAMETER, f"the parameter `{parameter.name}`: {problem}", place)
+    message = Message("the parameter `{name}`: {problem}", name=parameter.name, problem=problem)
+    report.error(Code.BAD_PARAMETER, message, place)
 
 
 def _is_flag(parameter: Parameter | None) -> bool:
@@ -219,19 +246,16 @@ def _check_name(
     name = interface.name
     place = report.place(interface)
     if not _is_attribute(name):
-        message = f"`{name}` cannot be an attribute of `self`: use only letters, digits and _"
+        message = Message(
+            "`{name}` cannot be an attribute of `self`: use only letters, digits and _", name=name
+        )
         report.error(Code.BAD_INTERFACE_NAME, message, place)
     elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
-        report.error(
-            Code.BAD_INTERFACE_NAME, f"`self.{name}` belongs to every component: choose another", place
-        )
+        message = Message("`self.{name}` belongs to every component: choose another", name=name)
+        report.error(Code.BAD_INTERFACE_NAME, message, place)
     elif name in first:
-        report.error(
-            Code.BAD_INTERFACE_NAME,
-            f"a second interface has the name `{name}`",
-            place,
-            [report.first(first[name])],
-        )
+        message = Message("a second interface has the name `{name}`", name=name)
+        report.error(Code.BAD_INTERFACE_NAME, message, place, [report.first(first[name])])
 
 
 def _check_type(interface: Interface, known: KnownInterfaces, report: Report) -> None:
@@ -240,20 +264,19 @@ def _check_type(interface: Interface, known: KnownInterfaces, report: Report) ->
         return
     place = report.place(interface)
     if found:
-        names = " or ".join(f"`{candidate.scoped_name}`" for candidate in found)
-        report.error(Code.UNKNOWN_INTERFACE, f"`{interface.type}` is ambiguous: write {names}", place)
+        names = any_of([f"`{candidate.scoped_name}`" for candidate in found])
+        message = Message("`{type}` is ambiguous: write {names}", type=interface.type, names=names)
+        report.error(Code.UNKNOWN_INTERFACE, message, place)
         return
     if not interface.type.strip():
-        report.error(
-            Code.UNKNOWN_INTERFACE,
-            f"the interface `{interface.name}` has no type: write one, such as `Camera`",
-            place,
+        message = Message(
+            "the interface `{name}` has no type: write one, such as `Camera`", name=interface.name
         )
+        report.error(Code.UNKNOWN_INTERFACE, message, place)
         return
     notes = [
         *did_you_mean(interface.type, known.by_name),
-        Note("run codegen on its IDL; proxies outside the package `interfaces` are found with -I"),
+        Note(Message("run codegen on its IDL; proxies outside the package `interfaces` are found with -I")),
     ]
-    report.error(
-        Code.UNKNOWN_INTERFACE, f"there is no proxy for an interface `{interface.type}`", place, notes
-    )
+    message = Message("there is no proxy for an interface `{type}`", type=interface.type)
+    report.error(Code.UNKNOWN_INTERFACE, message, place, notes)

@@ -9,6 +9,7 @@ import ast
 from collections.abc import Collection
 
 from ...diagnostics import Location, did_you_mean
+from ...messages import Message
 from .._effects import CodeEffects
 from ..analysis import Piece
 from ..code.text import all_nodes
@@ -40,17 +41,25 @@ def check_events(effects: CodeEffects, report: Report) -> None:
             awaited.add(name)
             who = transition_label(transition)
             if is_complete and name not in {*sent, *declared}:
-                message = f"{who} waits for the event `{name}`, which is neither sent nor declared"
+                message = Message(
+                    "{transition} waits for the event `{name}`, which is neither sent nor declared",
+                    transition=who,
+                    name=name,
+                )
                 known = did_you_mean(name, {*sent, *declared})
                 report.warning(
                     Code.UNSENT_EVENT, message, report.place(transition, transition.trigger), known
                 )
             elif is_complete and name not in declared and not senders.reach(name, automaton):
-                message = f"the event `{name}` is sent only while the automaton of {who} is a ghost"
+                message = Message(
+                    "the event `{name}` is sent only while the automaton of {transition} is a ghost",
+                    name=name,
+                    transition=who,
+                )
                 report.warning(Code.UNSENT_EVENT, message, report.place(transition, transition.trigger))
     for name, place in {**sent, **declared}.items():
         if name not in awaited:
-            message = f"no transition waits for the event `{name}`"
+            message = Message("no transition waits for the event `{name}`", name=name)
             report.warning(Code.UNUSED_EVENT, message, place, did_you_mean(name, awaited))
 
 

@@ -17,6 +17,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import pairwise
 
 from ...diagnostics import Note
+from ...messages import Message
 from ..analysis import AutomatonCode, Piece
 from ..code.text import bound_names, evaluated_at_once
 from ..codes import Code
@@ -243,10 +244,10 @@ class _Flow:
             if isinstance(target, ast.Name) and target.id == name and isinstance(target.ctx, ast.Store)
         )
         first = next(stores, None)
-        notes = [Note("give it an initial value in the variables")]
+        notes = [Note(Message("give it an initial value in the variables"))]
         if first is not None:
-            notes.insert(0, Note("it gets a value here", first[0].place(first[1], len(name))))
-        message = f"`{name}` may be read before it is assigned"
+            notes.insert(0, Note(Message("it gets a value here"), first[0].place(first[1], len(name))))
+        message = Message("`{name}` may be read before it is assigned", name=name)
         self._report.warning(Code.UNSET_VARIABLE, message, piece.place(node, len(name)), notes)
 
     def _follow(self) -> None:

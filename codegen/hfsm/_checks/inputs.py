@@ -7,6 +7,7 @@ import keyword
 from collections.abc import Collection, Mapping
 
 from ...diagnostics import Note, did_you_mean
+from ...messages import NO_MESSAGE, Message, any_of
 from ..analysis import AutomatonCode
 from ..code._values import INPUT_TYPES, ValueTextError, parse_value
 from ..codes import Code
@@ -23,22 +24,30 @@ def check_inputs(document: Document, code: AutomatonCode, reserved: Collection[s
     for item in code.automaton.inputs:
         name, type_name = item.name, item.type.text.strip()
         notes = [report.first(first[name])] if name in first else []
-        problem = ""
+        problem = NO_MESSAGE
         if not name.isidentifier() or keyword.iskeyword(name) or name in reserved or name == "event":
-            problem = f"`{name[:60]}` cannot be an input: it is not a valid name of a variable"
+            problem = Message(
+                "`{name}` cannot be an input: it is not a valid name of a variable", name=name[:60]
+            )
         elif name in first:
-            problem = f"a second input has the name `{name}`"
+            problem = Message("a second input has the name `{name}`", name=name)
         elif name in bound:
-            problem = f"the input `{name}` is also set by the variables: delete it there"
+            problem = Message("the input `{name}` is also set by the variables: delete it there", name=name)
         elif type_name not in INPUT_TYPES:
-            problem = f"the type of the input `{name}` must be one of {', '.join(INPUT_TYPES)}"
+            problem = Message(
+                "the type of the input `{name}` must be one of {known}",
+                name=name,
+                known=", ".join(INPUT_TYPES),
+            )
         elif not item.default.is_blank:
             try:
                 parse_value(type_name, item.default)
             except ValueTextError as error:
-                problem = f"the default of the input `{name}`: {error}"
+                problem = Message(
+                    "the default of the input `{name}`: {error}", name=name, error=error.message
+                )
         elif document.owner(code.automaton) is None:
-            problem = f"the input `{name}` needs a default: no state owns this automaton"
+            problem = Message("the input `{name}` needs a default: no state owns this automaton", name=name)
         if problem:
             report.error(Code.BAD_INPUT, problem, item, notes)
         first.setdefault(name, item)
@@ -55,15 +64,20 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
             continue
         child, declared = found
         if (child, argument.name) in given:
-            message = f"{_label(state)} passes `{argument.name}` twice"
+            message = Message("{state} passes `{name}` twice", state=_label(state), name=argument.name)
             first = given[child, argument.name]
             report.error(Code.BAD_INPUT, message, argument, [report.first(first)])
         given.setdefault((child, argument.name), argument)
         _check_literal(argument, declared, report)
     for child, item in below:
         if item.default.is_blank and (child, item.name) not in given:
-            message = f"{_label(state)} has to pass `{item.name}` to automaton {child}: it has no default"
-            note = Note("the input is here", report.place(item))
+            message = Message(
+                "{state} has to pass `{name}` to automaton {child}: it has no default",
+                state=_label(state),
+                name=item.name,
+                child=child,
+            )
+            note = Note(Message("the input is here"), report.place(item))
             report.error(Code.BAD_INPUT, message, state, [note])
 
 
@@ -77,23 +91,29 @@ def _target(
         return argument.child, found[argument.child]
     if argument.child != NO_CHILD:
         if argument.child in state.children:
-            message = f"automaton {argument.child} has no input `{named}`"
+            message = Message("automaton {child} has no input `{name}`", child=argument.child, name=named)
         else:
-            message = f"{label} does not own automaton {argument.child}"
+            message = Message("{state} does not own automaton {child}", state=label, child=argument.child)
     elif len(found) == 1:
         return next(iter(found.items()))
     elif found:
-        ids = " or ".join(f'`child="{child}"`' for child in found)
-        message = f"several automata of {label} have an input `{named}`: write {ids}"
+        ids = any_of([f'`child="{child}"`' for child in found])
+        message = Message(
+            "several automata of {state} have an input `{name}`: write {ids}",
+            state=label,
+            name=named,
+            ids=ids,
+        )
     else:
-        message = f"no automaton of {label} has an input `{named}`"
+        message = Message("no automaton of {state} has an input `{name}`", state=label, name=named)
     known = did_you_mean(named, [item.name for _, item in below])
     report.error(Code.BAD_INPUT, message, argument, known)
     return None
 
 
-def _label(state: State) -> str:
-    return f"state {state_label(state).removeprefix('state ')}"
+def _label(state: State) -> Message:
+    label = state_label(state)
+    return Message("state {label}", label=label) if state.name.strip() else label
 
 
 def _check_literal(argument: Argument, declared: Parameter, report: Report) -> None:
@@ -108,6 +128,8 @@ def _check_literal(argument: Argument, declared: Parameter, report: Report) -> N
     try:
         parse_value(type_name, argument.value)
     except ValueTextError as error:
-        message = f"the input `{declared.name}` gets a wrong value: {error}"
-        note = Note("the input is here", report.place(declared))
+        message = Message(
+            "the input `{name}` gets a wrong value: {error}", name=declared.name, error=error.message
+        )
+        note = Note(Message("the input is here"), report.place(declared))
         report.error(Code.BAD_ARGUMENT, message, report.place(argument, argument.value), [note])

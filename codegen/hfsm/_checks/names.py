@@ -16,6 +16,7 @@ from pyflakes import messages
 from pyflakes.checker import Checker
 
 from ...diagnostics import Location, Note, did_you_mean
+from ...messages import Message
 from ..analysis import AutomatonCode, Piece
 from ..code._scopes import INSPECTING
 from ..code.names import RESERVED
@@ -59,7 +60,7 @@ def check_names(
         place = piece.at(message.lineno, message.col)
         if not isinstance(message, messages.UndefinedName):
             text = message.message % message.message_args
-            report.warning(Code.DOUBTFUL_CODE, text[:1].lower() + text[1:], place)
+            report.warning(Code.DOUBTFUL_CODE, Message.verbatim(text[:1].lower() + text[1:]), place)
             continue
         name = str(message.message_args[0])
         place = piece.at(message.lineno, message.col, len(name))
@@ -67,8 +68,8 @@ def check_names(
             continue
         notes = did_you_mean(name, {*known, *_BUILTINS} - {name})
         if name in functions:
-            notes = (Note(f"the function of the document is `self.{name}`"),)
-        report.warning(Code.UNDEFINED_NAME, f"`{name}` is not defined", place, notes)
+            notes = (Note(Message("the function of the document is `self.{name}`", name=name)),)
+        report.warning(Code.UNDEFINED_NAME, Message("`{name}` is not defined", name=name), place, notes)
 
 
 def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, ...]:
@@ -112,14 +113,15 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
     for declared in code.automaton.inputs:
         name = declared.name.strip()
         if name not in read and not name.startswith("_"):
-            report.warning(Code.UNREAD_VARIABLE, f"the input `{name}` is never read", declared)
+            message = Message("the input `{name}` is never read", name=name)
+            report.warning(Code.UNREAD_VARIABLE, message, declared)
     reported: set[str] = set()
     for piece in code.sharing():
         for target in _plain_targets(piece):
             name = target.id
             if name not in read and name not in reported and not name.startswith("_"):
                 reported.add(name)
-                message = f"the variable `{name}` is never read"
+                message = Message("the variable `{name}` is never read", name=name)
                 report.warning(Code.UNREAD_VARIABLE, message, piece.place(target, len(name)))
 
 
@@ -128,7 +130,7 @@ def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Repor
     pieces = [*code.by_owner.values(), *([] if code.variables is None else [code.variables])]
     for piece in pieces:
         for name in sorted(piece.bound.intersection(reserved) - {"self"}):  # code cannot assign it at all
-            message = f"`{name}` is a reserved name: choose another"
+            message = Message("`{name}` is a reserved name: choose another", name=name)
             report.error(Code.RESERVED_NAME, message, Location(piece.path, piece.code.line))
     shared = {item.name for item in code.automaton.inputs}.union(
         *(piece.bound for piece in code.by_owner.values())
@@ -137,9 +139,10 @@ def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Repor
         for name in node.names if isinstance(node, ast.Global) else ():
             if name in shared:
                 assert code.variables is not None
-                message = (
-                    f"`global {name}` makes `{name}` global in the file, but other code of the "
-                    f"automaton assigns a variable `{name}`: delete `global` here, or add it there"
+                message = Message(
+                    "`global {name}` makes `{name}` global in the file, but other code of the automaton "
+                    "assigns a variable `{name}`: delete `global` here, or add it there",
+                    name=name,
                 )
                 place = code.variables.place(node)
                 report.error(Code.BAD_CODE, message, Location(place.path, place.line))
@@ -152,7 +155,9 @@ def check_start(code: AutomatonCode, own: Collection[str], report: Report) -> No
     for node in own_nodes(code.variables.tree):
         match node:
             case ast.Call(func=ast.Attribute(ast.Name("self"), "send" | "sleep" as name)) if name not in own:
-                message = f"`self.{name}` is for entry code: no automaton runs yet when variables are set"
+                message = Message(
+                    "`self.{name}` is for entry code: no automaton runs yet when variables are set", name=name
+                )
                 report.error(Code.BAD_CODE, message, code.variables.place(node))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 
 from ...diagnostics import Location
+from ...messages import Message
 from .._old_names import LOCK
 from ..analysis import Analysis
 from ..code.text import all_nodes
@@ -21,14 +22,20 @@ def check_old_names(analysis: Analysis, report: Report) -> None:
     old = analysis.old_names
     for name, module in old.modules.items():
         if place := _first_read(analysis, name):
-            message = f"`{name}` is imported, as the editor of 2017 did: add the library `{module}`"
+            message = Message(
+                "`{name}` is imported, as the editor of 2017 did: add the library `{module}`",
+                name=name,
+                module=module,
+            )
             report.note(Code.OLD_NAME, message, place)
-    meanings = {alias: f"`self.{name}`" for alias, name in old.aliases.items()}
-    meanings |= {LOCK: "a lock of all automata"} if old.has_lock else {}
+    meanings = {alias: Message.verbatim(f"`self.{name}`") for alias, name in old.aliases.items()}
+    meanings |= {LOCK: Message("a lock of all automata")} if old.has_lock else {}
     for name, meaning in meanings.items():
         place = next((each.place(0) for each in analysis.accesses if each.name == name), None)
         if place is not None:
-            message = f"`self.{name}` is {meaning}, as in the components of 2017"
+            message = Message(
+                "`self.{name}` is {meaning}, as in the components of 2017", name=name, meaning=meaning
+            )
             report.note(Code.OLD_NAME, message, place)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...diagnostics import Diagnostics, Location, Note
+from ...messages import Message
 from ..document import Node, State, Text, Transition
 
 __all__ = ["Report", "state_label", "transition_label"]
@@ -26,15 +27,17 @@ class Report:
             return Location(path, text.line, max(1, text.column), max(1, len(line)))
         return Location(path, node.line, max(1, node.column))
 
-    def error(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
+    def error(self, code: str, message: Message, where: Node | Location, notes: Sequence[Note] = ()) -> None:
         """Report an error: the component cannot be generated."""
         self._diagnostics.error(code, message, self._located(where), notes)
 
-    def warning(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
+    def warning(
+        self, code: str, message: Message, where: Node | Location, notes: Sequence[Note] = ()
+    ) -> None:
         """Report a possible mistake."""
         self._diagnostics.warning(code, message, self._located(where), notes)
 
-    def note(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
+    def note(self, code: str, message: Message, where: Node | Location, notes: Sequence[Note] = ()) -> None:
         """Report something that is probably intended."""
         self._diagnostics.note(code, message, self._located(where), notes)
 
@@ -43,15 +46,16 @@ class Report:
 
     def first(self, node: Node) -> Note:
         """Return a note that points to the first of two elements."""
-        return Note("the first is here", self.place(node))
+        return Note(Message("the first is here"), self.place(node))
 
 
-def state_label(state: State) -> str:
+def state_label(state: State) -> Message:
     """Return the name of a state in messages."""
-    return f"`{state.name.strip()}`" if state.name.strip() else f"state {state.id}"
+    name = state.name.strip()
+    return Message.verbatim(f"`{name}`") if name else Message("state {id}", id=state.id)
 
 
-def transition_label(transition: Transition) -> str:
+def transition_label(transition: Transition) -> Message:
     """Return the name of a transition in messages."""
     name = transition.name.strip()
-    return f"transition `{name}`" if name else f"transition {transition.id}"
+    return Message("transition `{name}`", name=name) if name else Message("transition {id}", id=transition.id)

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from typing import Final
 
 from ...diagnostics import Location, Note, did_you_mean
+from ...messages import Message
 from ..analysis import Access, Analysis
 from ..codes import Code
 from ..document import Document, RosInterface
 from ..known_interfaces import Operation
-from ..ros import FOLDERS, RosTypes, is_ros_name, parse_qos
+from ..ros import FOLDERS, QosError, RosTypes, is_ros_name, parse_qos
 from .attributes import check_call
 from .report import Report
 
@@ -37,10 +38,10 @@ ROS_OPERATIONS: Final[Mapping[str, Mapping[str, Operation]]] = {
 }
 """What the attribute of each kind of interface offers."""
 _ARE: Final = {
-    "publish": "is published",
-    "subscribe": "is subscribed",
-    "service": "is a service",
-    "action": "is an action",
+    "publish": Message("is published"),
+    "subscribe": Message("is subscribed"),
+    "service": Message("is a service"),
+    "action": Message("is an action"),
 }
 
 
@@ -49,41 +50,64 @@ def check_ros(document: Document, types: RosTypes, report: Report) -> None:
     by_target: dict[str, RosInterface] = {}
     for each in document.ros:
         if each.kind not in FOLDERS:
-            message = f"the kind of `{each.name}` must be one of {', '.join(FOLDERS)}, not `{each.kind[:40]}`"
+            message = Message(
+                "the kind of `{name}` must be one of {known}, not `{kind}`",
+                name=each.name,
+                known=", ".join(FOLDERS),
+                kind=each.kind[:40],
+            )
             report.error(Code.BAD_ROS_INTERFACE, message, each)
             continue
         if not is_ros_name(each.target.strip()):
-            note = Note("write /scan, scan or ~/scan, with letters, digits and single _ between the slashes")
-            message = f"`{each.target.strip()[:60]}` is not a name that ROS accepts"
+            note = Note(
+                Message("write /scan, scan or ~/scan, with letters, digits and single _ between the slashes")
+            )
+            message = Message("`{target}` is not a name that ROS accepts", target=each.target.strip()[:60])
             report.error(Code.BAD_ROS_NAME, message, each, [note])
         if problem := types.problem(each.type.strip(), each.kind):
             folder = FOLDERS[each.kind]
-            where = f"beside the document, in a folder such as my_msgs/{folder}/"
             notes = [
                 *did_you_mean(each.type.strip(), types.names(each.kind)),
-                Note(f"its own types a project has in .{folder} files {where}"),
+                Note(
+                    Message(
+                        "its own types a project has in .{kind} files beside the document, in a folder such "
+                        "as my_msgs/{kind}/",
+                        kind=folder,
+                    )
+                ),
             ]
             report.error(Code.UNKNOWN_ROS_TYPE, problem, each, notes)
         _check_options(each, report)
         first = by_target.setdefault(f"{FOLDERS[each.kind]} {each.identity}", each)
         if first.type.strip() != each.type.strip():
-            message = f"`{each.identity}` has the type `{each.type.strip()}` here and another one elsewhere"
+            message = Message(
+                "`{identity}` has the type `{type}` here and another one elsewhere",
+                identity=each.identity,
+                type=each.type.strip(),
+            )
             report.warning(Code.DIFFERENT_ROS_TYPES, message, each, [report.first(first)])
 
 
 def _check_options(interface: RosInterface, report: Report) -> None:
     try:
         parse_qos(interface.qos.text)
-    except ValueError as error:
+    except QosError as error:
         place = report.place(interface, interface.qos)
-        report.error(Code.BAD_ROS_INTERFACE, f"the QoS of `{interface.name}`: {error}", place)
+        message = Message("the QoS of `{name}`: {error}", name=interface.name, error=error.message)
+        report.error(Code.BAD_ROS_INTERFACE, message, place)
     stop = interface.stop.text.strip()
     if stop not in ("", "true", "false"):
-        message = f"`stop` of `{interface.name}` must be `true` or `false`, not `{stop[:40]}`"
+        message = Message(
+            "`stop` of `{name}` must be `true` or `false`, not `{stop}`",
+            name=interface.name,
+            stop=stop[:40],
+        )
         report.error(Code.BAD_ROS_INTERFACE, message, report.place(interface, interface.stop))
     elif stop == "true" and interface.kind != "publish":
-        message = (
-            f"only what is published has a message at the stop: `{interface.name}` {_ARE[interface.kind]}"
+        message = Message(
+            "only what is published has a message at the stop: `{name}` {is_what}",
+            name=interface.name,
+            is_what=_ARE[interface.kind],
         )
         report.error(Code.BAD_ROS_INTERFACE, message, report.place(interface, interface.stop))
 
@@ -98,7 +122,7 @@ def check_ros_uses(analysis: Analysis, types: RosTypes, report: Report) -> None:
     if analysis.extension is None:
         for name, interface in interfaces.items():
             if name not in used:
-                message = f"`self.{name}` is never used"
+                message = Message("`self.{name}` is never used", name=name)
                 report.warning(Code.UNUSED_ROS_INTERFACE, message, interface)
     stored = {access.name for access in analysis.accesses if access.is_stored}
     for access in analysis.accesses:
@@ -110,8 +134,12 @@ def check_ros_uses(analysis: Analysis, types: RosTypes, report: Report) -> None:
 def _check_use(access: Access, interface: RosInterface, types: RosTypes, report: Report) -> None:
     offered, name = ROS_OPERATIONS.get(interface.kind, {}), access.path[1]
     if name not in offered:
-        message = (
-            f"`{interface.name}` {_ARE[interface.kind]} and has no `{name}`: it has {', '.join(offered)}"
+        message = Message(
+            "`{interface}` {is_what} and has no `{name}`: it has {offered}",
+            interface=interface.name,
+            is_what=_ARE[interface.kind],
+            name=name,
+            offered=", ".join(offered),
         )
         report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), did_you_mean(name, offered))
     elif len(access.path) == 2 and access.call is not None:
@@ -143,6 +171,8 @@ def _check_value(access: Access, value: ast.expr, type_name: str, types: RosType
             _check_value(access, inner, fields[key.value], types, report)
         else:
             place: Location = access.piece.place(key)
-            message = f"`{type_name}` has no field `{key.value[:40]}`"
-            notes = did_you_mean(key.value, fields) or [Note(f"it has {', '.join(fields)}")]
+            message = Message("`{type}` has no field `{name}`", type=type_name, name=key.value[:40])
+            notes = did_you_mean(key.value, fields) or [
+                Note(Message("it has {fields}", fields=", ".join(fields)))
+            ]
             report.warning(Code.BAD_CALL, message, place, notes)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ...diagnostics import Location, Note
+from ...messages import Message
 from ..analysis import Analysis, AutomatonCode, Piece
 from ..codes import Code
 from .report import Report, state_label
@@ -40,23 +41,32 @@ class Above:
         owner = self._owners.get(name)
         if owner is None:
             return False
-        message = f"`{name}` is a variable of {self._label(owner)}, and each automaton has its own"
+        message = Message(
+            "`{name}` is a variable of {automaton}, and each automaton has its own",
+            name=name,
+            automaton=self._label(owner),
+        )
         own = self._label(self.automaton)
         is_read_only = all(name not in piece.bound for piece in self.automaton.sharing())
-        advice = f"pass it to {own} as an input, or write" if is_read_only else "write"
-        notes = [Note(f"{advice} `self.{name}` in both")]
+        advice = Message("write `self.{name}` in both", name=name)
+        if is_read_only:
+            advice = Message(
+                "pass it to {automaton} as an input, or write `self.{name}` in both", automaton=own, name=name
+            )
+        notes = [Note(advice)]
         if (given := _first_value(owner, name)) is not None:
-            notes.insert(0, Note("it gets its value here", given))
+            notes.insert(0, Note(Message("it gets its value here"), given))
         report.warning(Code.VARIABLE_ABOVE, message, place, notes)
         return True
 
-    def _label(self, code: AutomatonCode) -> str:
+    def _label(self, code: AutomatonCode) -> Message:
         state = self.analysis.document.owner(code.automaton)
-        return "the root automaton" if state is None else f"the automaton of {_named(state_label(state))}"
-
-
-def _named(label: str) -> str:
-    return label if label.startswith("state ") else f"the state {label}"
+        if state is None:
+            return Message("the root automaton")
+        label = state_label(state)
+        if not state.name.strip():
+            return Message("the automaton of {state}", state=label)
+        return Message("the automaton of the state {state}", state=label)
 
 
 def _first_value(code: AutomatonCode, name: str) -> Location | None:

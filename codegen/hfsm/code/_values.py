@@ -8,6 +8,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from ...messages import Message
 from ..document import Text
 
 __all__ = [
@@ -36,6 +37,10 @@ EXAMPLES: Final = {"int": "3", "float": "0.5", "bool": "True", "str": '"red"'}
 class ValueTextError(ValueError):
     """A text is not a literal of the required type."""
 
+    def __init__(self, message: Message) -> None:
+        super().__init__(message)
+        self.message = message
+
 
 def parse_value(type_name: str, text: Text) -> object:
     """Return the value of a literal: an `int`, `float`, `bool` or `str`, or any value for `object`.
@@ -47,13 +52,21 @@ def parse_value(type_name: str, text: Text) -> object:
         value = ast.literal_eval(written)
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
         example = EXAMPLES.get(type_name, '["red", 3]')
-        raise ValueTextError(f"`{written[:40]}` is not a Python literal, such as `{example}`") from None
+        message = Message(
+            "`{written}` is not a Python literal, such as `{example}`", written=written[:40], example=example
+        )
+        raise ValueTextError(message) from None
     if type_name == "object":
         return value
     if type_name == "float" and type(value) in (int, float):
         return _finite(value, written)
     if type(value) is not _EXACT.get(type_name):
-        message = f"`{written[:40]}` is not of type {type_name}, such as `{EXAMPLES[type_name]}`"
+        message = Message(
+            "`{written}` is not of type {type}, such as `{example}`",
+            written=written[:40],
+            type=type_name,
+            example=EXAMPLES[type_name],
+        )
         raise ValueTextError(message)
     return value
 
@@ -64,7 +77,7 @@ def _finite(value: float, written: str) -> float:
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise ValueTextError(f"`{written[:40]}` is too large for a float")
+        raise ValueTextError(Message("`{written}` is too large for a float", written=written[:40]))
     return number
 
 

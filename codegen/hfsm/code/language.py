@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from ...diagnostics import Diagnostics, Location, Note
+from ...messages import Message, reason
 from ..codes import Code
 from ..document import Automaton, Document, State, Text, Transition
 from .python2 import fix_python2, python2_mark
@@ -38,7 +39,7 @@ _PYTHON: Final = ("", "python", "py", "python3")
 class CodeText(NamedTuple):
     """A text with code, its description, and its file."""
 
-    what: str
+    what: Message
     text: Text
     path: Path
 
@@ -56,22 +57,25 @@ def code_of(document: Document, path: Path) -> Iterator[CodeText]:
                 yield CodeText(what, text, automaton.path or path)
 
 
-def _texts(automaton: Automaton) -> Iterator[tuple[str, Text]]:
-    yield f"the variables of automaton {automaton.id}", automaton.variables
-    yield f"a function of automaton {automaton.id}", automaton.functions
+def _texts(automaton: Automaton) -> Iterator[tuple[Message, Text]]:
+    yield Message("the variables of automaton {id}", id=automaton.id), automaton.variables
+    yield Message("a function of automaton {id}", id=automaton.id), automaton.functions
     for state in automaton.states:
         label = f"`{state.name}`" if state.name.strip() else f"{state.id}"
-        yield f"the entry code of state {label}", state.entry
-        yield f"the code of state {label}", state.code
-        yield f"the exit code of state {label}", state.exit
+        yield Message("the entry code of state {label}", label=label), state.entry
+        yield Message("the code of state {label}", label=label), state.code
+        yield Message("the exit code of state {label}", label=label), state.exit
         for argument in state.arguments:
-            yield f"the argument `{argument.name}` of state {label}", argument.value
+            yield (
+                Message("the argument `{name}` of state {label}", name=argument.name, label=label),
+                argument.value,
+            )
     for transition in automaton.transitions:
         label = f"`{transition.name}`" if transition.name.strip() else f"{transition.id}"
         if transition.type == "condition":
-            yield f"the condition of transition {label}", transition.trigger
-        yield f"the guard of transition {label}", transition.guard
-        yield f"the code of transition {label}", transition.code
+            yield Message("the condition of transition {label}", label=label), transition.trigger
+        yield Message("the guard of transition {label}", label=label), transition.guard
+        yield Message("the code of transition {label}", label=label), transition.code
 
 
 def change_code(document: Document, change: Callable[[Text], Text]) -> Document:
@@ -125,7 +129,9 @@ def is_undeclared_cpp(document: Document) -> bool:
 
 def report_foreign(first: CodeText, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
     """Report that a document is in another language, at its `first` code."""
-    message = f"{language} in {first.what}: it is kept, but only Python can run"
+    message = Message(
+        "{language} in {what}: it is kept, but only Python can run", language=language, what=first.what
+    )
     diagnostics.error(Code.FOREIGN_LANGUAGE, message, first.place, notes)
 
 
@@ -135,12 +141,16 @@ def notes_about(code: str) -> list[Note]:
         return []
     try:
         if fix_python2(code) is not None:
-            return [Note("this is Python 2: `visualhfsm convert --fix-python2` fixes it")]
+            return [Note(Message("this is Python 2: `visualhfsm convert --fix-python2` fixes it"))]
     except ModuleNotFoundError as error:
         if python2_mark(code) is not None:
-            return [Note(f"this may be Python 2: `visualhfsm convert --fix-python2` fixes it; {error}")]
+            message = Message(
+                "this may be Python 2: `visualhfsm convert --fix-python2` fixes it; {reason}",
+                reason=reason(error),
+            )
+            return [Note(message)]
     if _is_cpp(code):
-        return [Note("if the document is in C++, declare it: `<language>C++</language>`")]
+        return [Note(Message("if the document is in C++, declare it: `<language>C++</language>`"))]
     return []
 
 

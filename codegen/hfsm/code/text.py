@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final, Literal, overload
 
+from ...messages import Message
 from ..document import Text
 
 __all__ = [
@@ -156,8 +157,9 @@ _ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
 class CodeError(Exception):
     """A piece of code is unusable; `line` and `column` are those in the document."""
 
-    def __init__(self, message: str, line: int, column: int = 1) -> None:
+    def __init__(self, message: Message, line: int, column: int = 1) -> None:
         super().__init__(message)
+        self.message = message
         self.line = line
         self.column = column
 
@@ -176,7 +178,7 @@ class CodeText:
     fixed: frozenset[int] = frozenset()
     left: tuple[int, ...] = ()
 
-    def error(self, message: str, line: int = 1, column: int = 1) -> CodeError:
+    def error(self, message: Message, line: int = 1, column: int = 1) -> CodeError:
         """Return an error at a line and column of the code, both from 1."""
         return CodeError(message, *self.place(line, column))
 
@@ -265,15 +267,20 @@ def parse(code: CodeText, lines: Sequence[str], header: int = 0) -> ast.Module:
     except (SyntaxError, ValueError) as error:
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        hint = (
-            "; `<` and `>` were escaped twice when the document was saved" if _ESCAPED.search(source) else ""
-        )
-        raise code.error(f"not valid Python: {reason}{hint}", line - header, column) from error
+        message = Message("not valid Python: {reason}", reason=reason)
+        if _ESCAPED.search(source):
+            message = Message(
+                "not valid Python: {reason}; `<` and `>` were escaped twice when the document was saved",
+                reason=reason,
+            )
+        raise code.error(message, line - header, column) from error
     except (RecursionError, MemoryError) as error:
-        raise code.error("the code is nested too deeply") from error
+        raise code.error(Message("the code is nested too deeply")) from error
     for node in ast.walk(tree) if "__future__" in source else ():
         if isinstance(node, ast.ImportFrom) and node.module == "__future__":
-            message = "`from __future__` is not allowed here: it is for a whole file, and Python 3 needs none"
+            message = Message(
+                "`from __future__` is not allowed here: it is for a whole file, and Python 3 needs none"
+            )
             line = node.lineno - header
             raise code.error(message, line, code.column(line, node.col_offset))
     return tree
@@ -294,12 +301,12 @@ def compile_source(source: str, code: CodeText, header: int = 0, columns: int = 
         # What parses has been refused by the compiler, which counts bytes.
         text = source.split("\n")[(error.lineno or 1) - 1]
         line, column = (error.lineno or 1) - header, _characters(text, (error.offset or 1) - 1) + 1 - columns
-        raise code.error(f"not valid Python: {error.msg}", line, column) from error
+        raise code.error(Message("not valid Python: {reason}", reason=error.msg), line, column) from error
     except (RecursionError, MemoryError) as error:
-        raise code.error("the code is nested too deeply") from error
+        raise code.error(Message("the code is nested too deeply")) from error
 
 
-def parse_expression(code: CodeText, what: str) -> ast.Module:
+def parse_expression(code: CodeText, what: Message) -> ast.Module:
     """Return the tree of an expression that may span lines, after one generated line.
 
     `what` names it in messages. Raises CodeError.
@@ -309,7 +316,7 @@ def parse_expression(code: CodeText, what: str) -> ast.Module:
     statement = tree.body[0]
     # The node of a tuple includes the parentheses, and so does code that closes them, as in `a) or (b`.
     if len(tree.body) != 1 or not isinstance(statement, ast.Expr) or statement.value.lineno == 1:
-        raise code.error(f"a {what} must be one expression")
+        raise code.error(Message("a {what} must be one expression", what=what))
     return tree
 
 
@@ -322,11 +329,14 @@ def parse_import(text: Text) -> tuple[str, ast.Import | ast.ImportFrom]:
     except SyntaxError:
         body = []
     if len(body) != 1 or not isinstance(body[0], ast.Import | ast.ImportFrom) or "\n" in statement:
-        message = f"`{written[:60]}` is not a library: write `cv2`, `numpy as np` or `from math import pi`"
+        message = Message(
+            "`{written}` is not a library: write `cv2`, `numpy as np` or `from math import pi`",
+            written=written[:60],
+        )
         raise CodeError(message, text.line, text.column)
     if isinstance(body[0], ast.ImportFrom) and body[0].module == "__future__":
         raise CodeError(
-            "`__future__` is not a library: it changes how a file is parsed", text.line, text.column
+            Message("`__future__` is not a library: it changes how a file is parsed"), text.line, text.column
         )
     return statement, body[0]
 
@@ -342,23 +352,29 @@ def refuse_code(tree: ast.Module, code: CodeText, header: int = 0, *, is_variabl
         match node:
             case ast.Yield() | ast.YieldFrom() | ast.Await() | ast.AsyncFor() | ast.AsyncWith():
                 word = "yield" if isinstance(node, ast.Yield | ast.YieldFrom) else "await"
-                message = f"`{word}` is not allowed here: the code of a cycle runs from start to end"
+                message = Message(
+                    "`{word}` is not allowed here: the code of a cycle runs from start to end", word=word
+                )
                 raise code.error(message, *place)
             case ast.Return() if is_variables:
-                raise code.error("`return` is not allowed in the variables", *place)
+                raise code.error(Message("`return` is not allowed in the variables"), *place)
             case ast.Nonlocal() if is_variables:
-                message = "`nonlocal` is not allowed in the variables: there is no enclosing function"
+                message = Message(
+                    "`nonlocal` is not allowed in the variables: there is no enclosing function"
+                )
                 raise code.error(message, *place)
             case ast.ImportFrom(names=names) if any(alias.name == "*" for alias in names):
-                raise code.error("`import *` is not allowed here: declare a library", *place)
+                raise code.error(Message("`import *` is not allowed here: declare a library"), *place)
     source, first = as_function(tree, code, header)
     compile_source(source, code, first, columns=2 * len(INDENT))
     if "self" in bound_names(tree):
-        raise code.error("`self` is the component and cannot be assigned")
+        raise code.error(Message("`self` is the component and cannot be assigned"))
     for node in own_nodes(tree) if not is_variables else ():
         match node:
             case ast.AnnAssign(target=ast.Name(id=name)):
-                message = f"`{name}` is shared by all code of the automaton: annotate it in the variables"
+                message = Message(
+                    "`{name}` is shared by all code of the automaton: annotate it in the variables", name=name
+                )
                 raise code.error(message, node.lineno, code.column(node.lineno, node.col_offset))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
+from ...messages import Message
 from ..codes import Code
 from ..document import NO_CHILD
 from ._schema import AUTOMATON, DOCUMENT, STATE, TRANSITION
@@ -58,7 +59,7 @@ def _automaton(element: XmlElement, reader: NativeReader, owner: int) -> XmlElem
     made = reader.translated(element, AUTOMATON.tag, AUTOMATON.children, _AUTOMATON, nodes)
     father = _text(element, "idPadre")
     if not father and owner != NO_CHILD:
-        message = f"`SubAutomata` has no `idPadre`: a state of automaton {owner} owns it"
+        message = Message("`SubAutomata` has no `idPadre`: a state of automaton {owner} owns it", owner=owner)
         reader.warn(element, Code.MISSING_ID, message)
     made.attributes["idFather"] = father or str(owner)
     return made

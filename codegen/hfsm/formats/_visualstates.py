@@ -16,6 +16,7 @@ from dataclasses import replace
 from itertools import count
 from typing import Final
 
+from ...messages import Message
 from ..code.text import parse_piece
 from ..codes import Code
 from ..document import DEFAULT_PERIOD, NO_CHILD
@@ -61,7 +62,7 @@ class _Translator:
         self._reader = reader
         outermost = list(root.elements("state"))
         if len(outermost) > 1:
-            message = "there are several outermost states: they become states of the root automaton"
+            message = Message("there are several outermost states: they become states of the root automaton")
             reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
         self._has_outermost = len(outermost) == 1
         around = XmlElement("state", {}, 0, 0, children=outermost)
@@ -155,10 +156,12 @@ class _Translator:
             reader.expected.add(timestep)
             if timestep.text.strip() != period.strip():
                 reader.remark(
-                    timestep, "the `timestep` of a state without inner states is kept, but not used"
+                    timestep, Message("the `timestep` of a state without inner states is kept, but not used")
                 )
         if namespace is not None and owned is None and not _is_blank(namespace):
-            reader.remark(element, "the namespace of a state without inner states is kept, but not used")
+            reader.remark(
+                element, Message("the namespace of a state without inner states is kept, but not used")
+            )
             self._kept.add(namespace)
         names |= self._namespace_of(element, "namespace")
         made = reader.translated(element, STATE.tag, STATE.children, names, _MOVED)
@@ -256,7 +259,11 @@ class _Translator:
         if taken:
             self._renamed[scope] |= {name: f"{name}_{suffix}" for name in taken}
             listed = ", ".join(f"`{name}`" for name in taken)
-            message = f"another namespace also has {listed}: here `_{suffix}` is appended to the names"
+            message = Message(
+                "another namespace also has {listed}: here `_{suffix}` is appended to the names",
+                listed=listed,
+                suffix=suffix,
+            )
             self._reader.warn(element, Code.OLD_CODE_CHANGED, message)
         self._functions |= names
 
@@ -298,7 +305,9 @@ class _Translator:
                 if element.tag == "param" and kind and name.isidentifier() and name not in found:
                     found[name] = _parameter(element, name, kind)
                 else:
-                    self._reader.remark(element, f"the parameter `{name}` is kept, but not used")
+                    self._reader.remark(
+                        element, Message("the parameter `{name}` is kept, but not used", name=name)
+                    )
                     self._kept.add(namespace)
         return XmlElement("parameters", {}, 0, 0, children=[*found.values()])
 

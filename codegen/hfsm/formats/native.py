@@ -15,6 +15,7 @@ from typing import Any, Final, cast
 
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
+from ...messages import Message, any_of
 from ..codes import Code
 from ..document import NO_CHILD, Document, Element, Extra, Node, Text
 from ._schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
@@ -60,7 +61,7 @@ class NativeReader:
         self._is_old = is_old
         self._unique_ids = unique_ids
         self.expected: set[XmlElement] = set()
-        self._remarked: dict[str, list[XmlElement]] = {}
+        self._remarked: dict[Message, list[XmlElement]] = {}
         self._lists: list[Element] = []
 
     def document(self, root: XmlElement) -> Document:
@@ -76,7 +77,8 @@ class NativeReader:
             if name in element.attributes:
                 fields[leaf.field] = self._value(element, name, element.attributes[name], leaf.type)
             elif leaf.type is str and not leaf.optional:
-                self.error(element, Code.MALFORMED_ELEMENT, f"`{element.name}` needs the attribute `{name}`")
+                message = Message("`{element}` needs the attribute `{name}`", element=element.name, name=name)
+                self.error(element, Code.MALFORMED_ELEMENT, message)
                 fields[leaf.field] = ""
         extras: tuple[Extra, ...] = ()
         if kind.text:
@@ -108,7 +110,7 @@ class NativeReader:
         found: dict[str, list[XmlElement]] = {}
         extras: list[Extra] = []
         if element.text.strip():
-            message = f"text directly in `{element.name}` is lost on saving"
+            message = Message("text directly in `{element}` is lost on saving", element=element.name)
             self.warn(element, Code.LOST_ON_SAVING, message)
         for child in element.children:
             expected = known.get(child.tag)
@@ -118,8 +120,9 @@ class NativeReader:
                 self._report_unknown(child, element, known)
                 extras.append(self._kept(child))
             elif child.tag in found and not expected.repeats:
-                first = Note("the first is here", self.place(found[child.tag][0]))
-                self.error(child, Code.REPEATED_ELEMENT, f"a second `{child.name}`", first)
+                first = Note(Message("the first is here"), self.place(found[child.tag][0]))
+                message = Message("a second `{element}`", element=child.name)
+                self.error(child, Code.REPEATED_ELEMENT, message, first)
             else:
                 found.setdefault(child.tag, []).append(child)
         return found, (*extras, *element.trailing)
@@ -128,7 +131,11 @@ class NativeReader:
         """Warn about unknown attributes that resemble known ones; others are somebody's own."""
         for name in element.attributes.keys() - kind.attributes.keys():
             if not self._is_old and (notes := did_you_mean(name, kind.attributes)):
-                message = f"`{element.name}` has no attribute `{name}`: it is kept, but not used"
+                message = Message(
+                    "`{element}` has no attribute `{name}`: it is kept, but not used",
+                    element=element.name,
+                    name=name,
+                )
                 self.warn(element, Code.UNKNOWN_ELEMENT, message, *notes)
 
     def _report_unknown(self, element: XmlElement, around: XmlElement, known: Collection[str]) -> None:
@@ -138,8 +145,13 @@ class NativeReader:
             return
         notes = did_you_mean(element.name, known)
         if not notes and (places := enclosing_tags(element.tag)):
-            notes = (Note(f"it belongs into {' or '.join(f'`{place}`' for place in places)}"),)
-        message = f"`{element.name}` means nothing in `{around.name}`: it is kept, but not used"
+            where = any_of([f"`{place}`" for place in places])
+            notes = (Note(Message("it belongs into {places}", places=where)),)
+        message = Message(
+            "`{element}` means nothing in `{around}`: it is kept, but not used",
+            element=element.name,
+            around=around.name,
+        )
         self.warn(element, Code.UNKNOWN_ELEMENT, message, *notes)
 
     def _kept(self, element: XmlElement) -> Element:
@@ -176,7 +188,8 @@ class NativeReader:
             fields[leaf.field] = fields.get(leaf.field, ()) + tuple(each for each in ids if each != NO_CHILD)
         elif leaf.is_id and not (found and found[0].text.strip()):
             element = found[0] if found else parent
-            message = f"`{parent.name}` has no `{found[0].name if found else tag}`"
+            name = found[0].name if found else tag
+            message = Message("`{element}` has no `{name}`", element=parent.name, name=name)
             self.warn(element, Code.MISSING_ID, message)
             fields[leaf.field] = 0
         elif found:
@@ -190,16 +203,22 @@ class NativeReader:
         if "type" in trigger.attributes:
             return trigger.attributes["type"]
         kind = "time" if trigger.text.strip().isdecimal() else "condition"
-        message = f"`{trigger.name}` has no `type`: its text is read as a {kind}"
+        message = Message("`{element}` has no `type`: its text is read as a condition", element=trigger.name)
+        if kind == "time":
+            message = Message("`{element}` has no `type`: its text is read as a time", element=trigger.name)
         self.warn(trigger, Code.TRIGGER_WITHOUT_TYPE, message)
         return kind
 
     def check_leaf(self, element: XmlElement, *known: str) -> None:
         """Warn about attributes and children of an element with a value, which are not kept."""
         if element.attributes.keys() - known:
-            self.warn(element, Code.LOST_ON_SAVING, f"attributes of `{element.name}` are lost on saving")
+            message = Message("attributes of `{element}` are lost on saving", element=element.name)
+            self.warn(element, Code.LOST_ON_SAVING, message)
         if element.children or element.trailing:
-            message = f"comments and elements inside the text of `{element.name}` are lost on saving"
+            message = Message(
+                "comments and elements inside the text of `{element}` are lost on saving",
+                element=element.name,
+            )
             self.warn(element, Code.LOST_ON_SAVING, message)
 
     # Elements of old dialects.
@@ -232,8 +251,10 @@ class NativeReader:
                 name = names[child.tag]
                 first = seen.setdefault(name or child.tag, child)
                 if first is not child:
-                    message = f"a second `{child.name}` is kept, but the first is used"
-                    note = Note("the first is here", self.place(first))
+                    message = Message(
+                        "a second `{element}` is kept, but the first is used", element=child.name
+                    )
+                    note = Note(Message("the first is here"), self.place(first))
                     self.warn(child, Code.OLD_REPEATED_ELEMENT, message, note)
                     self.expected.add(child)
                     made.children.append(self._without_meaning(child, native))
@@ -286,14 +307,24 @@ class NativeReader:
             known = first.setdefault(number, element)
             if not number:
                 element.attributes["id"] = next(free)
-                message = f"`{element.name}` has no id: it gets {element.attributes['id']}"
+                message = Message(
+                    "`{element}` has no id: it gets {new}",
+                    element=element.name,
+                    new=element.attributes["id"],
+                )
                 if expected:
                     self.warn(element, Code.MISSING_ID, message)
             elif unique and (known is not element or number == "0"):
                 element.attributes["id"] = next(free)
-                reason = "is less than 1" if known is element else "is not unique"
-                message = f"the id {number} of a transition {reason}: it gets {element.attributes['id']}"
-                notes = [] if known is element else [Note("the other is here", self.place(known))]
+                new = element.attributes["id"]
+                message = Message(
+                    "the id {id} of a transition is not unique: it gets {new}", id=number, new=new
+                )
+                if known is element:
+                    message = Message(
+                        "the id {id} of a transition is less than 1: it gets {new}", id=number, new=new
+                    )
+                notes = [] if known is element else [Note(Message("the other is here"), self.place(known))]
                 self.warn(element, Code.OLD_REPEATED_ID, message, *notes)
 
     def _value(self, element: XmlElement, name: str, text: str, kind: object) -> Any:  # noqa: ANN401
@@ -315,7 +346,12 @@ class NativeReader:
         self.error(
             element,
             Code.MALFORMED_ELEMENT,
-            f"`{name}` must be a number from 0 to {MAX_ID}, not `{value[:40]}`",
+            Message(
+                "`{name}` must be a number from 0 to {most}, not `{value}`",
+                name=name,
+                most=MAX_ID,
+                value=value[:40],
+            ),
         )
         return 0
 
@@ -326,10 +362,16 @@ class NativeReader:
                 number = float(written)
                 if math.isfinite(number):
                     if "," in text:
-                        message = f"`{name}` has a comma: `{text.strip()[:40]}` is read as {number}"
+                        message = Message(
+                            "`{name}` has a comma: `{text}` is read as {number}",
+                            name=name,
+                            text=text.strip()[:40],
+                            number=number,
+                        )
                         self.warn(element, Code.COMMA_IN_NUMBER, message)
                     return number
-        self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` must be a number of pixels, not `{text[:40]}`")
+        message = Message("`{name}` must be a number of pixels, not `{text}`", name=name, text=text[:40])
+        self.error(element, Code.MALFORMED_ELEMENT, message)
         return 0.0
 
     def _flag(self, element: XmlElement, name: str, text: str) -> bool:
@@ -337,7 +379,9 @@ class NativeReader:
         value = text.strip().lower()
         if value not in ("true", "false", "1", "0", ""):
             self.error(
-                element, Code.MALFORMED_ELEMENT, f"`{name}` must be `true` or `false`, not `{value[:40]}`"
+                element,
+                Code.MALFORMED_ELEMENT,
+                Message("`{name}` must be `true` or `false`, not `{value}`", name=name, value=value[:40]),
             )
         return value in ("true", "1")
 
@@ -347,23 +391,25 @@ class NativeReader:
         """Return the place of the start tag of an element."""
         return Location(self.path, element.line, element.column, len(element.name) + 1)
 
-    def error(self, element: XmlElement, code: str, message: str, *notes: Note) -> None:
+    def error(self, element: XmlElement, code: str, message: Message, *notes: Note) -> None:
         """Report an error: the file cannot be read."""
         self.failed = True
         self.diagnostics.error(code, message, self.place(element), notes)
 
-    def warn(self, element: XmlElement, code: str, message: str, *notes: Note) -> None:
+    def warn(self, element: XmlElement, code: str, message: Message, *notes: Note) -> None:
         """Report an ambiguity that was resolved."""
         self.diagnostics.warning(code, message, self.place(element), notes)
 
-    def remark(self, element: XmlElement, message: str) -> None:
+    def remark(self, element: XmlElement, message: Message) -> None:
         """Remember an element that is kept but not used."""
         self._remarked.setdefault(message, []).append(element)
 
     def remark_unknown(self, element: XmlElement) -> None:
         """Remember an unknown element, unless it is empty or expected."""
         if element not in self.expected and (element.text.strip() or element.children or element.attributes):
-            self.remark(element, f"`{element.name}` is unknown: it is kept, but not used")
+            self.remark(
+                element, Message("`{element}` is unknown: it is kept, but not used", element=element.name)
+            )
 
     def _report_remarks(self) -> None:
         """Report what is kept but not used: each kind once, with all its lines."""
@@ -372,6 +418,10 @@ class NativeReader:
         for message, (first, *others) in self._remarked.items():
             lines = sorted({element.line for element in others} - {first.line})
             listed = ", ".join(map(str, lines[:_MOST_LINES]))
-            more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
-            where = f"also in line{'s' if len(lines) > 1 else ''} {listed}{more}"
+            where = Message.counted(
+                "also in line {listed}", "also in lines {listed}", count=len(lines), listed=listed
+            )
+            if len(lines) > _MOST_LINES:
+                more = len(lines) - _MOST_LINES
+                where = Message("also in lines {listed} and {more} more", listed=listed, more=more)
             self.remarks.note(Code.KEPT_UNUSED, message, self.place(first), [Note(where)] if lines else [])

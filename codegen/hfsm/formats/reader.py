@@ -16,6 +16,7 @@ from typing import Final
 
 from ...diagnostics import Diagnostics, Location
 from ...files import read_regular
+from ...messages import Message
 from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
 from ..code.text import parse_piece
 from ..codes import Code
@@ -95,7 +96,7 @@ def parse_document(
     if root is None:
         return None
     if root.tag not in _ROOT_TAGS:
-        message = f"`{root.tag}` is not the root of a document: it must be `VisualHFSM`"
+        message = Message("`{tag}` is not the root of a document: it must be `VisualHFSM`", tag=root.tag)
         place = Location(path, root.line, root.column, len(root.tag) + 1)
         diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
@@ -118,7 +119,7 @@ def parse_document(
     if dialect is not Dialect.NATIVE and is_mostly_cpp(document):
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
-            message = "most of the code looks like C++: it is kept as C++, but cannot run"
+            message = Message("most of the code looks like C++: it is kept as C++, but cannot run")
             diagnostics.note(Code.KEPT_LANGUAGE, message, piece.place)
     return document
 
@@ -147,7 +148,7 @@ def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> 
                 code = code.replace(entity, character)
         if parse_piece(code) is None:
             return text
-        message = "`<` and `>` were escaped twice when the document was saved: they are restored"
+        message = Message("`<` and `>` were escaped twice when the document was saved: they are restored")
         diagnostics.warning(Code.OLD_CODE_CHANGED, message, Location(path, text.line, max(1, text.column)))
         return replace(text, text=code)
 

@@ -12,6 +12,7 @@ from xml.parsers import expat  # xml.sax would load urllib.request, which takes 
 from ..._text_layout import Mark, Place, TextLayout
 from ...diagnostics import Diagnostics, Location
 from ...files import read_regular
+from ...messages import Message, reason
 from ..codes import Code
 from ..document import Comment, Text
 
@@ -76,14 +77,15 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
     try:
         return read_regular(path, MAX_SIZE + 1)
     except OSError as error:
-        diagnostics.error(Code.UNREADABLE_FILE, f"cannot be read: {error.strerror or error}", Location(path))
+        message = Message("cannot be read: {reason}", reason=reason(error))
+        diagnostics.error(Code.UNREADABLE_FILE, message, Location(path))
         return None
 
 
 def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElement | None:
     """Return the root element, or None after reporting an error; comments outside it are put before it."""
     if len(content) > MAX_SIZE:
-        message = f"the file is larger than {MAX_SIZE >> 20} MiB"
+        message = Message("the file is larger than {limit} MiB", limit=MAX_SIZE >> 20)
         diagnostics.error(Code.FILE_TOO_LARGE, message, Location(path))
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
@@ -91,14 +93,19 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
     try:
         builder.parse(content)
     except (expat.ExpatError, LookupError, ValueError) as error:  # LookupError: an unknown encoding
-        code, message = Code.MALFORMED_XML, f"unreadable XML: {error}"
+        code, message = Code.MALFORMED_XML, Message("unreadable XML: {reason}", reason=reason(error))
         if isinstance(error, expat.ExpatError):
-            message = f"malformed XML: {builder.problem(expat.ErrorString(error.code))}"
+            problem = builder.problem(expat.ErrorString(error.code))
+            message = Message("malformed XML: {problem}", problem=problem)
         elif isinstance(error, _DocumentTypeFound):
-            code, message = Code.DOCUMENT_TYPE, "document types and entities are not allowed in a document"
+            code = Code.DOCUMENT_TYPE
+            message = Message("document types and entities are not allowed in a document")
         place = builder.place()
         if marker := _CONFLICT.search(content):
-            message = f"`{marker[0].decode()}` begins a conflict of a merge: keep one of the two versions"
+            message = Message(
+                "`{marker}` begins a conflict of a merge: keep one of the two versions",
+                marker=marker[0].decode(),
+            )
             place = Location(path, content.count(b"\n", 0, marker.start()) + 1, 1, len(marker[0]))
         diagnostics.error(code, message, place)
         return None
@@ -109,6 +116,14 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
 
 class _DocumentTypeFound(ValueError):
     """Ends the parsing before the first entity."""
+
+
+class _TooLargeError(ValueError):
+    """The document has more than the reader takes."""
+
+    def __init__(self, message: Message) -> None:
+        super().__init__(message)
+        self.message = message
 
 
 class _TreeBuilder:
@@ -150,14 +165,14 @@ class _TreeBuilder:
     def _position(self) -> tuple[int, int]:
         return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
 
-    def problem(self, message: str) -> str:
+    def problem(self, message: str) -> Message:
         """Return the message of expat, or a clearer one if it is `no element found`."""
         if message != "no element found":
-            return message
+            return Message.verbatim(message)
         if not self._open:
-            return "the file has no element"
+            return Message("the file has no element")
         element = self._open[-1]
-        return f"the element `{element.tag}` of line {element.line} is not closed"
+        return Message("the element `{tag}` of line {line} is not closed", tag=element.tag, line=element.line)
 
     def _document_type(self, *_declaration: object) -> None:
         raise _DocumentTypeFound
@@ -167,9 +182,9 @@ class _TreeBuilder:
         element = XmlElement(name, attributes, line, column, text_line=line, text_column=column)
         self._elements += 1
         if self._elements > _MAX_ELEMENTS:
-            raise ValueError(f"more than {_MAX_ELEMENTS} elements")
+            raise _TooLargeError(Message("more than {limit} elements", limit=_MAX_ELEMENTS))
         if len(self._open) >= _MAX_DEPTH:
-            raise ValueError(f"elements nested deeper than {_MAX_DEPTH}")
+            raise _TooLargeError(Message("elements nested deeper than {limit}", limit=_MAX_DEPTH))
         if self._open:
             around = self._open[-1]
             around.children.append(element)
@@ -205,7 +220,7 @@ class _TreeBuilder:
         (self._open[-1].trailing if self._open else self._around).append(Comment(content))
 
     def _instruction(self, _target: str, _data: str) -> None:
-        message = "a processing instruction is lost on saving"
+        message = Message("a processing instruction is lost on saving")
         self._diagnostics.warning(Code.LOST_ON_SAVING, message, self.place())
 
 

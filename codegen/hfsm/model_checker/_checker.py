@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from ...diagnostics import Diagnostics, Location, Note
+from ...messages import Message, Value, all_of
 from .._checks.report import Report, state_label, transition_label
 from .._effects import CodeEffects
 from ..codes import Code
@@ -43,7 +44,7 @@ _SHOWN_STEPS: Final = 12
 _SHOWN_OBSTACLES: Final = 3
 """Obstacles to a decision that are shown."""
 
-_LONG_SEARCH: Final = (
+_LONG_SEARCH: Final = Message(
     "the search ended at its limit: `within`, periods with a small common multiple, or a higher `limit` of "
     "`check_model` may decide it"
 )
@@ -189,7 +190,7 @@ def report_model(report: ModelReport, diagnostics: Diagnostics, *, quick: bool =
         reporter.undecided()
         for found in report.doubtful:
             assert found.location is not None
-            message = f"{found.message}: what depends on it is undecided"
+            message = Message("{problem}: what depends on it is undecided", problem=found.message)
             diagnostics.note(Code.UNCLEAR_CODE, message, found.location)
     for result in report.properties:
         if not (quick and result.verdict is Verdict.UNDECIDED):
@@ -211,7 +212,11 @@ class _Reporter:
         model = self._model.by_id[result.automaton]
         state = next(item.source for item in model.states if item.source.id == result.state)
         initial = model.states[model.initial].source
-        message = f"no transitions lead from {state_label(initial)} to {state_label(state)}"
+        message = Message(
+            "no transitions lead from {initial} to {state}",
+            initial=state_label(initial),
+            state=state_label(state),
+        )
         self._report.warning(Code.NEVER_ENTERED, message, self._report.place(state))
 
     def never_fires(self, result: TransitionResult) -> None:
@@ -223,33 +228,38 @@ class _Reporter:
         notes = list[Note]()
         if result.why is WhyNever.GUARD:
             text = condition_of(source)
-            why = f"its {'condition' if source.type == 'condition' else 'guard'} is always false"
+            why = Message("its guard is always false")
+            if source.type == "condition":
+                why = Message("its condition is always false")
         elif result.why is WhyNever.CHILDREN:
             code, text = Code.NEVER_FINISHES, Text()
             why, notes = self._endless(model.states[transition.origin])
         elif result.why is WhyNever.ANCESTORS:
-            code, why = Code.FIRES_TOO_LATE, "the states above are left before there is time for it"
+            code, why = Code.FIRES_TOO_LATE, Message("the states above are left before there is time for it")
         else:
-            why = "another always fires before it"
+            why = Message("another always fires before it")
             for other in (item for item in model.transitions if item.source.id in result.earlier):
                 if _is_timed_out(model, transition, other):
                     code = Code.FIRES_TOO_LATE
                 place = self._report.place(other.source, other.source.trigger)
-                notes.append(Note(f"{transition_label(other.source)} fires first", place))
+                first = Message("{transition} fires first", transition=transition_label(other.source))
+                notes.append(Note(first, place))
         target = model.states[transition.target]
         if (result.automaton, target.source.id) not in self._possible:
             path = self._model.state_path(model.index, target.index)
-            notes.append(Note(f"the state `{path}` is never entered", self._report.place(target.source)))
-        message = f"{transition_label(source)} can never fire: {why}"
+            entered = Message("the state `{path}` is never entered", path=path)
+            notes.append(Note(entered, self._report.place(target.source)))
+        message = Message("{transition} can never fire: {why}", transition=transition_label(source), why=why)
         self._report.warning(code, message, self._report.place(source, text), notes)
 
-    def _endless(self, state: StateModel) -> tuple[str, list[Note]]:
+    def _endless(self, state: StateModel) -> tuple[Message, list[Note]]:
         """Return why the automata below a state never finish, and notes that name them."""
         for child in (self._model.automata[index].source for index in state.children):
             if not any(each.final and (child.id, each.id) in self._possible for each in child.states):
-                note = Note("none of its states that can be reached is final", self._report.place(child))
-                return f"automaton {child.id} never finishes", [note]
-        return f"{state_label(state.source)} owns no automaton", []
+                message = Message("none of its states that can be reached is final")
+                notes = [Note(message, self._report.place(child))]
+                return Message("automaton {id} never finishes", id=child.id), notes
+        return Message("{state} owns no automaton", state=state_label(state.source)), []
 
     def never_left(self) -> None:
         """Report states without a way out, in automata that have other states."""
@@ -258,21 +268,20 @@ class _Reporter:
             for state in entered if len(entered) > 1 else ():
                 if not state.final and all(each.target == state.index for each in state.outgoing):
                     label = state_label(state.source)
-                    message = f"no transition leads away from {label}: the automaton stays there"
-                    note = Note("mark the state as final if the automaton has finished there")
+                    message = Message(
+                        "no transition leads away from {state}: the automaton stays there", state=label
+                    )
+                    note = Note(Message("mark the state as final if the automaton has finished there"))
                     self._report.note(Code.NEVER_LEFT, message, self._report.place(state.source), [note])
 
     def undecided(self) -> None:
         """Report what the searches left undecided, and what would decide it."""
         obstacles = self._found.obstacles
-        what = " and ".join(
-            f"{count} {kind}{'' if count == 1 else 's'}"
-            for kind, count in (
-                ("state", _count_undecided(self._found.states)),
-                ("transition", _count_undecided(self._found.transitions)),
-            )
-            if count
-        )
+        what = []
+        if states := _count_undecided(self._found.states):
+            what.append(Message.counted("{count} state", "{count} states", count=states))
+        if transitions := _count_undecided(self._found.transitions):
+            what.append(Message.counted("{count} transition", "{count} transitions", count=transitions))
         if not what or not obstacles:
             return
         notes = []
@@ -280,8 +289,14 @@ class _Reporter:
             model = self._model.by_id[automaton]
             notes.append(Note(remedy(self._model, model, obstacle), self._report.place(model.source)))
         if len(obstacles) > len(notes):
-            notes.append(Note(f"so it is with {len(obstacles) - len(notes)} more automata"))
-        message = f"the search ended at its limit: it is undecided whether {what} can happen"
+            more = len(obstacles) - len(notes)
+            so = Message.counted(
+                "so it is with {count} more automaton", "so it is with {count} more automata", count=more
+            )
+            notes.append(Note(so))
+        message = Message(
+            "the search ended at its limit: it is undecided whether {what} can happen", what=all_of(what)
+        )
         place = self._report.place(self._model.by_id[obstacles[0][0]].source)
         self._report.note(Code.UNDECIDED, message, place, notes)
 
@@ -289,13 +304,21 @@ class _Reporter:
         paths = [
             self._model.state_path(use.automaton, use.state) for use in (conflict.first, conflict.second)
         ]
-        may = "command" if conflict.certain else "may command"
-        how = "one runs below the other" if conflict.nested else "they run side by side"
-        servant = conflict.first.command.identity
-        message = f"`{paths[0]}` and `{paths[1]}` both {may} `{servant}`, and {how}"
-        notes = [Note(f"`{conflict.second.command.operation}` is called here", conflict.second.place)]
+        how = Message("one runs below the other") if conflict.nested else Message("they run side by side")
+        two: dict[str, Value] = {
+            "first": paths[0],
+            "second": paths[1],
+            "servant": conflict.first.command.identity,
+            "how": how,
+        }
+        message = Message("`{first}` and `{second}` both may command `{servant}`, and {how}", **two)
+        if conflict.certain:
+            message = Message("`{first}` and `{second}` both command `{servant}`, and {how}", **two)
+        called = Message("`{operation}` is called here", operation=conflict.second.command.operation)
+        notes = [Note(called, conflict.second.place)]
         if conflict.counterexample is not None and conflict.counterexample.steps:
-            notes.append(Note(f"with these steps both run:\n{conflict.counterexample}"))
+            steps = conflict.counterexample.text
+            notes.append(Note(Message("with these steps both run:\n{steps}", steps=steps)))
         if conflict.certain:
             self._report.warning(Code.CONFLICT, message, conflict.first.place, notes)
         else:
@@ -303,27 +326,44 @@ class _Reporter:
 
     def property(self, result: PropertyResult) -> None:
         stated = result.property
-        name = f"`{stated.name}`" if stated.name.strip() else "this property"
+        name = Message.verbatim(f"`{stated.name}`") if stated.name.strip() else Message("this property")
         place = self._report.place(stated, stated.expression)
         if result.verdict is Verdict.VIOLATED:
             expression = " ".join(stated.expression.text.split())
-            within = f" within {stated.within.text.strip()} ms" if not stated.within.is_blank else ""
-            message = f"{name} is violated: {stated.kind.strip()} {expression[:200]}{within}"
-            notes = [Note(f"by these steps:\n{_shortened(str(result.counterexample))}")]
+            parts: dict[str, Value] = {
+                "name": name,
+                "kind": stated.kind.strip(),
+                "expression": expression[:200],
+            }
+            message = Message("{name} is violated: {kind} {expression}", **parts)
+            if not stated.within.is_blank:
+                within = stated.within.text.strip()
+                message = Message(
+                    "{name} is violated: {kind} {expression} within {time} ms", **parts, time=within
+                )
+            assert result.counterexample is not None
+            steps = result.counterexample.shortened(_SHOWN_STEPS)
+            notes = [Note(Message("by these steps:\n{steps}", steps=steps))]
             self._report.error(Code.VIOLATED_PROPERTY, message, place, notes)
         elif result.verdict is Verdict.UNDECIDED:
-            found = f"explored {result.explored} configurations up to {result.until_ms / 1000:g} s"
-            message = f"{name} is undecided ({found})"
+            message = Message(
+                "{name} is undecided (explored {count} configurations up to {time:g} s)",
+                name=name,
+                count=result.explored,
+                time=result.until_ms / 1000,
+            )
             notes = [*self._found.doubtful] or [Note(_LONG_SEARCH)]
             self._report.warning(Code.UNDECIDED_PROPERTY, message, place, notes)
         elif result.error is not None:
             error = result.error
             place = _within(place, stated.expression, error.offset, error.length)
             notes = [Note(hint) for hint in error.hints]
-            self._report.error(Code.BAD_EXPRESSION, f"{name}: {error.message}", place, notes)
+            message = Message("{name}: {problem}", name=name, problem=error.message)
+            self._report.error(Code.BAD_EXPRESSION, message, place, notes)
         elif result.problem:
             place = self._report.place(stated, stated.within)
-            self._report.error(Code.BAD_PROPERTY, f"{name}: {result.problem}", place)
+            message = Message("{name}: {problem}", name=name, problem=result.problem)
+            self._report.error(Code.BAD_PROPERTY, message, place)
 
 
 def _count_undecided(results: Iterable[StateResult | TransitionResult]) -> int:
@@ -336,14 +376,6 @@ def _is_timed_out(model: AutomatonModel, transition: TransitionModel, other: Tra
         return False
     outgoing = model.states[transition.origin].outgoing
     return bool(other.delay) or outgoing.index(other) > outgoing.index(transition)
-
-
-def _shortened(text: str) -> str:
-    lines = text.split("\n")
-    if len(lines) <= 2 * _SHOWN_STEPS:
-        return text
-    left = len(lines) - 2 * _SHOWN_STEPS
-    return "\n".join([*lines[:_SHOWN_STEPS], f"{'':18}... {left} more ...", *lines[-_SHOWN_STEPS:]])
 
 
 def _within(start: Location, text: Text, offset: int, length: int) -> Location:

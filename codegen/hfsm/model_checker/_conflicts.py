@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
+from ...messages import Message
 from .._effects import CodeEffects
 from ..codes import Code
 from ..document import Interface, RosInterface, Text
@@ -78,8 +79,13 @@ def read_operations(
             path = error.place.path
             if path.is_file():
                 diagnostics.add_source(path, path.read_text(encoding="utf-8", errors="replace"))
-            message = f"the description of package `{path.parent.name}` {error}"
-            note = Note("the model checker needs it: undo a failed merge, or generate the package again")
+            message = Message(
+                "the description of package `{package}` {problem}",
+                package=path.parent.name,
+                problem=error.message,
+            )
+            advice = Message("the model checker needs it: undo a failed merge, or generate the package again")
+            note = Note(advice)
             diagnostics.error(Code.BAD_DESCRIPTION, message, error.place, [note])
         else:
             if operations is not None:
@@ -221,7 +227,7 @@ def find_conflicts(
         elif conflict is not None:
             for use in (first[0], second[0]):
                 if use.command is ANYTHING:
-                    notes.setdefault(use.place, Note("this code may command any servant", use.place))
+                    notes.setdefault(use.place, Note(Message("this code may command any servant"), use.place))
     return conflicts, list(notes.values())
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from ...messages import Message, joined
 from ._exploration import Run
 from .model import TransitionModel
 from .transition_system import Change, Move, StepKind, TransitionSystem
@@ -14,11 +15,6 @@ __all__ = ["Counterexample", "Step", "StepKind", "counterexample"]
 
 _NANO: Final = 1e6
 _EVENT: Final = "event "
-_WORDS: Final = {
-    StepKind.ENTERS: "is entered",
-    StepKind.GHOST: "becomes a ghost",
-    StepKind.RESUMES: "resumes",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +27,7 @@ class Step:
     time_ms: float
     automaton: int
     kind: StepKind
-    text: str
+    text: Message
     state: int
     origin: int | None = None
     transition: int | None = None
@@ -53,15 +49,42 @@ class Counterexample:
     repeats_ms: float | None = None
 
     def __str__(self) -> str:
-        """Return the steps, numbered, one per line, with their times in seconds."""
+        return str(self.text)
+
+    @property
+    def text(self) -> Message:
+        """The steps, numbered, one per line, with their times in seconds."""
+        return joined("\n", self._lines())
+
+    def shortened(self, most: int) -> Message:
+        """Return the text with `most` lines of its beginning and of its end."""
+        lines = self._lines()
+        left = len(lines) - 2 * most
+        if left <= 0:
+            return joined("\n", lines)
+        return joined(
+            "\n",
+            [
+                *lines[:most],
+                Message("{indent}... {left} more ...", indent=" " * 18, left=left),
+                *lines[-most:],
+            ],
+        )
+
+    def _lines(self) -> list[Message]:
         lines = [
-            f"{number:3}. {step.time_ms / 1000:9.3f} s  {step.text}"
+            Message(
+                "{number:3}. {time:9.3f} s  {step}", number=number, time=step.time_ms / 1000, step=step.text
+            )
             for number, step in enumerate(self.steps, 1)
         ]
         if self.repeats is not None:
-            again = f"from step {self.repeats + 1}" if self.repeats < len(self.steps) else "without a step"
-            lines.append(f"{'':4} {self.ends_ms / 1000:9.3f} s  and so on {again}")
-        return "\n".join(lines)
+            time = f"{'':4} {self.ends_ms / 1000:9.3f} s"
+            if self.repeats < len(self.steps):
+                lines.append(Message("{time}  and so on from step {step}", time=time, step=self.repeats + 1))
+            else:
+                lines.append(Message("{time}  and so on without a step", time=time))
+        return lines
 
 
 def counterexample(run: Run) -> Counterexample:
@@ -104,10 +127,16 @@ class _Narrator:
             if atom.startswith(_EVENT):
                 name = atom.removeprefix(_EVENT)
                 arrives = Change(StepKind.EVENT, node.position, state)
-                yield self._step(time, arrives, f"the event `{name}` arrives at {label}", event=name)
+                text = Message("the event `{name}` arrives at {automaton}", name=name, automaton=label)
+                yield self._step(time, arrives, text, event=name)
         for transition in self._holding(move):
             holds = Change(StepKind.GUARD, node.position, state)
-            yield self._step(time, holds, f"the guard of {_name(transition)} holds in {label}", transition)
+            text = Message(
+                "the guard of {transition} holds in {automaton}",
+                transition=_name(transition),
+                automaton=label,
+            )
+            yield self._step(time, holds, text, transition)
         for change in self._system.changes(node, move.choice):
             yield self._changed(change, time, fired if change.kind is StepKind.FIRES else None)
 
@@ -123,19 +152,35 @@ class _Narrator:
 
     def _changed(self, change: Change, time: float, fired: TransitionModel | None = None) -> Step:
         index = self._system.cone[change.position]
-        text = f"`{self._model.state_path(index, change.state)}` {_WORDS.get(change.kind)}"
-        if change.kind is StepKind.FINISHES:
-            text = f"{self._model.label(index)} has finished"
+        return self._step(time, change, self._said(index, change, fired), fired)
+
+    def _said(self, index: int, change: Change, fired: TransitionModel | None) -> Message:
         if fired is not None:
-            target = self._model.automata[index].states[fired.target].source.name
-            text = f"`{self._model.state_path(index, fired.origin)}` -> `{target}` by {_name(fired)}"
-        return self._step(time, change, text, fired)
+            return Message(
+                "`{origin}` -> `{target}` by {transition}",
+                origin=self._model.state_path(index, fired.origin),
+                target=self._model.automata[index].states[fired.target].source.name,
+                transition=_name(fired),
+            )
+        path = self._model.state_path(index, change.state)
+        match change.kind:
+            case StepKind.ENTERS:
+                return Message("`{path}` is entered", path=path)
+            case StepKind.GHOST:
+                return Message("`{path}` becomes a ghost", path=path)
+            case StepKind.RESUMES:
+                return Message("`{path}` resumes", path=path)
+            case StepKind.FINISHES:
+                return Message("{automaton} has finished", automaton=self._model.label(index))
+        raise AssertionError(
+            f"a change of the kind {change.kind} is described by its event, guard or transition"
+        )
 
     def _step(
         self,
         time: float,
         change: Change,
-        text: str,
+        text: Message,
         transition: TransitionModel | None = None,
         event: str = "",
     ) -> Step:
@@ -152,6 +197,8 @@ class _Narrator:
         )
 
 
-def _name(transition: TransitionModel) -> str:
+def _name(transition: TransitionModel) -> Message:
     source = transition.source
-    return f"`{source.name}`" if source.name.strip() else f"transition {source.id}"
+    if source.name.strip():
+        return Message.verbatim(f"`{source.name}`")
+    return Message("transition {id}", id=source.id)

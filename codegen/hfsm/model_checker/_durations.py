@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from ...diagnostics import Location, Note
+from ...messages import Message
 from ..analysis import Analysis, Piece, imported_names
 from ..code.text import all_nodes, dotted
 
@@ -63,7 +64,7 @@ def slow_code(analysis: Analysis) -> tuple[Note, ...]:
     return tuple(found)
 
 
-_MESSAGE: Final = "this code may take longer than a period, and timers may expire in any order"
+_MESSAGE: Final = Message("this code may take longer than a period, and timers may expire in any order")
 
 
 class _Finder:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
+from ...messages import Message
 from ._exploration import Budget, Exploration
 from ._fireability import Fireability
 from .model import AutomatonModel, Model
@@ -121,22 +122,27 @@ class Solitary:
         return Alone(frozenset(states), frozenset(transitions), frozenset(resting | _recurring(following)))
 
 
-def remedy(model: Model, automaton: AutomatonModel, obstacle: Obstacle) -> str:
+def remedy(model: Model, automaton: AutomatonModel, obstacle: Obstacle) -> Message:
     """Return what would let an automaton be decided alone."""
     match obstacle:
         case Obstacle.PERIOD:
             above = model.automata[automaton.parent]
             period, longer = (f"{each.interval / 1e6:g} ms" for each in (automaton, above))
-            change = f"its period of {period} divided that of automaton {above.source.id} above it, {longer}"
+            change = Message(
+                "its period of {period} divided that of automaton {above} above it, {longer}",
+                period=period,
+                above=above.source.id,
+                longer=longer,
+            )
         case Obstacle.RESTART:
-            change = "the state above it did not restart it"
+            change = Message("the state above it did not restart it")
         case Obstacle.LIMITED:
-            change = "the automata above it could stay in its state, or come back to it"
+            change = Message("the automata above it could stay in its state, or come back to it")
         case Obstacle.FINISHED:
-            change = "it did not wait until automata below it have finished"
+            change = Message("it did not wait until automata below it have finished")
         case Obstacle.SEARCH:
-            change = "it had fewer guards beside long timers, or timers with a longer common step"
-    return f"automaton {automaton.source.id} would be decided if {change}"
+            change = Message("it had fewer guards beside long timers, or timers with a longer common step")
+    return Message("automaton {id} would be decided if {change}", id=automaton.source.id, change=change)
 
 
 def _recurring(following: dict[Node, set[Node]]) -> set[int]:

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import did_you_mean
+from ...messages import Message, any_of
 from ._exploration import Holds
 from .model import AutomatonModel, Model
 from .transition_system import ACTIVE, FINISHED
@@ -42,7 +43,9 @@ Positions = dict[int, int]
 class ExpressionError(Exception):
     """An expression is not valid, from the character at the index `offset`, for `length` characters."""
 
-    def __init__(self, message: str, offset: int, length: int = 1, hints: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, message: Message, offset: int, length: int = 1, hints: tuple[Message, ...] = ()
+    ) -> None:
         super().__init__(message)
         self.message = message
         self.offset = offset
@@ -79,7 +82,7 @@ def _tokens(text: str) -> Iterator[_Token]:
     while offset < len(text):
         match = _TOKEN.match(text, offset)
         if match is None:
-            raise ExpressionError("this quote is not closed", offset, len(text) - offset)
+            raise ExpressionError(Message("this quote is not closed"), offset, len(text) - offset)
         kind = match.lastgroup or ""
         if kind != "space":
             value = match.group(kind)
@@ -100,7 +103,7 @@ class _Parser:
     def parse(self) -> Expression:
         found = self._implication()
         if self._token.kind != "end":
-            raise self._unexpected("`and`, `or`, `->` or the end")
+            raise self._unexpected(Message("`and`, `or`, `->` or the end"))
         return found
 
     @property
@@ -115,17 +118,20 @@ class _Parser:
 
     def _expect(self, kind: str) -> None:
         if not self._accept(kind):
-            raise self._unexpected(f"`{kind}`")
+            raise self._unexpected(Message.verbatim(f"`{kind}`"))
 
     def _unexpected(self, wanted: str) -> ExpressionError:
         token = self._token
-        here = "the expression ends" if token.kind == "end" else f"`{token.text}` stands"
-        return ExpressionError(f"{here} where {wanted} is expected", token.offset, token.length)
+        message = Message("`{text}` stands where {wanted} is expected", text=token.text, wanted=wanted)
+        if token.kind == "end":
+            message = Message("the expression ends where {wanted} is expected", wanted=wanted)
+        return ExpressionError(message, token.offset, token.length)
 
     def _implication(self) -> Expression:
         self._depth += 1
         if self._depth > _DEEPEST_EXPRESSION:
-            raise ExpressionError(f"this is nested deeper than {_DEEPEST_EXPRESSION}", self._token.offset)
+            message = Message("this is nested deeper than {limit}", limit=_DEEPEST_EXPRESSION)
+            raise ExpressionError(message, self._token.offset)
         left = self._several("or", lambda: self._several("and", self._negation))
         if self._accept("arrow"):
             right = self._implication()
@@ -179,7 +185,7 @@ class _Parser:
         while True:
             token = self._token
             if not (self._accept("word") or self._accept("quoted")):
-                raise self._unexpected("the path of a state")
+                raise self._unexpected(Message("the path of a state"))
             found = [
                 (automaton, state)
                 for automaton in automata
@@ -193,32 +199,41 @@ class _Parser:
             automata = [self._model.automata[child] for _, state in found for child in state.children]
             if not automata:
                 length = token.offset + token.length - begin
-                raise ExpressionError(f"the state `{token.text}` owns no automaton", begin, length)
+                raise ExpressionError(
+                    Message("the state `{name}` owns no automaton", name=token.text), begin, length
+                )
 
     def _unknown(self, token: _Token, automata: list[AutomatonModel]) -> ExpressionError:
         names = [state.source.name for automaton in automata for state in automaton.states]
-        where = self._model.label(automata[0].index) if automata else "the document"
+        where = self._model.label(automata[0].index) if automata else Message("the document")
         hints = [note.message for note in did_you_mean(token.text, names)]
-        hints += [f'write `"{name}"`' for name in names if name.startswith(f"{token.text} ")][:1]
         hints += [
-            f"there is `{self._model.state_path(automaton.index, state.index)}`"
+            Message('write `"{name}"`', name=name) for name in names if name.startswith(f"{token.text} ")
+        ][:1]
+        hints += [
+            Message("there is `{path}`", path=self._model.state_path(automaton.index, state.index))
             for automaton in self._model.automata
             for state in automaton.states
             if state.source.name.strip() == token.text.strip()
         ][:3]
         return ExpressionError(
-            f"{where} has no state `{token.text}`", token.offset, token.length, tuple(hints)
+            Message("{where} has no state `{name}`", where=where, name=token.text),
+            token.offset,
+            token.length,
+            tuple(hints),
         )
 
     def _numbered(self) -> AutomatonModel:
         token = self._token
         if not self._accept("word"):
-            raise self._unexpected("the id of an automaton")
+            raise self._unexpected(Message("the id of an automaton"))
         number = int(token.text) if token.text.isdecimal() and len(token.text) < 19 else -1
         automaton = self._model.by_id.get(number)
         if automaton is None:
             raise ExpressionError(
-                f"there is no automaton with the id `{token.text}`", token.offset, token.length
+                Message("there is no automaton with the id `{id}`", id=token.text),
+                token.offset,
+                token.length,
             )
         return automaton
 
@@ -239,9 +254,9 @@ class _Parser:
         if len(owned) == 1:
             return owned[0]
         if not owned:
-            raise ExpressionError("this state owns no automaton", begin, length)
-        ids = " or ".join(f"`#{self._model.automata[child].source.id}`" for child in owned)
-        raise ExpressionError(f"several automata are meant: write {ids}", begin, length)
+            raise ExpressionError(Message("this state owns no automaton"), begin, length)
+        ids = any_of([f"`#{self._model.automata[child].source.id}`" for child in owned])
+        raise ExpressionError(Message("several automata are meant: write {ids}", ids=ids), begin, length)
 
 
 def _joined(parts: list[Expression], make: Callable[[list[Holds]], Holds]) -> Expression:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location, Note
+from ...messages import Message
 from .._definitions import Answer
 from .._effects import CodeEffects
 from ..analysis import analyze
@@ -111,14 +112,15 @@ class Model:
         names += [owner.source.name for _, owner in self.ancestors(automaton)]
         return "/".join(reversed(names))
 
-    def label(self, automaton: int) -> str:
+    def label(self, automaton: int) -> Message:
         """Return the name of an automaton in messages: `the root automaton`, or by the state that owns it."""
         model = self.automata[automaton]
         if model.parent < 0:
-            return "the root automaton"
-        label = f"the automaton below `{self.state_path(model.parent, model.owner)}`"
-        several = len(self.automata[model.parent].states[model.owner].children) > 1
-        return f"{label} with the id {model.source.id}" if several else label
+            return Message("the root automaton")
+        path = self.state_path(model.parent, model.owner)
+        if len(self.automata[model.parent].states[model.owner].children) > 1:
+            return Message("the automaton below `{path}` with the id {id}", path=path, id=model.source.id)
+        return Message("the automaton below `{path}`", path=path)
 
 
 def read_model(
@@ -282,7 +284,7 @@ class _Reader:
                 path = model.source.path or self._analysis.path
                 place = Location(path, text.line or model.source.line, max(1, text.column))
                 self.doubtful.append(
-                    Note("this guard may give another answer when it is evaluated again", place)
+                    Note(Message("this guard may give another answer when it is evaluated again"), place)
                 )
             if model.guarded and (is_other or (is_unsure and not self._trusting)):
                 yield replace(model, needs=self._needs(model.index, model.source, is_steady=False))

@@ -11,6 +11,7 @@ from enum import StrEnum
 from itertools import islice
 from typing import Final
 
+from ...messages import NO_MESSAGE, Message
 from ..document import Property
 from ._counterexample import Counterexample, counterexample
 from ._exploration import Budget, find, find_avoiding
@@ -93,7 +94,7 @@ class PropertyResult:
     explored: int = 0
     until_ms: float = 0.0
     error: ExpressionError | None = None
-    problem: str = ""
+    problem: Message = NO_MESSAGE
     """The error in its kind or its time."""
 
 
@@ -101,17 +102,23 @@ def check_property(stated: Property, fireability: Fireability, budget: Budget) -
     """Prove a property for all runs, or find a run that violates it."""
     kind = stated.kind.strip()
     if kind not in KINDS:
-        return _invalid(stated, f"a property must be `always`, `eventually` or `never`, not `{kind[:40]}`")
+        message = Message(
+            "a property must be `always`, `eventually` or `never`, not `{kind}`", kind=kind[:40]
+        )
+        return _invalid(stated, message)
     within = nanoseconds(stated.within)
     if within is None and not stated.within.is_blank:
         written = stated.within.text.strip()[:40]
-        return _invalid(stated, f"`within` must be a positive number of milliseconds, not `{written}`")
+        message = Message(
+            "`within` must be a positive number of milliseconds, not `{written}`", written=written
+        )
+        return _invalid(stated, message)
     try:
         expression = parse(stated.expression.text, fireability.model)
     except ExpressionError as error:
         return PropertyResult(stated, Verdict.INVALID, error=error)
     if not fireability.model.automata:
-        return _invalid(stated, "there is no automaton")
+        return _invalid(stated, Message("there is no automaton"))
     system = TransitionSystem(expression.automata or {0}, fireability)
     holds = expression.bind(system.position)
     if kind == "eventually":
@@ -130,5 +137,5 @@ def check_property(stated: Property, fireability: Fireability, budget: Budget) -
     return PropertyResult(stated, verdict, found, outcome.explored, outcome.until / 1e6)
 
 
-def _invalid(stated: Property, problem: str) -> PropertyResult:
+def _invalid(stated: Property, problem: Message) -> PropertyResult:
     return PropertyResult(stated, Verdict.INVALID, problem=problem)

@@ -17,6 +17,7 @@ from typing import Final, NamedTuple
 
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
+from ...messages import Message
 from ..analysis import analyze
 from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
@@ -61,9 +62,9 @@ def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> D
         native = parse_document("\n" * (element.text_line - 1) + element.text, path, diagnostics)
         if native is None or (chart is not None and chart == _written_chart(native)):
             return native
-        message = (
-            "the chart was changed since it was exported: only the chart is read, without what SCXML "
-            "cannot express, such as positions and code that runs in every cycle"
+        message = Message(
+            "the chart was changed since it was exported: only the chart is read, without what "
+            "SCXML cannot express, such as positions and code that runs in every cycle"
         )
         reader.report(Code.SCXML_NOT_IMPORTED, element, message)
     diagnostics.add_all(reader.diagnostics)
@@ -157,17 +158,17 @@ class _Reader:
         self._events: dict[str, None] = {}
         """The events that transitions wait for."""
 
-    def report(self, code: str, element: XmlElement, message: str, notes: Sequence[Note] = ()) -> None:
+    def report(self, code: str, element: XmlElement, message: Message, notes: Sequence[Note] = ()) -> None:
         """Report an error, a warning or a note about an element, depending on its code."""
         place = Location(self._path, element.line, element.column, len(element.tag) + 1)
         add = {"E": self.diagnostics.error, "W": self.diagnostics.warning}.get(code[0], self.diagnostics.note)
         add(code, message, place, notes)
 
-    def _report_lost(self, element: XmlElement, message: str) -> None:
+    def _report_lost(self, element: XmlElement, message: Message) -> None:
         """Report content that is not imported."""
         self.report(Code.SCXML_NOT_IMPORTED, element, message)
 
-    def _report_difference(self, element: XmlElement, message: str) -> None:
+    def _report_difference(self, element: XmlElement, message: Message) -> None:
         """Report content that is imported, but has another meaning in some cases."""
         self.report(Code.SCXML_DIFFERENT_MEANING, element, message)
 
@@ -176,7 +177,11 @@ class _Reader:
         root = self._root
         _resolve_namespaces(root, {})
         if root.tag != "scxml":
-            message = f"`{root.tag[:60]}` is not the root of SCXML: it must be `scxml`, in {SCXML_NAMESPACE}"
+            message = Message(
+                "`{tag}` is not the root of SCXML: it must be `scxml`, in {namespace}",
+                tag=root.tag[:60],
+                namespace=SCXML_NAMESPACE,
+            )
             self.report(Code.INVALID_SCXML, root, message)
             return None
         self._read_automaton(root, None)
@@ -216,7 +221,7 @@ class _Reader:
             for history in each.elements("history"):
                 self._add_goal(history, _Goal(state, history))
                 if state.history is not None:
-                    message = "the state has a second history: only the first is imported"
+                    message = Message("the state has a second history: only the first is imported")
                     self._report_difference(history, message)
                 state.history = state.history or history
         for state in automaton.states:
@@ -239,7 +244,7 @@ class _Reader:
                 self._read_automaton(region, state, is_state=True)
         is_shallow = state.history is not None and state.history.attributes.get("type") != "deep"
         if is_shallow and any(each.automata for inner in state.automata for each in inner.states):
-            message = "the history is shallow: here inner automata also resume"
+            message = Message("the history is shallow: here inner automata also resume")
             self._report_difference(state.history or element, message)
 
     def _check_parts(self, element: XmlElement, known: Sequence[str]) -> None:
@@ -248,23 +253,31 @@ class _Reader:
             if child.tag.startswith("{"):
                 name = child.tag.partition("}")[2]
                 if child.tag != _NATIVE and name not in self._others:
-                    message = f"`{name[:60]}` belongs to another program and is not imported"
+                    message = Message(
+                        "`{name}` belongs to another program and is not imported", name=name[:60]
+                    )
                     self.report(Code.SCXML_FOREIGN, child, message)
                 self._others.add(name)
             elif child.tag not in known:
-                self._report_lost(child, f"`{child.tag[:60]}` is not imported: there is no equivalent here")
+                self._report_lost(
+                    child, Message("`{tag}` is not imported: there is no equivalent here", tag=child.tag[:60])
+                )
 
     def _add_goal(self, element: XmlElement, goal: _Goal) -> None:
         name = element.attributes.get("id", "")
         if name and self._goals.setdefault(name, goal) is not goal:
-            self.report(Code.INVALID_SCXML, element, f"a second element has the id `{name[:60]}`")
+            self.report(
+                Code.INVALID_SCXML, element, Message("a second element has the id `{name}`", name=name[:60])
+            )
 
     def _read_data(self, element: XmlElement, automaton: _Automaton) -> None:
         """Read the data of an element, and the script of the root, as variables of an automaton."""
         for data in inside_all(element, "datamodel", "data"):
             name, text = data.attributes.get("id", ""), data.attributes.get("expr", data.text)
             if not is_name(name) or "src" in data.attributes:
-                self._report_lost(data, f"the data `{name[:60]}` cannot be a Python variable")
+                self._report_lost(
+                    data, Message("the data `{name}` cannot be a Python variable", name=name[:60])
+                )
             else:
                 value = self._script.expression(data, text) if text.strip() else "None"
                 automaton.variables.append(f"{name} = {value}")
@@ -287,7 +300,9 @@ class _Reader:
             for each in start.path_to(automaton):
                 each.automaton.first = each
             if not start.path_to(automaton):
-                message = f"`{start.name[:60]}` is not inside the element that starts there"
+                message = Message(
+                    "`{start}` is not inside the element that starts there", start=start.name[:60]
+                )
                 self.report(Code.INVALID_SCXML, element, message)
         if wanted is not None:
             self._check_initial(wanted, element)
@@ -295,7 +310,11 @@ class _Reader:
     def _check_initial(self, state: _State, element: XmlElement) -> None:
         first = state.automaton.first
         if first is not None and first is not state:
-            message = f"it enters `{state.name[:60]}`: here the state around it starts in `{first.name[:60]}`"
+            message = Message(
+                "it enters `{state}`: here the state around it starts in `{first}`",
+                state=state.name[:60],
+                first=first.name[:60],
+            )
             self._report_difference(element, message)
 
     # Transitions.
@@ -304,7 +323,7 @@ class _Reader:
         names = element.attributes.get("target", "").split()
         if state.element.tag == "final" or not names:
             self._report_lost(
-                element, "a transition without a target, or out of a final state, is not imported"
+                element, Message("a transition without a target, or out of a final state, is not imported")
             )
             return
         goals = self._find_goals(names, element)
@@ -313,12 +332,15 @@ class _Reader:
             return
         (origin, destination), *others = {_side_by_side(state, goal.state) for goal in goals}
         if others:
-            message = "a transition to several targets that are not in one state is not imported"
+            message = Message("a transition to several targets that are not in one state is not imported")
             self._report_lost(element, message)
             return
         if element.attributes.get("type") == "internal" and goals[0].state is not origin is destination:
             self._report_difference(
-                element, f"it stays in `{state.name[:60]}`: here it leaves and enters the state again"
+                element,
+                Message(
+                    "it stays in `{state}`: here it leaves and enters the state again", state=state.name[:60]
+                ),
             )
         self._check_entered(goals, destination, element)
         code = self._script.code([element])
@@ -342,13 +364,19 @@ class _Reader:
             elif event == f"done.state.{state.name}":
                 yield _transition("finished", "", condition, element)
             elif not name or event == "error" or event.startswith(("error.", "done.")):
-                message = (
-                    f"`{event[:60]}` is not imported: here a transition waits for one event that is sent"
+                message = Message(
+                    "`{event}` is not imported: here a transition waits for one event that is sent, or for "
+                    "its state to finish",
+                    event=event[:60],
                 )
-                self._report_lost(element, f"{message}, or for its state to finish")
+                self._report_lost(element, message)
             else:
                 if name != event:
-                    message = f"`{event[:60]}` is read as `{name[:60]}` only: here an event has one name"
+                    message = Message(
+                        "`{event}` is read as `{name}` only: here an event has one name",
+                        event=event[:60],
+                        name=name[:60],
+                    )
                     self._report_difference(element, message)
                 self._events[decode_event(name)] = None
                 yield _transition("event", decode_event(name), condition, element)
@@ -367,9 +395,11 @@ class _Reader:
         if all(each.trigger.text != event for each in leaving):
             # First, since in SCXML inner transitions have priority.
             _join(origin, destination, _transition("event", event, "", element), place=0)
-            message = (
-                f"it leaves `{origin.name[:60]}` from inside: here with the state `{event[:60]}` and an "
-                "event, which takes a cycle: earlier events still reach the state that is left"
+            message = Message(
+                "it leaves `{origin}` from inside: here with the state `{event}` and an event, which "
+                "takes a cycle: earlier events still reach the state that is left",
+                origin=origin.name[:60],
+                event=event[:60],
             )
             self.report(Code.SCXML_OTHER_FORM, element, message)
         resumes = any(each.history is not None for each in around)
@@ -387,7 +417,12 @@ class _Reader:
         for name in names:
             if name not in self._goals:
                 notes = did_you_mean(name, self._goals)
-                self.report(Code.INVALID_SCXML, element, f"no state has the id `{name[:60]}`", notes)
+                self.report(
+                    Code.INVALID_SCXML,
+                    element,
+                    Message("no state has the id `{name}`", name=name[:60]),
+                    notes,
+                )
         return [self._goals[name] for name in names if name in self._goals]
 
     def _starts(self, goal: _Goal) -> list[_State]:
@@ -405,7 +440,9 @@ class _Reader:
             path = (each for start in self._starts(goal) for each in start.path_to(destination.automaton))
             for each in path:
                 if each.history is not None and goal.history is None:
-                    message = f"it restarts `{each.name[:60]}`: here the automata inside resume"
+                    message = Message(
+                        "it restarts `{name}`: here the automata inside resume", name=each.name[:60]
+                    )
                     self._report_difference(element, message)
                 if each is not destination:
                     self._check_initial(each, element)
@@ -446,8 +483,13 @@ class _Reader:
             for name in used & self._data.keys():
                 data, owner = self._data[name]
                 if owner != code.automaton.id:
-                    message = f"`{name[:60]}` is here a variable of automaton {owner}, but others use it"
-                    self._report_difference(data, f"{message}: replace it by `self.{name[:60]}`")
+                    message = Message(
+                        "`{name}` is here a variable of automaton {owner}, but others use it: replace it by "
+                        "`self.{name}`",
+                        name=name[:60],
+                        owner=owner,
+                    )
+                    self._report_difference(data, message)
 
 
 def _transition(type: str, trigger: str, guard: str, element: XmlElement) -> Transition:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from decimal import Decimal
 from typing import Final
 
+from ...messages import Message
 from ..codes import Code
 from ..document import Text
 from ..formats.writer import UNWRITABLE
@@ -18,7 +19,7 @@ from ..formats.xml_tree import XmlElement
 
 __all__ = ["ScriptReader", "decode_event", "descendants", "inside_all", "is_name", "take_timers"]
 
-Report = Callable[[str, XmlElement, str], None]
+Report = Callable[[str, XmlElement, Message], None]
 """Reports a diagnostic with a code about an element."""
 
 _ECMASCRIPT: Final = "ECMAScript"
@@ -132,13 +133,18 @@ class ScriptReader:
                 case "if":
                     yield from self._if(element)
                 case name:
-                    self._report_lost(element, f"`{name}` is not imported: write it in Python")
+                    self._report_lost(
+                        element, Message("`{name}` is not imported: write it in Python", name=name)
+                    )
 
     def _send(self, element: XmlElement) -> Iterator[str]:
         event, attributes = element.attributes.get("event", ""), element.attributes
         if "delay" in attributes or "delayexpr" in attributes:
             self._report_lost(
-                element, f"the delayed event `{event[:60]}` is not imported: only states have timers"
+                element,
+                Message(
+                    "the delayed event `{event}` is not imported: only states have timers", event=event[:60]
+                ),
             )
             return
         is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
@@ -149,7 +155,7 @@ class ScriptReader:
             data.append(f"{_quoted(name)}: {self.expression(item, value)}")
         if not event or not is_plain:
             self._report_lost(
-                element, "an event for other programs, or with a computed name, is not imported"
+                element, Message("an event for other programs, or with a computed name, is not imported")
             )
             return
         values = f", {{{', '.join(data)}}}" if data else ""
@@ -179,14 +185,18 @@ class ScriptReader:
         if not self._is_python and text.strip():
             self.language = self._name
             first = text.strip().partition("\n")[0][:60]
-            message = (
-                f"`{first}` is {self._name}: it is kept, but cannot run until it is translated to Python"
+            message = Message(
+                "`{first}` is {language}: it is kept, but cannot run until it is translated to Python",
+                first=first,
+                language=self._name,
             )
             self._report(Code.KEPT_LANGUAGE, element, message)
         elif (name := _SYSTEM_NAMES.search(text)) is not None:
-            self._report_lost(element, f"`{name[0]}` does not exist here: the code would raise NameError")
+            self._report_lost(
+                element, Message("`{name}` does not exist here: the code would raise NameError", name=name[0])
+            )
 
-    def _report_lost(self, element: XmlElement, message: str) -> None:
+    def _report_lost(self, element: XmlElement, message: Message) -> None:
         self._report(Code.SCXML_NOT_IMPORTED, element, message)
 
 

@@ -17,6 +17,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location
 
+from ...messages import Message
 from ..code.language import is_foreign
 from ..code.text import parse_piece, without_warnings
 from ..codes import Code
@@ -87,7 +88,7 @@ class _Writer:
         self._by_id = {each.id: each for each in reversed(document.automata)}
         self._placed: dict[int, Automaton] = {}
         """The automata that have been written, by id."""
-        self._omitted: dict[str, int] = {}
+        self._omitted: dict[Message, int] = {}
         """Features without an equivalent in SCXML, with the line of the first use."""
 
     def text(self) -> str:
@@ -98,19 +99,21 @@ class _Writer:
         root = ET.Element("scxml", {"xmlns": SCXML_NAMESPACE, "xmlns:hfsm": OWN_NAMESPACE, "version": "1.0"})
         root.set("datamodel", "python" if self._is_python else _identifier(language))
         root.text = "\n"
-        self._omit("parameters", self._document.parameters)
+        self._omit(Message("parameters"), self._document.parameters)
         top = next((each for each in self._document.automata if each.father == NO_CHILD), None)
         if top is not None:
             self._placed[top.id] = top
             self._automaton(root, top)
         if top is None or not top.states:
-            self._warn(self._document, "SCXML requires a state: other programs may reject the file")
+            self._warn(self._document, Message("SCXML requires a state: other programs may reject the file"))
         for automaton in self._document.automata:
             if self._placed.get(automaton.id) is not automaton:
-                message = f"automaton {automaton.id} cannot be exported: no state can own it"
+                message = Message("automaton {id} cannot be exported: no state can own it", id=automaton.id)
                 self._warn(automaton, message)
         for kind, line in self._omitted.items():
-            message = f"SCXML has no equivalent of {kind}: it is kept, but other programs ignore it"
+            message = Message(
+                "SCXML has no equivalent of {kind}: it is kept, but other programs ignore it", kind=kind
+            )
             self._diagnostics.note(Code.SCXML_NO_EQUIVALENT, message, Location(self._path, line))
         ET.indent(root)
         start, end, rest = ET.tostring(root, encoding="unicode").partition(">")
@@ -130,13 +133,17 @@ class _Writer:
             for transition in outgoing.pop(state.id, ()):
                 self._transition(each, transition, targets.get(transition.destination))
             self._children(each, depth + 1)
-            self._omit("code that runs in every cycle", [] if state.code.is_blank else [state.code])
-            self._omit("the argument of a state", state.arguments)
+            self._omit(Message("code that runs in every cycle"), [] if state.code.is_blank else [state.code])
+            self._omit(Message("the argument of a state"), state.arguments)
         for transition in (each for leaving in outgoing.values() for each in leaving):
-            self._warn(transition, f"transition {transition.id} cannot be exported: it leaves no state")
-        self._omit("functions", [] if automaton.functions.is_blank else [automaton.functions])
-        self._omit("an automaton of another file", [] if automaton.imported is None else [automaton.imported])
-        self._omit("the input of an automaton", automaton.inputs)
+            message = Message("transition {id} cannot be exported: it leaves no state", id=transition.id)
+            self._warn(transition, message)
+        self._omit(Message("functions"), [] if automaton.functions.is_blank else [automaton.functions])
+        self._omit(
+            Message("an automaton of another file"),
+            [] if automaton.imported is None else [automaton.imported],
+        )
+        self._omit(Message("the input of an automaton"), automaton.inputs)
         if not states:
             return ""
         first = next((each for each in states if each.state.initial), states[0])
@@ -188,10 +195,12 @@ class _Writer:
             case "condition":
                 condition = self._condition(transition.trigger)
             case _:
-                what = (
-                    "it leads nowhere, its state is final, or its type, time or event is missing or unknown"
+                message = Message(
+                    "transition {id} cannot be exported: it leads nowhere, its state is final, or its type, "
+                    "time or event is missing or unknown",
+                    id=transition.id,
                 )
-                self._warn(transition, f"transition {transition.id} cannot be exported: {what}")
+                self._warn(transition, message)
                 return
         element = ET.SubElement(placed.element, "transition", {"event": event} if event else {})
         if condition.strip():
@@ -205,7 +214,7 @@ class _Writer:
         if not self._is_python:
             return "false" if text.is_blank else text.text
         is_expression = _is_expression(text.text)
-        self._omit("a condition of statements", [] if text.is_blank or is_expression else [text])
+        self._omit(Message("a condition of statements"), [] if text.is_blank or is_expression else [text])
         return text.text if is_expression else "False"
 
     def _variables(self, parent: ET.Element, automaton: Automaton) -> None:
@@ -217,7 +226,7 @@ class _Writer:
         is_plain = len(found) == len(lines) and not found.keys() & self._ids
         is_plain &= all(map(_is_expression, found.values()))
         if not self._is_python or not is_plain:
-            self._omit("code that sets variables", [automaton.variables])
+            self._omit(Message("code that sets variables"), [automaton.variables])
             return
         self._ids |= found.keys()
         datamodel = ET.Element("datamodel")
@@ -233,12 +242,12 @@ class _Writer:
         self._ids.add(found)
         return found
 
-    def _omit(self, kind: str, found: Sequence[Node | Text]) -> None:
+    def _omit(self, kind: Message, found: Sequence[Node | Text]) -> None:
         """Remember elements without an equivalent in SCXML."""
         if found:
             self._omitted.setdefault(kind, found[0].line)
 
-    def _warn(self, node: Node, message: str) -> None:
+    def _warn(self, node: Node, message: Message) -> None:
         place = Location(self._path, node.line, max(1, node.column))
         self._diagnostics.warning(Code.SCXML_NOT_EXPORTED, message, place)
 

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note, as_github, as_json, did_you_mean
+from codegen.messages import Message
 
 PATH = Path("robot.idl")
 
@@ -16,8 +17,11 @@ def collected(text: str = "module m {\n\tstrng name;\n};\n") -> Diagnostics:
 
 def test_an_error_shows_its_line_a_caret_and_its_notes() -> None:
     diagnostics = collected()
-    notes = [Note("did you mean `string`?"), Note("first defined here", Location(PATH, 1, 8, 1))]
-    diagnostics.error("E012", "`strng` is not defined", Location(PATH, 2, 2, 5), notes)
+    notes = [
+        Note(Message("did you mean `string`?")),
+        Note(Message("first defined here"), Location(PATH, 1, 8, 1)),
+    ]
+    diagnostics.error("E012", Message("`strng` is not defined"), Location(PATH, 2, 2, 5), notes)
     assert diagnostics.render().splitlines() == [
         "robot.idl:2:2: error[E012]: `strng` is not defined",
         "    \tstrng name;",
@@ -33,14 +37,14 @@ def test_an_error_shows_its_line_a_caret_and_its_notes() -> None:
 def test_findings_come_in_the_order_of_files_and_lines_and_each_once() -> None:
     diagnostics = collected()
     for line in (3, 1, 3):
-        diagnostics.error("E001", "wrong", Location(PATH, line))
-    diagnostics.error("E001", "wrong", Location(Path("a.idl"), 9))
+        diagnostics.error("E001", Message("wrong"), Location(PATH, line))
+    diagnostics.error("E001", Message("wrong"), Location(Path("a.idl"), 9))
     assert [str(found.location) for found in diagnostics] == ["a.idl:9:1", "robot.idl:1:1", "robot.idl:3:1"]
 
 
 def test_a_warning_is_not_an_error() -> None:
     diagnostics = collected()
-    diagnostics.warning("W001", "doubtful", Location(PATH, 1))
+    diagnostics.warning("W001", Message("doubtful"), Location(PATH, 1))
     assert len(diagnostics) == 1
     assert not diagnostics.has_errors
     assert "warning[W001]" in diagnostics.render()
@@ -49,7 +53,7 @@ def test_a_warning_is_not_an_error() -> None:
 
 def test_a_long_line_is_cut_around_the_place() -> None:
     diagnostics = collected("x" * 5000 + "!" + "y" * 5000)
-    diagnostics.error("E002", "unexpected", Location(PATH, 1, 5001))
+    diagnostics.error("E002", Message("unexpected"), Location(PATH, 1, 5001))
     _, excerpt, caret, _ = diagnostics.render().splitlines()
     assert len(excerpt) < 200
     assert excerpt[caret.index("^")] == "!"
@@ -57,13 +61,13 @@ def test_a_long_line_is_cut_around_the_place() -> None:
 
 def test_a_place_outside_the_source_is_shown_without_an_excerpt() -> None:
     diagnostics = collected()
-    diagnostics.error("E001", "cannot be read", Location(Path("absent.idl")))
+    diagnostics.error("E001", Message("cannot be read"), Location(Path("absent.idl")))
     assert diagnostics.render().splitlines()[0] == "absent.idl: error[E001]: cannot be read"
 
 
 def test_control_characters_of_a_source_do_not_reach_the_terminal() -> None:
     diagnostics = collected("\x1b[31mred")
-    diagnostics.error("E002", "unexpected", Location(PATH, 1))
+    diagnostics.error("E002", Message("unexpected"), Location(PATH, 1))
     assert "\x1b" not in diagnostics.render()
     assert "\x1b" in diagnostics.render(color=True)
 
@@ -76,10 +80,10 @@ def test_a_near_name_is_proposed_and_a_far_one_is_not() -> None:
 
 def example() -> Diagnostics:
     diagnostics = Diagnostics()
-    first = Note("first, here", Location(Path("a,b.idl"), 1, 2))
-    diagnostics.error("E013", "100 % wrong\nreally", Location(Path("a,b.idl"), 3, 4, 5), [first])
-    diagnostics.warning("W003", "odd", Location(Path("c:d.idl")), [Note("save it again")])
-    diagnostics.note("N001", "left out", Location(Path("e.idl"), 7, 1))
+    first = Note(Message("first, here"), Location(Path("a,b.idl"), 1, 2))
+    diagnostics.error("E013", Message("100 % wrong\nreally"), Location(Path("a,b.idl"), 3, 4, 5), [first])
+    diagnostics.warning("W003", Message("odd"), Location(Path("c:d.idl")), [Note(Message("save it again"))])
+    diagnostics.note("N001", Message("left out"), Location(Path("e.idl"), 7, 1))
     return diagnostics
 
 

@@ -693,8 +693,8 @@ export interface Requests {
   generate: {tab: number};
   /** Undo or redo up to a step of the document; `revision` is that of the step. */
   goTo: {tab: number; revision: number};
-  /** Ask for the whole state; the first request of a window. */
-  hello: {};
+  /** Ask for the whole state, in a language such as `es`; the first request of a window. */
+  hello: {language?: string};
   /** Ask for the content of the automata that a document imports from other files. */
   imported: {tab: number};
   /** Copy the content of an imported automaton into the document. */

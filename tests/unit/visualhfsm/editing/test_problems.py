@@ -16,6 +16,7 @@ import pytest
 from codegen.diagnostics import Severity
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
+from codegen.messages import Message
 from tests.support.editing import large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from visualhfsm._editing.check_process import CheckProcess
@@ -203,7 +204,7 @@ def test_closing_ends_a_check_that_is_running() -> None:
         try:
             problems.extend(process.check(large_document(2000), None).problems)
         except EditError:
-            problems.append(Problem(code="", severity=Severity.WARNING, message="not checked"))
+            problems.append(Problem(code="", severity=Severity.WARNING, message=Message("not checked")))
 
     thread = threading.Thread(target=check)
     thread.start()
